@@ -33,10 +33,12 @@ def _room(name: str, holds: str, imports: str = "", packages: str = "") -> Room:
     return Room(name, " ".join(holds.split()), tuple(imports.split()), tuple(packages.split()))
 
 
-_BASE = "errors units quantity reading model settings"
+_BASE = "errors arguments unmodelled units quantity reading model settings"
 
 ROOMS = (
     _room("errors", "errors that a user can mend, each in one line, and what they suggest"),
+    _room("arguments", "arguments of public functions, judged by their annotations", "errors"),
+    _room("unmodelled", "words for what is not modelled, and what is nearest to each"),
     _room("units", "numbers with units, read and written"),
     _room("reading", "files as they are read, of a bounded size"),
     _room("processes", "worker processes that end when the work does"),
@@ -65,7 +67,7 @@ ROOMS = (
     _room(
         "settings",
         "settings of engines and of programs of others, with bounds",
-        "errors units quantity",
+        "errors unmodelled units quantity",
         "pydantic",
     ),
     _room(
@@ -186,7 +188,7 @@ ROOMS = (
 )
 """All rooms, from the ground up."""
 
-MODULES = ("errors", "units", "processes", "reading", "quantity")
+MODULES = ("errors", "arguments", "unmodelled", "units", "processes", "reading", "quantity")
 """Rooms that are one module at the top of `warprock/`."""
 
 MAPPED = ("kernels", "cases")

@@ -101,6 +101,19 @@ def listed(got: object, known: Iterable[str]) -> str:
     return f"{', '.join(near)} and {len(names) - len(near)} more"
 
 
+def written_as(text: str, known: Iterable[str]) -> str:
+    """The known name that a text is but for capitals, spaces, - and _; else the text."""
+    known = tuple(known)
+    if text in known:
+        return text
+    return next((name for name in known if _bare(name) == _bare(text)), text)
+
+
+def _bare(name: str) -> str:
+    """A name without what people write in different ways."""
+    return "".join(letter for letter in name.casefold() if letter.isalnum())
+
+
 def did_you_mean(got: object, known: Iterable[str]) -> str:
     """A suggestion for the end of an error message; empty if nothing is near.
 

@@ -50,7 +50,7 @@ def of_command(folder: pathlib.Path, name: str, case: wr.Case, *options: str) ->
             "ida",
             "record-ridgecrest",
             IDA,
-            {"count": 4, "accuracy": 0.5, "highest": 5.0},
+            {"count": 4, "accuracy": 0.5, "to": 5.0},
             ("--count", "4", "--accuracy", "0.5", "--to", "5"),
         ),
     ],
@@ -88,7 +88,7 @@ def assert_one_group_is_drawn(found: wr.Found) -> None:
 def test_fragility_of_a_run_of_its_table_and_of_its_folder_are_one(tmp_path, capsys):
     run = wr.run("sobol-single-block", "housner", overrides=SAMPLE, **QUIET)
     wr.write_run(run.found, tmp_path)
-    ask = functools.partial(wr.fragility, limits=[0.35, "overturning"], most_doubt=1)
+    ask = functools.partial(wr.fragility, limit=[0.35, "overturning"], max_doubt=1)
     of_run, of_table, of_folder = ask(run), ask(run.table), ask(tmp_path)
     assert of_run.table.equals(of_table.table)
     assert of_run.table.equals(of_folder.table)
@@ -105,7 +105,7 @@ def test_fragility_of_a_run_of_its_table_and_of_its_folder_are_one(tmp_path, cap
 
 def test_a_sweep_goes_on_where_it_was_and_has_the_lanes_of_a_run(tmp_path):
     case = wr.load_case("sobol-single-block", SAMPLE)
-    ask = functools.partial(wr.sweep, case, tmp_path, "housner", chunk_lanes=12, **QUIET)
+    ask = functools.partial(wr.sweep, case, tmp_path, "housner", chunk=12, **QUIET)
     first = ask()
     chunk = next((tmp_path / "chunks").glob("*0001*"))
     chunk.unlink()
@@ -115,10 +115,10 @@ def test_a_sweep_goes_on_where_it_was_and_has_the_lanes_of_a_run(tmp_path):
         assert found.facts["chunks_done"] == 3
         assert found.table["peak_rotation_rad"].equals(run.table["peak_rotation_rad"])
     assert again.report() == tmp_path / "report.html"
-    with pytest.raises(ValueError, match="its page lies in"):
+    with pytest.raises(ValueError, match="where the sweep lies"):
         again.report(tmp_path / "elsewhere")
     assert again.save(tmp_path / "elsewhere") == [tmp_path / "elsewhere/lanes.parquet"]
-    assert wr.fragility(again, most_doubt=1).table.equals(wr.fragility(run, most_doubt=1).table)
+    assert wr.fragility(again, max_doubt=1).table.equals(wr.fragility(run, max_doubt=1).table)
 
 
 def test_a_comparison_has_tables_and_a_page(tmp_path, capsys):

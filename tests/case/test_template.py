@@ -11,6 +11,7 @@ from warprock.case.template import bodies, start_case
 from warprock.case.text import template_kinds, template_text
 from warprock.errors import InputError
 from warprock.records.column_file import Reading
+from warprock.units import Dimension, parse_quantity
 
 NOTHING_SAID = Reading()
 
@@ -73,7 +74,6 @@ def test_a_body_a_record_and_a_sweep_at_once(tmp_path):
 @pytest.mark.parametrize(
     ("kind", "asked", "words"),
     [
-        ("stack", {"body": "cabinet"}, "--body: got 'cabinet', must be left out with stack"),
         ("spectrum", {"body": "1 m x 2 m"}, "--body: .* must be left out with spectrum"),
         ("pulse", {"body": "cabinett"}, "did you mean cabinet"),
         ("pulse", {"body": "1 m x 2"}, "sizes with units"),
@@ -86,3 +86,19 @@ def test_a_body_a_record_and_a_sweep_at_once(tmp_path):
 def test_what_has_no_place_is_refused(kind: str, asked: dict[str, Any], words: str):
     with pytest.raises(InputError, match=words):
         made(kind, **asked)
+
+
+@pytest.mark.parametrize("name", [*bodies(), "0.6 m x 2 m x 0.4 m", "0.9 m x 6 m"])
+def test_a_body_of_a_stack_stands_on_a_pedestal_wide_enough(name: str):
+    record = "ridgecrest-2019-ccc-090"
+    start = start_case("stack", body=name, record=record, reading=NOTHING_SAID)
+    tables, alone = tomllib.loads(start.text), made("pulse", body=name)
+    block = tables["block"]["2"]
+    sizes = {key: alone["block"][key] for key in ("width", "diameter", "height") if key in block}
+    assert sizes == {key: block[key] for key in sizes}
+    across = block.get("diameter") or block["width"]
+    assert parse_quantity(tables["block"]["1"]["width"], Dimension.LENGTH) > parse_quantity(
+        across, Dimension.LENGTH
+    )
+    assert tables["motion"] == {"waveform": "record", "record": record, "scale": 1.0}
+    assert start.lanes >= 1

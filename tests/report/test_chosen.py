@@ -18,7 +18,7 @@ PULSE = {"motion.waveform": "sine", "motion.cycles": 1, "run.duration": "4 s"}
 
 def _ida() -> Any:
     over = PULSE | {"motion.frequency": "1 Hz", "motion.amplitude": "0.3 g"}
-    asked: Any = {"lowest": 0.2, "highest": 3.0, "count": 4, "accuracy": 0.1, "intensity": "factor"}
+    asked: Any = {"from_": 0.2, "to": 3.0, "count": 4, "accuracy": 0.1, "im": "factor"}
     return wr.ida("single-sine-pulse", "housner", overrides=over, progress=False, **asked)
 
 
@@ -40,7 +40,7 @@ def _compare() -> Any:
 
 def _fragility() -> Any:
     run = wr.run("sobol-single-block", "housner", overrides={"sample.lanes": 64}, progress=False)
-    return wr.fragility(run, limits=["overturning"], most_doubt=1)
+    return wr.fragility(run, limit="overturning", max_doubt=1)
 
 
 @pytest.mark.parametrize("found", [_ida, _map, _spectrum, _compare, _fragility])

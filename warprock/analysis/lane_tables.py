@@ -5,14 +5,14 @@ from __future__ import annotations
 import enum
 import pathlib
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from warprock.analysis.groups import RECORD
-from warprock.errors import InputError, listed
+from warprock.errors import InputError, listed, written_as
 from warprock.model.response import USABLE, Outcome, Status
 from warprock.model.undecided import UNDECIDED
 from warprock.reading import reason, require_plain
@@ -20,6 +20,9 @@ from warprock.run.lane_table import LANE_TABLE
 
 PEAK_RATIO = re.compile(r"peak_rotation_ratio(_[1-9])?$")
 """Columns of the peak rotation / slenderness angle: one, or one for each block of a stack."""
+
+MEASURES = {"pga": "peak_acceleration_m_s2", "pgv": "peak_velocity_m_s"}
+"""Columns of intensity measures by the short names that the field has for them."""
 
 _UPLIFT_TIME = "uplift_time_s"
 _MEASURED = ("_rad", "_m", "_s", "_ratio", "_m_s", "_m_s2")
@@ -47,6 +50,20 @@ def read_lanes(path: pathlib.Path) -> pd.DataFrame:
         # What pyarrow says of a file that is none, or of columns that pandas has no place for.
         allowed = f"must be a Parquet file: {(str(error).splitlines() or [''])[0]}"
     raise InputError("TABLE", "", str(file), allowed)
+
+
+def measure_named(name: str, known: Iterable[str]) -> str:
+    """The column of an intensity measure as somebody writes it: PGA, pgv, Peak-acceleration-m-s2.
+
+    Args:
+        name: What was written.
+        known: Columns that there are.
+
+    Returns:
+        The column; the name itself where it is none, which is refused where it is used.
+    """
+    column = written_as(name, known)
+    return MEASURES.get(column.strip().lower(), column)
 
 
 def require_lane_table(table: pd.DataFrame, source: str, intensity: str, by: Sequence[str]) -> None:

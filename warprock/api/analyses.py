@@ -12,10 +12,10 @@ import pandas as pd
 
 from warprock.analysis.boundaries import TOLERANCE as BOUNDARY_TOLERANCE
 from warprock.analysis.boundaries import refine, require_tolerance
-from warprock.analysis.capacities import capacities, require_columns
+from warprock.analysis.capacities import INTENSITIES, capacities, require_columns
 from warprock.analysis.fragility import INTENSITY, MOST_DOUBT, fragility_curves
 from warprock.analysis.incremental import Ladder, plan_analysis, run_analysis
-from warprock.analysis.lane_tables import read_lanes
+from warprock.analysis.lane_tables import measure_named, read_lanes
 from warprock.analysis.limits import DEFAULT_LIMITS, read_limits
 from warprock.analysis.overturning import run_grid
 from warprock.analysis.sensitivity import PEAK, run_sensitivity
@@ -24,6 +24,7 @@ from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.work import How, HowHeld, listing_how, working
+from warprock.arguments import at_the_door, several
 from warprock.errors import InputError
 from warprock.figures.fragility import draw_curves, groups_of, plot_curves
 from warprock.figures.incremental import draw_analysis, plot_analysis
@@ -44,14 +45,15 @@ Table = pd.DataFrame | Found | str | os.PathLike[str]
 """A lane table, what a run or a sweep found, or the path of a Parquet file or of its folder."""
 
 
+@at_the_door
 def fragility(
     table: Table,
     *,
-    intensity: str = INTENSITY,
-    limits: Sequence[str | float] = (),
-    slides: Sequence[str] = (),
-    by: Sequence[str] = (),
-    most_doubt: float = MOST_DOUBT,
+    im: str = INTENSITY,
+    limit: str | float | Sequence[str | float] = (),
+    limit_slide: str | Sequence[str] = (),
+    by: str | Sequence[str] = (),
+    max_doubt: float = MOST_DOUBT,
 ) -> Found:
     """Fragility functions: how likely a limit state is, over an intensity of the motion.
 
@@ -60,12 +62,12 @@ def fragility(
 
     Args:
         table: A lane table, what `run` or `sweep` found, or the path of one or of its folder.
-        intensity: Column of the intensity measure, above 0 in every lane.
-        limits: Limit states: "uplift", "overturning" or a peak rotation / slenderness angle;
-            uplift, 0.15, 0.35 and overturning where neither these nor slides are given.
-        slides: Limit states that are a peak slide, such as "10 mm".
-        by: Columns that make groups of lanes.
-        most_doubt: Share of a group's lanes that may be left out or in doubt [-]; more is refused.
+        im: Column of the intensity measure, above 0 in every lane; or PGA, PGV.
+        limit: Limit state, or several: "uplift", "overturning" or a peak rotation / slenderness
+            angle; uplift, 0.15, 0.35 and overturning where neither these nor slides are given.
+        limit_slide: Limit states that are a peak slide, such as "10 mm".
+        by: Column that makes groups of lanes, or several.
+        max_doubt: Share of a group's lanes that may be left out or in doubt [-]; more is refused.
 
     Returns:
         A `Found` whose table has one row a group and limit state; `found` are the curves.
@@ -82,25 +84,26 @@ def fragility(
         >>> import warprock as wr
         >>> fewer = {"sample.lanes": 64}
         >>> run = wr.run("sobol-single-block", "housner", overrides=fewer, progress=False)
-        >>> found = wr.fragility(run, limits=["overturning"], most_doubt=1)
+        >>> found = wr.fragility(run, limit="overturning", max_doubt=1)
         >>> found.table["reached"].tolist() == [int((run.table["outcome"] == "overturned").sum())]
         True
     """
-    _require_within("most_doubt", most_doubt, 0.0, 1.0)
+    _require_within("max_doubt", max_doubt, 0.0, 1.0)
+    groups, slides = several(by), several(limit_slide)
     with python_names():
         lanes, source = _lanes_of(table)
-        texts = [each if isinstance(each, str) else f"{each:g}" for each in limits]
+        im = measure_named(im, lanes.columns.astype(str))
+        texts = [each if isinstance(each, str) else f"{each:g}" for each in several(limit)]
         chosen = read_limits(texts or (() if slides else DEFAULT_LIMITS), slides)
-        curves = fragility_curves(
-            lanes, source=source, intensity=intensity, limits=chosen, by=by, most_doubt=most_doubt
-        )
+        how: dict[str, Any] = {"limits": chosen, "by": groups, "most_doubt": max_doubt}
+        curves = fragility_curves(lanes, source=source, intensity=im, **how)
     return Found(
-        f"fragility over {intensity}",
+        f"fragility over {im}",
         curves,
-        functools.partial(fragility_report, lanes, curves, source, intensity),
-        functools.partial(draw_curves, curves, intensity),
-        (len(groups_of(curves)), lambda ax, group: plot_curves(ax, curves, intensity, group)),
-        functools.partial(_played_of_table, table, lanes, intensity),
+        functools.partial(fragility_report, lanes, curves, source, im),
+        functools.partial(draw_curves, curves, im),
+        (len(groups_of(curves)), functools.partial(plot_curves, curves=curves, intensity=im)),
+        functools.partial(_played_of_table, table, lanes, im),
     )
 
 
@@ -123,16 +126,17 @@ def _lanes_of(table: Table) -> tuple[pd.DataFrame, str]:
 
 
 @listing_how
+@at_the_door
 def ida(
     case: AnyCase,
     engine: str | None = None,
     *,
-    lowest: float = 0.1,
-    highest: float = 10.0,
+    from_: float = 0.1,
+    to: float = 10.0,
     count: int = 21,
     accuracy: float = 0.01,
-    intensity: str = INTENSITY,
-    by: Sequence[str] = (),
+    im: str = INTENSITY,
+    by: str | Sequence[str] = (),
     folder: str | os.PathLike[str] | None = None,
     **how: Unpack[HowHeld],
 ) -> Found:
@@ -143,12 +147,12 @@ def ida(
     Args:
         case: The case, as in `run`.
         engine: Name of the engine, as in `run`.
-        lowest: Least factor on the motion [-].
-        highest: Greatest factor [-].
+        from_: Least factor on the motion [-].
+        to: Greatest factor [-].
         count: Factors of the first stage.
         accuracy: Width of a bracket over its least factor at which it is narrow enough [-].
-        intensity: Intensity measure: this column, normalised_acceleration, scale or factor.
-        by: Columns that make groups of lanes.
+        im: Intensity measure: this column, or PGA, normalised_acceleration, scale, factor.
+        by: Column that makes groups of lanes, or several.
         folder: Where finished stages are kept, so that the same call goes on behind the last one;
             None keeps none.
         **how: overrides, tolerance, precision, device, workers and progress, as in `run`.
@@ -166,16 +170,17 @@ def ida(
     Example:
         >>> import warprock as wr
         >>> shorter = {"motion.scale": 1.0, "run.duration": "20 s"}
-        >>> asked = {"lowest": 0.2, "highest": 2.0, "count": 5, "accuracy": 0.1, "progress": False}
+        >>> asked = {"from_": 0.2, "to": 2.0, "count": 5, "accuracy": 0.1, "progress": False}
         >>> found = wr.ida("record-ridgecrest", "housner", **asked, overrides=shorter)
         >>> found.table["overturning_factor"].round(3).tolist()
         [1.299]
     """
-    ladder = Ladder(lowest, highest, count, accuracy)
+    ladder = Ladder(from_, to, count, accuracy)
     with python_names():
         ladder.judge()
     with working(case, engine, counted=False, factors=ladder.factors.tolist(), **how) as work:
-        return _ida(work, ladder, intensity, by, None if folder is None else pathlib.Path(folder))
+        place = None if folder is None else pathlib.Path(folder)
+        return _ida(work, ladder, measure_named(im, INTENSITIES), several(by), place)
 
 
 def _ida(
@@ -189,17 +194,20 @@ def _ida(
         work.case, plan, ladder, folder, workers=options.workers, progress=options.progress
     )
     groups = capacities(found, intensity=intensity, by=by)
+    draw = functools.partial(plot_analysis, found=found, groups=groups, intensity=intensity)
+    quiet = options.without_progress()
     return Found(
         f"{work.case.name}: incremental dynamic analysis with {work.engine}",
         found,
         functools.partial(analysis_report, found, work.case, groups, intensity),
         functools.partial(draw_analysis, found, groups, intensity),
-        (len(groups), lambda ax, group: plot_analysis(ax, found, groups, intensity, group)),
-        functools.partial(played_of_analysis, work.case, work.engine, work.options, found),
+        (len(groups), draw),
+        functools.partial(played_of_analysis, work.case, work.engine, quiet, found),
     )
 
 
 @listing_how
+@at_the_door
 def map(
     case: AnyCase,
     engine: str | None = None,
@@ -243,12 +251,13 @@ def map(
         found,
         functools.partial(map_report, found),
         functools.partial(draw_map, found),
-        (len(found.groups), lambda ax, group: plot_map(ax, found, group)),
+        (len(found.groups), functools.partial(plot_map, found=found)),
         functools.partial(scenes_of, found.run),
     )
 
 
 @listing_how
+@at_the_door
 def spectrum(
     case: AnyCase,
     engine: str | None = None,
@@ -287,12 +296,13 @@ def spectrum(
         found,
         functools.partial(spectrum_report, found),
         functools.partial(draw_spectrum, found),
-        (len(found.groups), lambda ax, group: plot_spectrum(ax, found, group)),
+        (len(found.groups), functools.partial(plot_spectrum, found=found)),
         functools.partial(scenes_of, found.run),
     )
 
 
 @listing_how
+@at_the_door
 def sensitivity(
     case: AnyCase,
     engine: str | None = None,
@@ -336,7 +346,7 @@ def sensitivity(
         found,
         functools.partial(sensitivity_report, found),
         functools.partial(draw_sensitivity, found),
-        (len(found.groups), lambda ax, group: plot_sensitivity(ax, found, group)),
+        (len(found.groups), functools.partial(plot_sensitivity, found=found)),
     )
 
 

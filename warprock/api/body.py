@@ -10,6 +10,7 @@ import tomllib
 from warprock.api.case import Case
 from warprock.api.found import Found
 from warprock.api.names import python_names
+from warprock.arguments import at_the_door
 from warprock.bodies.body import Asked, Body, Texts, find_body, read_asked
 from warprock.bodies.case_text import CASE_FILE, case_of
 from warprock.case.template import Start
@@ -18,6 +19,7 @@ from warprock.run.catalogue import write_case
 from warprock.tables.bodies import body_report
 
 
+@at_the_door
 def body(
     mesh: str | os.PathLike[str],
     *,
@@ -77,7 +79,8 @@ class BodyFound(Found):
 
     def __init__(self, found: Body, start: Start) -> None:
         report = functools.partial(body_report, found)
-        super().__init__(f"{found.name}: a body", found, report, lambda: draw_body(found))
+        draw = functools.partial(draw_body, found)
+        super().__init__(f"{found.name}: a body", found, report, draw)
         self._start = start
 
     @property

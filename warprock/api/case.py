@@ -15,6 +15,7 @@ import pandas as pd
 from warprock.api.names import python_names
 from warprock.api.parts import Part, Sweep
 from warprock.api.plain import plain
+from warprock.arguments import at_the_door
 from warprock.case.axes import LABEL
 from warprock.case.case import Case as JudgedCase
 from warprock.case.lanes import expand_lanes
@@ -92,6 +93,7 @@ class Case(JudgedCase):
         "motion.amplitude" = { from = "0.2 g", to = "0.6 g", count = 3 }
     """
 
+    @at_the_door
     def __init__(
         self,
         *,
@@ -136,6 +138,7 @@ class Case(JudgedCase):
             self._hold(_judged(tables, name, folder))
 
     @classmethod
+    @at_the_door
     def from_dict(
         cls,
         tables: Mapping[str, Any],
@@ -165,6 +168,7 @@ class Case(JudgedCase):
             return cls.of(_judged(filled, name, folder))
 
     @classmethod
+    @at_the_door
     def from_table(cls, table: pd.DataFrame, **tables: Any) -> Self:
         """A case with a lane for each row of a table.
 
@@ -190,6 +194,7 @@ class Case(JudgedCase):
         """
         return cls(**{**tables, "sweep": [Sweep(table), *_sweeps(tables.get("sweep", ()))]})
 
+    @at_the_door
     def override(self, changes: Overrides) -> Self:
         """Another case, some keys of which have other values.
 
@@ -274,6 +279,7 @@ AnyCase = JudgedCase | Mapping[str, Any] | str | os.PathLike[str]
 """A case, the tables of one, the name of a shipped one, or the path of a file or folder."""
 
 
+@at_the_door
 def load_case(name_or_path: str | os.PathLike[str], overrides: Overrides = ()) -> Case:
     """Reads a case file and judges every value in it.
 

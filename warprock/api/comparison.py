@@ -9,6 +9,7 @@ from warprock.api.case import AnyCase, any_case
 from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
+from warprock.arguments import at_the_door, several
 from warprock.case.load import Overrides
 from warprock.compare.checks import compare as compare_engines
 from warprock.figures.drawing import Drawing
@@ -17,9 +18,10 @@ from warprock.report.chosen import played_of_comparison
 from warprock.tables.comparison import comparison_report
 
 
+@at_the_door
 def compare(
     case: AnyCase,
-    engines: Sequence[str],
+    engine: str | Sequence[str],
     *,
     overrides: Overrides = (),
     workers: int | None = None,
@@ -32,8 +34,8 @@ def compare(
 
     Args:
         case: The case, as in `run`.
-        engines: Names of engines and of programs beside them; settings of one run come behind its
-            name: "event@time_step=1e-3".
+        engine: Names, one or several, of engines and of programs beside them; settings of one run
+            come behind its name: "event@time_step=1e-3".
         overrides: As in `run`.
         workers: As in `run`.
         progress: As in `run`.
@@ -51,10 +53,11 @@ def compare(
         >>> bool((found.table["error_5s_ratio"] < 1e-9).all())
         True
     """
+    engines = several(engine)
     with python_names():
         work = any_case(case, overrides).judged
         with shown(progress, work.name, None) as report:
-            found = compare_engines(work, list(engines), workers, report)
+            found = compare_engines(work, engines, workers, report)
     title = f"{work.name}: {', '.join(engines)}"
     draw: Callable[[], list[Drawing]] = list
     if "observed" in found:

@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import pandas as pd
 
 from warprock.api.names import python_names
+from warprock.arguments import at_the_door
 from warprock.errors import InputError
+from warprock.figures.axes import require_axes
 from warprock.figures.drawing import Drawing, write_drawings
 from warprock.report.writing import write_report
 from warprock.run.results import list_results, write_results
@@ -60,6 +62,11 @@ class Found:
         self._reported, self._draw, self._panel, self._play = report, draw, panel, play
         self._saved: pathlib.Path | None = None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """What a pickle keeps: what was found; tables and figures are made of it again."""
+        made = ("_report", "_drawings")
+        return {name: value for name, value in self.__dict__.items() if name not in made}
+
     @functools.cached_property
     def _report(self) -> Report:
         return self._reported()
@@ -96,7 +103,8 @@ class Found:
     def _drawings(self) -> Sequence[Drawing]:
         return self._draw()
 
-    def plot(self, *, ax: Axes | None = None, group: int = 0) -> Any:
+    @at_the_door
+    def plot(self, *, ax: Any = None, group: int = 0) -> Any:
         """Its first figure, as Matplotlib has it; or one group of lanes on axes of one's own.
 
         Args:
@@ -107,8 +115,8 @@ class Found:
             A `matplotlib.figure.Figure`, which a notebook shows; the axes where some are given.
 
         Raises:
-            InputError: There is no such group.
-            ValueError: It has no figure, or none that fits on one pair of axes.
+            InputError: There is no such group, or no figure that fits on one pair of axes.
+            ValueError: It has no figure.
 
         Example:
             >>> import matplotlib.pyplot as plt
@@ -119,6 +127,7 @@ class Found:
             >>> found.plot(ax=axes) is axes
             True
         """
+        require_axes(ax)
         if ax is not None:
             return self._plot_on(ax, group)
         drawings = self.figures()
@@ -129,7 +138,8 @@ class Found:
     def _plot_on(self, ax: Axes, group: int) -> Axes:
         """Draws a group of lanes on some axes."""
         if self._panel is None:
-            raise ValueError(f"{self.title}: has no figure for one pair of axes; plot() has all")
+            allowed = f"must be left out: {self.title} has no figure for one pair of axes"
+            raise InputError("ax", "", ax, allowed)
         count, draw = self._panel
         if not 0 <= group < count:
             raise InputError("group", "", group, f"must be a group of lanes from 0 to {count - 1}")
@@ -140,6 +150,7 @@ class Found:
         """Prints it as the command does."""
         self._report.show()
 
+    @at_the_door
     def save(self, folder: str | os.PathLike[str]) -> list[pathlib.Path]:
         """Writes all of it to a folder, as the command does with `-o`: tables, figures, a page.
 
@@ -160,6 +171,7 @@ class Found:
         self._saved = place
         return [*files, self._write_page(place)] if self._saves_page else files
 
+    @at_the_door
     def report(self, folder: str | os.PathLike[str] | None = None) -> pathlib.Path:
         """The page of it: one HTML file that a browser opens and a mail can carry.
 

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Iterator
 
 from warprock.errors import InputError
 
 _ARGUMENTS = {
     "-s": "overrides",
-    "CASE": "case",
-    "TABLE": "table",
-    "--from": "lowest",
-    "--to": "highest",
-    "--im": "intensity",
-    "--limit": "limits",
-    "--limit-slide": "slides",
-    "--max-doubt": "most_doubt",
-    "--chunk": "chunk_lanes",
+    "--from": "from_",
     "--output": "folder",
     "--history": "lane",
 }
 """Options whose arguments have other names."""
+
+_PLACES = ("CASE", "TABLE", "MESH")
+"""What the command line has in a place of its own, not behind an option."""
+
+_OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")
 
 
 @contextlib.contextmanager
@@ -34,8 +32,13 @@ def python_names() -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        source = error.source
-        if source.startswith("--"):
-            source = source.removeprefix("--").replace("-", "_")
-        source = _ARGUMENTS.get(error.source, source)
-        raise InputError(source, error.key, error.got, error.allowed) from None
+        source = error.source.lower() if error.source in _PLACES else _named(error.source)
+        allowed = _OPTION.sub(lambda found: _named(found[0]), error.allowed)
+        raise InputError(source, error.key, error.got, allowed) from None
+
+
+def _named(option: str) -> str:
+    """The argument of an option; what is no option stays."""
+    if option in _ARGUMENTS or not option.startswith("--"):
+        return _ARGUMENTS.get(option, option)
+    return option.removeprefix("--").replace("-", "_")

@@ -15,6 +15,7 @@ from typing import Any, ClassVar
 import pandas as pd
 
 from warprock.api.plain import plain
+from warprock.arguments import at_the_door
 from warprock.case.block import Block as BlockTable
 from warprock.case.block import StackedBlock
 from warprock.case.body import Body as BodyTable
@@ -204,6 +205,7 @@ class Grid(Part):
         Sweep({'block.height': {'from': '1 m', 'to': '2 m', 'count': 5}})
     """
 
+    @at_the_door
     def __init__(self, first: Any, last: Any, count: int, spacing: str | None = None) -> None:
         super().__init__({"from": first, "to": last, "count": count, "spacing": spacing})
 
@@ -223,6 +225,7 @@ class Uniform(Part):
 
     shape: ClassVar[str] = "uniform"
 
+    @at_the_door
     def __init__(self, low: Any, high: Any) -> None:
         super().__init__({"distribution": self.shape, "from": low, "to": high})
 
@@ -254,6 +257,7 @@ class Lognormal(Part):
         {'distribution': 'lognormal', 'median': '0.3 g', 'dispersion': 0.5, 'to': '2 g'}
     """
 
+    @at_the_door
     def __init__(self, median: Any, dispersion: float, low: Any = None, high: Any = None) -> None:
         drawn = {"median": median, "dispersion": dispersion, "from": low, "to": high}
         super().__init__({"distribution": "lognormal", **drawn})
@@ -280,6 +284,7 @@ class Sweep(Part):
         Sweep({'block.height': ['1.0 m', '2.0 m'], 'motion.frequency': ['1.5 Hz', '2.5 Hz']})
     """
 
+    @at_the_door
     def __init__(self, keys: Mapping[str, Any] | pd.DataFrame) -> None:
         super().__init__(swept_columns(keys, "table") if isinstance(keys, pd.DataFrame) else keys)
 
@@ -302,6 +307,7 @@ class Sample(Part):
         1000
     """
 
+    @at_the_door
     def __init__(
         self,
         over: Mapping[str, Any],
@@ -329,6 +335,7 @@ class Ensemble(Part):
         200
     """
 
+    @at_the_door
     def __init__(
         self,
         members: int,
@@ -355,6 +362,7 @@ class Spectrum(Part):
         ['10 deg', '15 deg']
     """
 
+    @at_the_door
     def __init__(self, period: Any, slenderness: Any) -> None:
         super().__init__({"period": period, "slenderness": slenderness})
 
@@ -372,5 +380,6 @@ class Study(Part):
         Study(engines=['impulse'], vary={'substeps': [20, 200]})
     """
 
+    @at_the_door
     def __init__(self, engines: Any, vary: Mapping[str, Any]) -> None:
         super().__init__({"engines": engines, "vary": vary})

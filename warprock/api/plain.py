@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from warprock.arguments import at_the_door
 from warprock.errors import InputError
 from warprock.units import ALIASES, UNITS
 
@@ -34,6 +35,7 @@ def plain(value: Any) -> Any:
     return os.fspath(value) if isinstance(value, os.PathLike) else value
 
 
+@at_the_door
 def with_unit(values: Any, unit: str) -> Any:
     """Numbers with a unit, as cases want them.
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.api.names import python_names
+from warprock.arguments import at_the_door
 from warprock.errors import InputError
 from warprock.records.loading import load_record
 from warprock.records.sample_file import csv_text
@@ -17,6 +18,7 @@ from warprock.records.writing import NOT_STATED
 from warprock.run.files import replacing, require_writable_file
 
 
+@at_the_door
 def save_record(
     file: str | os.PathLike[str],
     samples: Any,

@@ -15,18 +15,19 @@ from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.progress import Shown
 from warprock.api.work import HowHeld, working
+from warprock.arguments import at_the_door
 from warprock.case.input_columns import columns_of
 from warprock.case.load import Overrides
 from warprock.case.run import Run as RunTable
 from warprock.case.validation import refusing, validated
 from warprock.errors import InputError
-from warprock.figures.axes import plot_history, plot_peaks
+from warprock.figures.axes import plot_history, plot_peaks, require_axes
 from warprock.figures.run import draw_run
 from warprock.measure.trade_choice import Choice, choose
 from warprock.model.response import Response
 from warprock.quantity import Said
 from warprock.report.scenes import scenes_of
-from warprock.run.case_run import CaseRun, run_case, run_lane
+from warprock.run.case_run import CaseRun, require_choice, run_case, run_lane
 from warprock.run.cells import cell_table
 from warprock.run.devices import start_warp
 from warprock.run.engine_choice import EngineChoice
@@ -34,6 +35,7 @@ from warprock.run.lane_table import LANE_TABLE, history_table, lane_table, peak_
 from warprock.run.options import TOLERANCE, RunOptions
 from warprock.run.provenance import count_words, provenance
 from warprock.run.results import CELL_TABLE, write_run
+from warprock.settings.engines import SETTINGS
 from warprock.tables.cells import print_cells
 from warprock.tables.report import Report
 from warprock.tables.run import print_run
@@ -102,6 +104,7 @@ class Run(Found):
             raise ValueError(f"{self.case.name}: has no ensemble, and so no cells")
         return cell_table(self.found.lane_set, self.response)
 
+    @at_the_door
     def history(self, lane: int = 0, interval: str | None = None) -> pd.DataFrame:
         """What a lane did over time: it runs again, alone, and gives the same numbers.
 
@@ -126,6 +129,7 @@ class Run(Found):
         run, response = self._sampled(lane, interval)
         return history_table(response, 0, run.lane_set, lane)
 
+    @at_the_door
     def plot_history(self, lane: int = 0, *, interval: str | None = None, ax: Any = None) -> Axes:
         """Draws the rotation of a lane over its slenderness angle, over time.
 
@@ -140,8 +144,10 @@ class Run(Found):
         Raises:
             InputError: There is no such lane, or the interval cannot be used.
         """
+        require_axes(ax)
         return plot_history(*self._sampled(lane, interval), lane, ax)
 
+    @at_the_door
     def plot_peaks(self, x: str | None = None, *, ax: Any = None) -> Axes:
         """Draws the largest rotation of every lane over the slenderness angle, over an input.
 
@@ -155,6 +161,7 @@ class Run(Found):
         Raises:
             InputError: The table has no such column.
         """
+        require_axes(ax)
         return plot_peaks(self.found, self.table, x, ax)
 
     def _sampled(self, lane: int, interval: str | None) -> tuple[CaseRun, Response]:
@@ -185,6 +192,7 @@ class Run(Found):
         return f"Run({head}: {'; '.join(words)})"
 
 
+@at_the_door
 def run(
     case: AnyCase,
     engine: str | None = None,
@@ -251,6 +259,8 @@ def _for_accuracy(
     overrides = how["overrides"]
     keys = overrides if isinstance(overrides, Mapping) else list(overrides)
     with python_names():
+        if engine is not None:
+            require_choice("--engine", engine, tuple(SETTINGS))
         if how["tolerance"] != TOLERANCE:
             allowed = "must be left out: accuracy sets it, too"
             raise InputError("tolerance", "", how["tolerance"], allowed)

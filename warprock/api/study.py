@@ -9,6 +9,7 @@ from warprock.api.case import AnyCase, any_case
 from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
+from warprock.arguments import at_the_door
 from warprock.case.load import Overrides
 from warprock.compare import study as studies
 from warprock.errors import InputError
@@ -21,6 +22,7 @@ from warprock.tables.report import Report
 from warprock.tables.study import print_study_run
 
 
+@at_the_door
 def study(
     case: AnyCase,
     engine: str | None = None,

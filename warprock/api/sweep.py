@@ -12,6 +12,8 @@ from warprock.analysis.lane_tables import read_lanes
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.work import HowHeld, listing_how, working
+from warprock.arguments import at_the_door
+from warprock.errors import InputError
 from warprock.run.lane_table import LANE_TABLE
 from warprock.sweep.chunks import merge, sweep_state
 from warprock.sweep.plan import CHUNK_LANES, Plan, make_plan, write_plan
@@ -21,12 +23,13 @@ from warprock.tables.sweeps import print_state
 
 
 @listing_how
+@at_the_door
 def sweep(
     case: AnyCase,
     folder: str | os.PathLike[str],
     engine: str | None = None,
     *,
-    chunk_lanes: int = CHUNK_LANES,
+    chunk: int = CHUNK_LANES,
     **how: Unpack[HowHeld],
 ) -> Found:
     """Runs many lanes in chunks that are kept, and merges them.
@@ -38,7 +41,7 @@ def sweep(
         case: The case, as in `run`.
         folder: Folder of the sweep: its plan, its chunks and the merged table.
         engine: As in `run`.
-        chunk_lanes: Lanes in a chunk.
+        chunk: Lanes in a chunk.
         **how: overrides, tolerance, precision, device, workers and progress, as in `run`.
 
     Returns:
@@ -51,20 +54,19 @@ def sweep(
         >>> import tempfile
         >>> import warprock as wr
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     found = wr.sweep("free-b0", folder, "housner", chunk_lanes=1, progress=False)
+        ...     found = wr.sweep("free-b0", folder, "housner", chunk=1, progress=False)
         >>> found.facts["chunks_done"], len(found.table)
         (2, 2)
     """
     place = pathlib.Path(folder)
     with working(case, engine, **how) as work:
         quiet = dataclasses.replace(work.options, progress=None)
-        plan = make_plan(work.case, work.engine, quiet, chunk_lanes=chunk_lanes)
+        plan = make_plan(work.case, work.engine, quiet, chunk_lanes=chunk)
         write_plan(plan, place)
         report = work.options.progress or (lambda _: None)
         run_here(plan, place, work.options.workers)(chunks_to_run(plan, place, Shard()), report)
         merge(plan, place)
-        table = _report(plan, place)
-    return SweepFound(f"{work.case.name}: sweep with {work.engine}", plan, table, place)
+    return SweepFound(f"{work.case.name}: sweep with {work.engine}", plan, place)
 
 
 class SweepFound(Found):
@@ -72,10 +74,11 @@ class SweepFound(Found):
 
     _saves_page = False
 
-    def __init__(self, title: str, plan: Plan, report: Report, folder: pathlib.Path) -> None:
-        super().__init__(title, plan, lambda: report, list)
+    def __init__(self, title: str, plan: Plan, folder: pathlib.Path) -> None:
+        super().__init__(title, plan, functools.partial(_report, plan, folder), list)
         self.folder = folder
 
+    @at_the_door
     def report(self, folder: str | os.PathLike[str] | None = None) -> pathlib.Path:
         """The page of the sweep, in its folder.
 
@@ -86,10 +89,11 @@ class SweepFound(Found):
             The file.
 
         Raises:
-            ValueError: It is another folder.
+            InputError: It is another folder.
         """
         if folder is not None and pathlib.Path(folder) != self.folder:
-            raise ValueError(f"{self.title}: its page lies in {self.folder}, not in {folder}")
+            allowed = f"must be left out, or {self.folder}, where the sweep lies"
+            raise InputError("folder", "", os.fspath(folder), allowed)
         return self._write_page(self.folder)
 
 

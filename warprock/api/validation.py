@@ -13,16 +13,18 @@ import pandas as pd
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.work import HowHeld, listing_how, working
+from warprock.arguments import at_the_door, several
 from warprock.compare.validation import run_validation
 from warprock.figures.validation import draw_validation
 from warprock.tables.validation import validation_report
 
 
 @listing_how
+@at_the_door
 def validate(
     case: AnyCase,
     observed: pd.DataFrame | str | os.PathLike[str] | None = None,
-    engines: Sequence[str] = (),
+    engine: str | Sequence[str] = (),
     *,
     column: str | None = None,
     group: str | None = None,
@@ -39,7 +41,8 @@ def validate(
         observed: A table with one row a test, or the path of a CSV or Parquet file: its outcome,
             and a label of the case, `record` or `lane` (of an ensemble or a sample `cell`); None
             takes the label `observed` of the case.
-        engines: Names of engines and of programs; without, the one that the case has as a rule.
+        engine: Names, one or several, of engines and of programs; without, the one that the case
+            has as a rule.
         column: Column of the outcome; None takes observed, overturned or outcome.
         group: Column of the table or of the lane table that says which tests share a ground motion;
             None takes the record.
@@ -68,8 +71,9 @@ def validate(
     table: pd.DataFrame | pathlib.Path | None = None
     if observed is not None:
         table = observed if isinstance(observed, pd.DataFrame) else pathlib.Path(observed)
+    engines = several(engine)
     with working(case, engines[0] if engines else None, counted=False, **how) as work:
-        names = list(engines) or [work.engine]
+        names = engines or [work.engine]
         found = run_validation(work.case, names, table, work.options, column=column, group=group)
     return Found(
         f"{work.case.name}: held to {found.tests.source}",

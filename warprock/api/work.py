@@ -12,6 +12,7 @@ from typing import Any, TypedDict, TypeVar, cast
 from warprock.api.case import AnyCase, any_case
 from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
+from warprock.arguments import at_the_door
 from warprock.case.load import Overrides
 from warprock.run.engine_choice import EngineChoice, choose_engine
 from warprock.run.options import TOLERANCE, RunOptions
@@ -36,6 +37,7 @@ class HowHeld(How, total=False):
     tolerance: float | None
 
 
+@at_the_door
 @contextlib.contextmanager
 def working(
     case: AnyCase,

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from warprock.arguments import at_the_door
 from warprock.case.axes import LABEL
 from warprock.case.body_lanes import body_columns, body_lanes, body_of
 from warprock.case.case import Case
@@ -139,6 +140,7 @@ class LaneSet:
         """One lane, by its place from 0, with its number."""
         return dataclasses.replace(self.take(np.array([lane])), first=self.first + lane)
 
+    @at_the_door
     def select(self, where: Mapping[str, str]) -> npt.NDArray[np.intp]:
         """Lanes with certain labels, in lane order.
 
@@ -159,6 +161,7 @@ class LaneSet:
         return np.flatnonzero(chosen)
 
 
+@at_the_door
 def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
     """The lanes of a case, their motions and sampling, the kind of scene and the table of inputs.
 
@@ -176,8 +179,7 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
     """
     import pandas as pd
 
-    if lanes is None:
-        require_room_for_lanes(case)
+    _require_lanes(case, lanes)
     values = LaneValues(case, range(case.lane_count) if lanes is None else lanes)
     durations = _durations(values)
     if not values.lanes:
@@ -228,6 +230,14 @@ def _durations(values: LaneValues) -> Array:
         allowed = f"must be at least run.sample_interval, {interval:g} s"
         values.refuse(durations < interval, DURATION, allowed)
     return durations
+
+
+def _require_lanes(case: Case, lanes: range | None) -> None:
+    """Refuses lanes that the case does not have, and all of a case that are too many."""
+    if lanes is None:
+        require_room_for_lanes(case)
+    elif lanes and not 0 <= min(lanes) <= max(lanes) < case.lane_count:
+        raise InputError("lanes", "", lanes, f"must lie in 0 to {case.lane_count - 1}")
 
 
 def require_room_for_lanes(case: Case) -> None:

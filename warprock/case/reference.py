@@ -31,6 +31,7 @@ from warprock.errors import InputError, did_you_mean, listed
 from warprock.quantity import InputKey, Key
 from warprock.settings.engines import SETTINGS, declared_settings
 from warprock.settings.programs import PEER_SETTINGS
+from warprock.unmodelled import unmodelled_text
 
 
 class KeyRow(NamedTuple):
@@ -186,6 +187,9 @@ def find_sections(wanted: str | None = None) -> list[Section]:
         if (keys := tuple(k for k in section.keys if f"{k.key}.".startswith(f"{name}.")))
     ]
     if not found:
+        found_out = unmodelled_text(wanted)
+        if found_out:
+            raise InputError("TABLE", "", wanted, f"no key of a case file{found_out}")
         known = [row.key for section in every for row in section.keys]
         tables = dict.fromkeys(key.rpartition(".")[0] for key in known if "." in key)
         allowed = f"must be a table or a key of a case file ({listed(name, [*tables, *known])})"

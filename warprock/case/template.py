@@ -38,6 +38,16 @@ SIZES = ("width", "depth", "diameter", "height")
 MAP, DURATION = "map", "run.duration"
 """The kind of case whose runs have to decide, and the key of how long they last."""
 
+LEDGE = 0.05
+"""How far the pedestal below a body reaches beyond its base on each side [m]."""
+
+RECORD_MOTION = (
+    'waveform = "record"',
+    'record = ""   # a name (`warprock records list`), or a file beside this one',
+    "scale = 1.0   # factor on the record",
+)
+"""The motion of a case of a stack that is to follow a record."""
+
 AFTERWARDS = 10.0
 """Time that a run lasts beyond a record of one's own [s]."""
 
@@ -170,6 +180,13 @@ class Draft:
             if drawn is not None and at is not None:
                 del drawn[at]
 
+    def replace(self, table: str, lines: Sequence[str]) -> None:
+        """Gives a table other lines, and takes out the axes on its keys."""
+        section = self._section(table)
+        found = tomllib.loads("\n".join(section)).get(table, {})
+        self.drop_axes({f"{table}.{name}" for name in found})
+        section[:] = ["", f"[{table}]", *lines, ""]
+
     def _drop(self, key: str) -> None:
         table, _, name = key.rpartition(".")
         section = self._find(table)
@@ -228,20 +245,29 @@ def _put(draft: Draft, text: str, option: str) -> str:
 
 
 def _put_body(draft: Draft, kind: str, body: str) -> None:
-    """Puts a body into [block], and its friction into [contact]."""
+    """Puts a body into [block]; of a stack on block 1, the pedestal, which it makes wide enough."""
     tables = tomllib.loads(draft.text())
-    if any(name.isdecimal() for name in tables["block"]) or "spectrum" in tables:
+    on = "block.2" if "2" in tables["block"] else "block"
+    if "spectrum" in tables:
         allowed = f"must be left out with {kind}, which makes its own sizes: change them with -s"
         raise InputError("--body", "", body, allowed)
     known = bodies()
     found = dict(known[body]) if body in known else _own_body(body, known)
     for name in SIZES:
         if name in found:
-            draft.give(f"block.{name}", found[name])
-    for key, name in (("block.density", "density"), ("contact.friction", "friction")):
+            draft.give(f"{on}.{name}", found[name])
+    friction = "contact.friction" if on == "block" else f"{on}.friction"
+    for key, name in ((f"{on}.density", "density"), (friction, "friction")):
         if name in found:
             draft.give(key, found[name])
-    draft.give("title", f"{found['text'][0].upper()}{found['text'][1:]}")
+    title = f"{found['text'][0].upper()}{found['text'][1:]}"
+    if on == "block":
+        draft.give("title", title)
+        return
+    for side in ("width", "depth"):
+        across = parse_quantity(found.get(side) or found["diameter"], Dimension.LENGTH)
+        draft.give(f"block.1.{side}", f"{across + 2.0 * LEDGE:g} m")
+    draft.give("title", f"{title}, on a pedestal")
 
 
 def _own_body(body: str, known: Mapping[str, object]) -> dict[str, Any]:
@@ -266,7 +292,9 @@ def _own_body(body: str, known: Mapping[str, object]) -> dict[str, Any]:
 def _put_record(draft: Draft, kind: str, name: str, reading: Reading) -> dict[str, bytes]:
     """Puts a record into [motion]; gives the file that has to lie beside the case."""
     motion = tomllib.loads(draft.text()).get("motion", {})
-    if motion.get("waveform") != "record":
+    if kind == "stack":
+        draft.replace("motion", RECORD_MOTION)
+    elif motion.get("waveform") != "record":
         allowed = f"must be left out with {kind}, which follows no record: warprock init record"
         raise InputError("--record", "", name, allowed)
     taken = take_record(name, reading)

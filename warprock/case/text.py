@@ -14,6 +14,7 @@ from warprock.case.keys import rivals
 from warprock.errors import InputError, did_you_mean, listed
 from warprock.quantity import Said
 from warprock.reading import read_bytes, reason
+from warprock.unmodelled import unmodelled_text
 
 CASE_FILE = "case.toml"
 OVERRIDE = "-s"
@@ -112,7 +113,8 @@ def find_case(text: str) -> CaseText:
         content = read_bytes(path, MOST_CASE_BYTES).decode("utf-8-sig")
     except (FileNotFoundError, NotADirectoryError):
         known = f"a shipped case ({listed(text, names)}: warprock list) or the path of a case file"
-        raise InputError("CASE", "", text, f"must be {known}{did_you_mean(text, names)}") from None
+        near = unmodelled_text(text) or did_you_mean(text, names)
+        raise InputError("CASE", "", text, f"must be {known}{near}") from None
     except OSError as error:
         allowed = f"must be a case file that can be read ({reason(error)})"
         raise InputError("CASE", "", str(path), allowed) from None

@@ -15,6 +15,7 @@ import pydantic
 
 from warprock.errors import InputError, did_you_mean, listed
 from warprock.quantity import NOTHING, InputKey, Key
+from warprock.unmodelled import unmodelled_text
 
 SourceOf = Callable[[str], str]
 """Dotted key -> what an error about it names as its source: the case file, or -s."""
@@ -52,7 +53,8 @@ class UnknownKeyError(KeyedError):
 def unknown_key(name: str, got: object, known: Iterable[str]) -> UnknownKeyError:
     """The error about an unknown key: those allowed, and the one perhaps meant."""
     known = tuple(known)
-    allowed = f"unknown key (allowed: {listed(name, known)}){did_you_mean(name, known)}"
+    near = unmodelled_text(name) or did_you_mean(name, known)
+    allowed = f"unknown key (allowed: {listed(name, known)}){near}"
     return UnknownKeyError(name, got, allowed)
 
 

@@ -23,7 +23,7 @@ from warprock.errors import InputError
 
 @click.command()
 @click.argument("table", type=click.Path(path_type=pathlib.Path))
-@intensity_option("Column of the intensity measure.")
+@intensity_option("Column of the intensity measure; or PGA, PGV.")
 @click.option(
     "--limit",
     "limits",
@@ -71,7 +71,7 @@ def fragility(
     limit, or none.
     """
     from warprock.analysis.fragility import fragility_curves
-    from warprock.analysis.lane_tables import read_lanes
+    from warprock.analysis.lane_tables import measure_named, read_lanes
     from warprock.analysis.limits import DEFAULT_LIMITS, read_limits
     from warprock.figures.fragility import draw_curves
     from warprock.tables.fragility import fragility_report
@@ -79,6 +79,7 @@ def fragility(
     require_within("--max-doubt", most_doubt, 0.0, 1.0)
     chosen = read_limits(limits or (() if slides else DEFAULT_LIMITS), slides)
     lanes = read_lanes(table)
+    intensity = measure_named(intensity, map(str, lanes.columns))
     curves = fragility_curves(
         lanes,
         source=str(table),

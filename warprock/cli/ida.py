@@ -19,7 +19,7 @@ from warprock.cli.options import by_option, case_options, estimate_options, inte
 @click.option("--to", "highest", default=10.0, show_default=True, help="Greatest factor.")
 @click.option("--count", default=21, show_default=True, help="Factors of the first stage.")
 @click.option("--accuracy", default=0.01, show_default=True, help="Width of a bracket, relatively.")
-@intensity_option("Intensity measure; or normalised_acceleration, scale, factor.")
+@intensity_option("Intensity measure, or PGA; or normalised_acceleration, scale, factor.")
 @by_option
 def ida(
     folder: pathlib.Path | None,
@@ -37,12 +37,14 @@ def ida(
     All lanes run at a ladder of factors; the bracket of each one's first fall is then halved. With
     -o every finished stage is kept, and the same command goes on behind the last one.
     """
-    from warprock.analysis.capacities import capacities, require_columns
+    from warprock.analysis.capacities import INTENSITIES, capacities, require_columns
     from warprock.analysis.incremental import Ladder, plan_analysis, run_analysis
+    from warprock.analysis.lane_tables import measure_named
     from warprock.figures.incremental import draw_analysis
     from warprock.report.chosen import played_of_analysis
     from warprock.tables.incremental import analysis_report
 
+    intensity = measure_named(intensity, INTENSITIES)
     ladder = Ladder(lowest, highest, count, accuracy)
     ladder.judge()
     work = case_work(**asked, factors=ladder.factors.tolist())

@@ -45,7 +45,7 @@ from warprock.cli.sections import Main
 from warprock.cli.study import run_study_of
 from warprock.cli.sweep import EXIT_RESUMABLE
 from warprock.cli.trade import choose_for, require_accuracy_alone
-from warprock.errors import InputError
+from warprock.errors import InputError, written_as
 
 if TYPE_CHECKING:
     from warprock.figures.drawing import Drawing
@@ -257,6 +257,7 @@ def reproduce(
     from warprock.run.case_run import require_choice
     from warprock.tables.terminal import lane_progress, print_json
 
+    target = written_as(target, paper.TARGETS)
     require_choice("reproduce", target, tuple(paper.TARGETS))
     drawings: list[Drawing] = []
     with lane_progress(f"reproduce {target}", None) as progress:

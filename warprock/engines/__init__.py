@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 
 from warprock.engines.base import AbstractEngine
+from warprock.errors import InputError
 
 ENGINES: dict[str, str] = {
     "housner": "warprock.engines.housner:Housner",
@@ -22,8 +23,10 @@ def engine_class(name: str) -> type[AbstractEngine]:
     """The class of an engine.
 
     Raises:
-        KeyError: No engine has that name.
+        InputError: No engine has that name.
     """
+    if name not in ENGINES:
+        raise InputError("engine", "", name, f"allowed: {', '.join(ENGINES)}")
     module, _, class_name = ENGINES[name].partition(":")
     found: type[AbstractEngine] = getattr(importlib.import_module(module), class_name)
     return found

@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
+from warprock.errors import InputError
 from warprock.kernels.instance import LANE_WIDTH, REALS
 from warprock.kernels.pool import AHEAD
 from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions
@@ -55,14 +56,13 @@ class Target:
 
     def __post_init__(self) -> None:
         if self.precision not in REALS:
-            raise ValueError(
-                f"precision: got {self.precision!r}, must be one of {', '.join(REALS)}"
-            )
+            allowed = f"must be one of {', '.join(REALS)}"
+            raise InputError("precision", "", self.precision, allowed)
         if self.form is not None:
             # Its value as a string would do in a comparison and not in the next.
             object.__setattr__(self, "form", Form(self.form))
         if self.form is Form.PACKED and not self.on_cpu:
-            raise ValueError(f"device: got {self.device!r}, the packed form needs the CPU")
+            raise InputError("device", "", self.device, "must be the CPU for the packed form")
 
     @property
     def on_cpu(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import textwrap
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -27,6 +27,18 @@ FALLEN_BEYOND = 1.5
 """Rotation ratio at which the history of a block that falls leaves its axes."""
 LETTERS = 100
 """Letters of a line of a title."""
+
+
+def require_axes(ax: Any) -> None:
+    """Refuses what is not None and no axes of Matplotlib.
+
+    Raises:
+        InputError: It is neither.
+    """
+    from matplotlib.axes import Axes
+
+    if ax is not None and not isinstance(ax, Axes):
+        raise InputError("ax", "", ax, "must be axes of Matplotlib or None")
 
 
 def plot_history(run: CaseRun, response: Response, lane: int, ax: Axes | None = None) -> Axes:

@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import numbers
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from warprock.errors import InputError
 
 
 class Outcome(enum.IntEnum):
@@ -287,6 +290,9 @@ class SampleTimes:
         >>> import warprock as wr
         >>> wr.SampleTimes(1.0, 0.25).times.tolist()
         [0.0, 0.25, 0.5, 0.75, 1.0]
+
+    Raises:
+        InputError: The duration or the interval is out of bounds.
     """
 
     duration: float
@@ -294,18 +300,21 @@ class SampleTimes:
     places: bool = False
 
     def __post_init__(self) -> None:
+        for name, given in (("duration", self.duration), ("interval", self.interval)):
+            number = isinstance(given, numbers.Real) and not isinstance(given, bool)
+            if not number and (name == "duration" or given is not None):
+                raise InputError(name, "", given, "must be a number of seconds")
         if not (np.isfinite(self.duration) and self.duration > 0.0):
-            raise ValueError(f"duration: got {self.duration} s, must be > 0 s")
+            raise InputError("duration", "", self.duration, "must be > 0 s")
         if self.interval is not None and not 0.0 < self.interval <= self.duration:
-            raise ValueError(
-                f"sample interval: got {self.interval} s, must be > 0 s and at most the duration, "
-                f"{self.duration} s"
-            )
+            allowed = f"must be > 0 s and at most the duration, {self.duration} s"
+            raise InputError("interval", "", self.interval, allowed)
         if self.count > MOST_SAMPLES:
-            raise ValueError(
-                f"sample interval: got {self.interval} s, which makes {self.count:,} samples, "
-                f"{8 * self.count / 1e9:,.1f} GB a history; must make at most {MOST_SAMPLES:,}"
+            allowed = (
+                f"must make at most {MOST_SAMPLES:,} samples, not {self.count:,}, "
+                f"{8 * self.count / 1e9:,.1f} GB a history"
             )
+            raise InputError("interval", "", self.interval, allowed)
 
     @property
     def count(self) -> int:

@@ -96,7 +96,8 @@ def cut_text(motions: GroundMotions, duration: Array | float) -> str:
     runs = np.broadcast_to(duration, cut.shape)[cut]
     return (
         f"the run ends at {_span(runs)}, before the ground motion of {int(cut.sum()):,} of "
-        f"{len(cut):,} lanes ({when}): blocks that have not fallen by then are undecided"
+        f"{len(cut):,} lane{'s' * (len(cut) != 1)} ({when}): "
+        "blocks that have not fallen by then are undecided"
     )
 
 

@@ -33,3 +33,8 @@ STATUSES: dict[Status, str] = {
     Status.NONFINITE: "not to be used: the numbers left the range of numbers",
 }
 """What a status says of the numbers of a lane."""
+
+
+def lane_count_text(count: int) -> str:
+    """A number of lanes in words: 1 lane, 1,200 lanes."""
+    return f"{count:,} lane{'s' * (count != 1)}"

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from warprock.errors import InputError
+from warprock.model.drift import MOST_LEFT
 from warprock.model.motion import Control
 from warprock.records import fema_p695
 from warprock.records.column_file import Reading
@@ -111,7 +112,7 @@ def _facts(
         "final_displacement_m": found.final_displacement,
         "damping": damping,
         "sa_m_s2": dict(zip(map(str, periods), spectrum.tolist(), strict=True)),
-        "warnings": warnings(record),
+        "warnings": warnings(record, found.final_displacement),
     }
     if block is not None:
         of_block = block_measures(found, *block)
@@ -122,8 +123,13 @@ def _facts(
     return facts
 
 
-def warnings(record: Record) -> list[str]:
-    """What speaks against letting a record drive a block as it is."""
+def warnings(record: Record, left: float) -> list[str]:
+    """What speaks against letting a record drive a block as it is.
+
+    Args:
+        record: The record.
+        left: Displacement of the base at its last sample [m].
+    """
     said = []
     velocity = abs(float(record.pieces.velocity[-1]))
     if record.quantity is Control.ACCELERATION and velocity > DRIFTED * record.peak_velocity:
@@ -131,6 +137,11 @@ def warnings(record: Record) -> list[str]:
         said.append(
             f"the base keeps {velocity:.3g} m/s behind the record, {100 * part:.0f} % of its peak: "
             "an offset or a drift; process it before it drives a block"
+        )
+    if abs(left) > MOST_LEFT:
+        said.append(
+            f"the base ends {abs(left):.3g} m from where it began; more than {MOST_LEFT:g} m is "
+            "mostly a drift: --step 'baseline 2' or --step 'bandpass 0.1 Hz, 25 Hz' takes it off"
         )
     if record.processing.startswith("raw") and "band-pass" not in record.processing:
         said.append("raw, as it was recorded: take off the mean and band-pass it first")

@@ -158,7 +158,7 @@ def scene(
     if why:
         about = f"Chosen because: {why}. {about}"
     if stride > 1:
-        about += f" Every {stride}th sample of its history is kept here."
+        about += f" One in {stride} samples of its history is kept here."
     times = shown["time_s"].to_numpy()
     spatial = any("q" in part for part in parts)
     return {

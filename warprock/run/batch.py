@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warprock.arguments import at_the_door
 from warprock.engines import engine_class
 from warprock.engines.base import AbstractEngine
 from warprock.engines.launching import Form, Target
@@ -25,7 +26,7 @@ from warprock.model.motion import GroundMotions
 from warprock.model.painleve import mark_ambiguous
 from warprock.model.response import Response, SampleTimes, join_responses, take_lanes
 from warprock.model.runnable import require_runnable
-from warprock.run.devices import keeping_kernels, start_warp
+from warprock.run.devices import keeping_kernels, require_device, start_warp
 from warprock.run.machine import core_count, require_workers
 
 CHUNK_STEPS = 2.0e7
@@ -75,6 +76,7 @@ def default_chunk_size(lane_count: int, steps_per_lane: float, workers: int) -> 
     return max(1, round(min(prompt, shared) / LANE_QUANTUM)) * LANE_QUANTUM
 
 
+@at_the_door
 def run_batch(
     engine: str,
     lanes: Lanes,
@@ -107,10 +109,10 @@ def run_batch(
         progress: Called with the lanes finished so far.
 
     Raises:
-        KeyError: Unknown engine.
-        InputError: No lanes, lanes that cannot be run (see `require_runnable`) or need too many
-            steps, fewer than one worker or lane of a chunk, histories too large to be held, or a
-            kernel that is not built yet while its folder cannot be written to.
+        InputError: Unknown engine or device, settings of another engine, no lanes, lanes that
+            cannot be run (see `require_runnable`) or need too many steps, fewer than one worker or
+            lane of a chunk, histories too large to be held, or a kernel that is not built yet while
+            its folder cannot be written to.
 
     Example:
         >>> import warprock as wr
@@ -122,7 +124,7 @@ def run_batch(
     count = lanes.lane_count
     require_room(count * lanes.block_count, times)
     _require_spread(workers, chunk_size)
-    built = engine_class(engine)(settings, Target(precision, device, form))
+    built = _built(engine, settings, Target(precision, device, form))
     require_workload(built, lanes, motions, times, most_steps=most_steps)
     threads, size = workers or core_count(), chunk_size or DEVICE_CHUNK
     if built.target.on_cpu:
@@ -133,6 +135,15 @@ def run_batch(
     slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
     run_chunk = _chunk_runner(built, lanes, motions, times)
     return join_responses(_run_all(run_chunk, slices, threads, progress))
+
+
+def _built(engine: str, settings: Any, target: Target) -> AbstractEngine:
+    """An engine with its settings on a device, refused where it or one of them is none."""
+    require_device(target.device)
+    wanted = engine_class(engine).settings_type
+    if settings is not None and not isinstance(settings, wanted):
+        raise InputError("settings", "", settings, f"must be a {wanted.__name__} or None")
+    return engine_class(engine)(settings, target)
 
 
 def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotions]]) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from warprock.arguments import at_the_door
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.engines import ENGINES, engine_class
@@ -61,6 +62,7 @@ class CaseRun:
         return f"<run of {self.case.name}: {self.response.engine}, {lanes:,} lanes>"
 
 
+@at_the_door
 def run_case(
     case: Case,
     engine: str,

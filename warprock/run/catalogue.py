@@ -17,12 +17,14 @@ from warprock.case.text import case_names
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Target
 from warprock.errors import InputError
+from warprock.model.drift import drift_text
 from warprock.model.scene import SceneKind
 from warprock.model.undecided import cut_text
 from warprock.programs.table import PROGRAMS
 from warprock.run.engine_choice import choose_engine
 from warprock.run.files import replacing, require_writable_file
 from warprock.settings.engines import SETTINGS, declared_settings
+from warprock.unmodelled import UNMODELLED
 
 VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
@@ -84,9 +86,11 @@ def explain_case(case: Case) -> dict[str, Any]:
         "duration_s": max(case.durations),
         "shortest_duration_s": min(case.durations),
         "motion_cut_short": cut_text(lane_set.motions, lane_set.ends) or None,
+        "drift": drift_text(lane_set.motions) or None,
         "sample_interval_s": lane_set.longest.interval,
         "sweep": [{"keys": list(axis.columns), "length": axis.length} for axis in case.axes]
         + ([{"keys": ["member"], "length": case.members}] if case.ensemble else []),
+        "not_modelled": [each.what for each in UNMODELLED],
         "study": [case.study.plan(name) for name in case.study.engines] if case.study else None,
         "inputs": {str(name): _spread(inputs[name]) for name in inputs.columns},
         "engine": dataclasses.asdict(choose_engine(case)),

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
+from warprock.arguments import at_the_door
 from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import LaneSet
 from warprock.model.base_path import base_places
@@ -36,6 +37,7 @@ _ROUND_OFF = 1e-12
 PEAK_RATIO = "peak_rotation_ratio"
 
 
+@at_the_door
 def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     """The table of a run, one row a lane: inputs, dimensionless groups and response.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import pathlib
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -16,6 +17,7 @@ from typing import Any
 import pandas as pd
 import pyarrow.parquet as pq
 
+from warprock.arguments import at_the_door
 from warprock.model.response import Response
 from warprock.reading import read_bytes
 from warprock.run.case_run import CaseRun
@@ -131,8 +133,11 @@ def write_results(
     return written
 
 
+@at_the_door
 def write_run(
-    run: CaseRun, folder: pathlib.Path, histories: Mapping[int, Response] | None = None
+    run: CaseRun,
+    folder: str | os.PathLike[str],
+    histories: Mapping[int, Response] | None = None,
 ) -> list[pathlib.Path]:
     """Writes the lane table, that of cells of an ensemble, histories asked for, and `run.json`.
 
@@ -167,4 +172,4 @@ def write_run(
         tables[CELL_TABLE] = cell_table(run.lane_set, run.response)
     for lane, response in (histories or {}).items():
         tables[HISTORY.format(lane=lane)] = history_table(response, 0, run.lane_set, lane)
-    return write_results(folder, tables, facts)
+    return write_results(pathlib.Path(folder), tables, facts)

@@ -15,6 +15,7 @@ import pydantic
 
 from warprock.errors import InputError, did_you_mean, listed
 from warprock.settings.setting import SettingKey
+from warprock.unmodelled import unmodelled_text
 
 FRICTION_IN_SPACE = SettingKey(
     "in space, 0: friction is bound in every direction alike (exact cone); 1: along x and along y "
@@ -326,7 +327,7 @@ def judged_settings(
     known = declared_settings(settings_type)
     for name, got in table.items():
         if name not in known:
-            near = did_you_mean(name, known)
+            near = unmodelled_text(name) or did_you_mean(name, known)
             allowed = f"unknown key (allowed: {listed(name, known)}){near}"
             raise InputError(source, f"{place}.{name}", got, allowed)
     if settings_type not in _ADAPTERS:

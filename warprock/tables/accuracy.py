@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from warprock.model.words import lane_count_text
 from warprock.run.accuracy import (
     FIRST_STEPS,
     MET,
@@ -46,18 +47,20 @@ def accuracy_lines(
     cost = counts[TOTAL_STEPS] / max(counts[FIRST_STEPS], 1)
     lines = [
         f"tolerance: rotations to {tolerance:g} of the slenderness angle, met by {counts[MET]} of "
-        f"{lanes} lanes by their estimates; refined {counts[REFINED]} of {lanes} lanes; "
+        f"{lane_count_text(lanes)} by their estimates; refined {counts[REFINED]} of "
+        f"{lane_count_text(lanes)}; "
         f"{cost:.1f} times the steps of one run"
     ]
     down_to = "" if finest_step is None else f", tried down to {finest_step:.3g} s"
     if counts[MISSED]:
         lines.append(
-            f"missed by {counts[MISSED]} lanes whose runs approach one another{down_to}. Next: a "
-            f"smaller step, {advice}, or a larger --tolerance"
+            f"missed by {lane_count_text(counts[MISSED])} whose runs approach one another"
+            f"{down_to}. Next: a smaller step, {advice}, or a larger --tolerance"
         )
     if counts[SENSITIVE]:
         lines.append(
-            f"sensitive: {counts[SENSITIVE]} lanes, whose numbers depend on the step{down_to}: "
+            f"sensitive: {lane_count_text(counts[SENSITIVE])}, whose numbers depend on the "
+            f"step{down_to}: "
             f"chaos, or close to overturning. Next: a smaller step, {advice}; where that does not "
             "help, an [ensemble] in the case, and its distributions instead of single lanes"
         )

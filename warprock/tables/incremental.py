@@ -18,6 +18,7 @@ from warprock.analysis.capacities import (
 )
 from warprock.analysis.incremental import Analysis, Verdict
 from warprock.case.case import Case
+from warprock.model.words import lane_count_text
 from warprock.run.provenance import case_facts, surroundings
 from warprock.tables.fragility import fit_cells, fit_sentence
 from warprock.tables.report import Report
@@ -182,7 +183,7 @@ def print_analysis(
         )
     left_out = int(rows["left_out"].sum())
     if left_out:
-        out.print(f"left out: {left_out:,} lanes whose numbers cannot be used")
+        out.print(f"left out: {lane_count_text(left_out)} whose numbers cannot be used")
 
 
 def _print_accuracy(out: Console, facts: dict[str, Any]) -> None:

@@ -57,15 +57,19 @@ def print_explanation(found: Mapping[str, Any], then: str) -> None:
     for name, value in facts:
         say(out, f"  {name}: {cell_text(value)}")
     say(out, f"  friction: {_friction_text(scene)}")
-    for note in (found["scene"]["replaced"], found["motion_cut_short"], scene["friction_note"]):
+    for note in (
+        found["scene"]["replaced"],
+        found["motion_cut_short"],
+        found["drift"],
+        scene["friction_note"],
+    ):
         if note:
             say(out, f"  note: {note}")
     for axis in found["sweep"]:
         keys = ", ".join(axis["keys"])
         out.print(f"  sweep: {keys} ({axis['length']} values)")
-    out.print("\nLeft out, because nothing here needs it:")
-    for text in scene["left_out"]:
-        say(out, f"  {text}")
+    _print_list(out, "Left out, because nothing here needs it", scene["left_out"])
+    _print_list(out, "Not modelled (warprock keys WORD says more)", found["not_modelled"])
     if found["study"]:
         _print_study_plan(out, found["study"])
     part = found["inputs_of_lanes"] < found["lanes"]
@@ -86,6 +90,13 @@ def print_explanation(found: Mapping[str, Any], then: str) -> None:
         then,
         out,
     )
+
+
+def _print_list(out: Console, heading: str, texts: Sequence[str]) -> None:
+    """Prints texts below a heading, one a line."""
+    out.print(f"\n{heading}:")
+    for text in texts:
+        say(out, f"  {text}")
 
 
 def _friction_text(scene: Mapping[str, Any]) -> str:

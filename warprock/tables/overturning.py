@@ -9,6 +9,7 @@ import pandas as pd
 from rich.console import Console
 
 from warprock.analysis.overturning import Mode, OverturningMap
+from warprock.model.words import lane_count_text
 from warprock.run.lane_table import lane_table
 from warprock.run.provenance import provenance
 from warprock.tables.report import Report
@@ -117,7 +118,7 @@ def print_map(found: OverturningMap, console: Console | None = None) -> None:
                 f"  {COLUMNS_SHOWN} of {last + 1} frequencies; all are in boundaries.csv of -o DIR",
             )
     counts = ", ".join(f"{count:,} {mode}" for mode, count in facts["modes"].items() if count)
-    out.print(f"grid of {facts['grid_lanes']:,} lanes: {counts}", highlight=False)
+    out.print(f"grid of {lane_count_text(facts['grid_lanes'])}: {counts}", highlight=False)
     out.print(
         f"{facts['boundaries']:,} boundaries, each within a part {found.tolerance:g} of its "
         f"strength, by {facts['lanes_run'] - facts['grid_lanes']:,} more lanes in {found.stages} "
@@ -128,7 +129,7 @@ def print_map(found: OverturningMap, console: Console | None = None) -> None:
     if facts["decided_after_s"] is not None:
         say(
             out,
-            f"undecided: {unknown:,} lanes in which the block had not fallen by the end of the "
+            f"undecided: {lane_count_text(unknown)} in which the block had not fallen by the end of the "
             f"run, {facts['duration_s']:g} s, but still moved or was still shaken; "
             f'with -s run.duration="{facts["decided_after_s"]:g} s" none is undecided',
         )

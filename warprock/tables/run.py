@@ -14,6 +14,7 @@ from rich.table import Table
 from warprock.case.axes import lane_indices
 from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
+from warprock.model.drift import drift_text
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
@@ -272,9 +273,10 @@ def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
     replaced = round_base_note(table)
     if replaced:
         say(out, replaced)
-    cut = cut_text(run.lane_set.motions, run.lane_set.ends)
-    if cut:
-        say(out, cut)
+    motions = run.lane_set.motions
+    for note in (cut_text(motions, run.lane_set.ends), drift_text(motions)):
+        if note:
+            say(out, note)
     if run.lane_set.scene.friction_note and response.engine not in ("housner", "two-block"):
         say(out, f"friction: {run.lane_set.scene.friction_note}")
     if "friction_needed" in response.fields and response.count(Status.OUTSIDE_MODEL):

@@ -7,6 +7,7 @@ from typing import Any
 from rich.console import Console
 
 from warprock.analysis.sensitivity import Sensitivity
+from warprock.model.words import lane_count_text
 from warprock.run.provenance import provenance
 from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.report import Report
@@ -86,7 +87,8 @@ def print_sensitivity(found: Sensitivity, console: Console | None = None) -> Non
         if group["censored"]:
             fell += f" ({group['censored']:,} that fell or went beyond balance count as 1)"
         out.print(
-            f"  {group['lanes']:,} lanes{fell}; mean {group['mean']:.4g}, standard deviation "
+            f"  {lane_count_text(group['lanes'])}{fell}; mean {group['mean']:.4g}, standard "
+            f"deviation "
             f"{group['standard_deviation']:.4g}",
             highlight=False,
         )

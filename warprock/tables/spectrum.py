@@ -11,6 +11,7 @@ from rich.console import Console
 from warprock.analysis.spectrum import Spectrum
 from warprock.model.response import USABLE, Outcome
 from warprock.model.undecided import UNDECIDED
+from warprock.model.words import lane_count_text
 from warprock.run.lane_table import lane_table
 from warprock.run.provenance import provenance
 from warprock.tables.accuracy import run_accuracy_lines
@@ -90,7 +91,8 @@ def print_spectrum(found: Spectrum, console: Console | None = None) -> None:
             say(out, f"  {PERIODS_SHOWN} of {last + 1} periods; all are in spectrum.csv of -o DIR")
     facts = spectrum_facts(found)
     counts = ", ".join(f"{count:,} {word}" for word, count in facts["outcome"].items() if count)
-    out.print(f"{len(periods):,} lanes: {counts}; {found.run.wall_time:.1f} s", highlight=False)
+    lanes = lane_count_text(len(periods))
+    out.print(f"{lanes}: {counts}; {found.run.wall_time:.1f} s", highlight=False)
     if facts[UNDECIDED]:
         out.print(
             f"undecided: {facts[UNDECIDED]:,} lanes in which the block had not fallen by the end "

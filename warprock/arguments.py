@@ -1,0 +1,149 @@
+"""Arguments of the functions of `import warprock`, judged at the door by their annotations.
+
+What is of a kind that a function does not take is refused in one line before anything runs. The
+annotation is the only place that says what an argument may be.
+"""
+
+from __future__ import annotations
+
+import collections.abc
+import enum
+import functools
+import inspect
+import numbers
+import os
+import types
+import typing
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, TypeVar, cast
+
+from warprock.errors import InputError, did_you_mean
+
+Judged = TypeVar("Judged", bound=Callable[..., Any])
+
+_WORDS: dict[Any, str] = {
+    str: "text",
+    int: "a whole number",
+    float: "a number",
+    bool: "True or False",
+    types.NoneType: "None",
+    collections.abc.Mapping: "a dict",
+    collections.abc.Callable: "a function",
+    os.PathLike: "a path",
+}
+"""What errors call a kind of value; others by the name of their class."""
+
+
+def at_the_door(function: Judged) -> Judged:
+    """Makes a function refuse arguments of kinds that it does not take.
+
+    A sequence of texts is no single text; True and False are no numbers, NumPy's numbers are.
+    Annotations must be names that the module has when the function is first called.
+
+    Raises:
+        InputError: By the function: an argument that does not fit its annotation.
+        TypeError: By the function, as by any: an argument that it does not have, or a missing one.
+    """
+
+    @functools.wraps(function)
+    def door(*args: Any, **kwargs: Any) -> Any:
+        signature, hints = _declared(function)
+        try:
+            given = signature.bind(*args, **kwargs).arguments
+        except TypeError as error:
+            raise TypeError(_refusal(function.__name__, error, signature, kwargs)) from None
+        for name, value in given.items():
+            if name in hints and not _fits(value, hints[name]):
+                raise InputError(name, "", value, f"must be {_allowed(hints[name])}")
+        return function(*args, **kwargs)
+
+    return cast("Judged", door)
+
+
+def several(given: str | float | Sequence[Any] | None) -> list[Any]:
+    """The values of an argument that takes one or several."""
+    if given is None:
+        return []
+    if isinstance(given, str | float | numbers.Real):
+        return [given]
+    return list(given)
+
+
+@functools.cache
+def _declared(function: Callable[..., Any]) -> tuple[inspect.Signature, dict[str, Any]]:
+    """Signature of a function, and what its named arguments may be."""
+    signature = inspect.signature(function)
+    rest = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+    named = [name for name, each in signature.parameters.items() if each.kind not in rest]
+    written = inspect.get_annotations(inspect.unwrap(function))
+    of_named = {name: written[name] for name in named if name in written}
+    space = inspect.unwrap(function).__globals__
+    return signature, typing.get_type_hints(
+        types.SimpleNamespace(__annotations__=of_named), globalns=space
+    )
+
+
+def _refusal(
+    name: str, error: TypeError, signature: inspect.Signature, given: Mapping[str, Any]
+) -> str:
+    """What Python says of arguments that do not fit a signature, with what is near."""
+    unknown = [each for each in given if each not in signature.parameters]
+    near = did_you_mean(unknown[0], signature.parameters) if unknown else ""
+    return f"{name}() {error}{near}"
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    """Whether a value is of the kind that an annotation says."""
+    if hint is Any or isinstance(hint, TypeVar):
+        return True
+    origin, inner = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (typing.Union, types.UnionType):
+        return any(_fits(value, each) for each in inner)
+    if origin is Literal:
+        return value in inner
+    kind = origin or hint
+    if kind is collections.abc.Sequence:
+        return _is_sequence(value) and all(_fits(each, inner[0]) for each in value)
+    if kind is collections.abc.Mapping:
+        return isinstance(value, Mapping)
+    if kind in (int, float):
+        number = numbers.Integral if kind is int else numbers.Real
+        return isinstance(value, number) and not isinstance(value, bool)
+    if kind is collections.abc.Callable:
+        return callable(value)
+    return isinstance(value, type(None) if kind is None else kind)
+
+
+def _is_sequence(value: Any) -> bool:
+    """Whether a value is a list, or what is like one: a tuple, an array or a series."""
+    if isinstance(value, str | bytes):
+        return False
+    return isinstance(value, Sequence) or getattr(value, "ndim", None) == 1
+
+
+def _allowed(hint: Any) -> str:
+    """The kinds of values that an annotation allows, in words."""
+    origin, inner = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (typing.Union, types.UnionType):
+        words = list(dict.fromkeys(_allowed(each) for each in inner))
+        return " or ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else words[0]
+    if origin is Literal:
+        return " or ".join(repr(each) for each in inner)
+    kind = origin or hint
+    if kind is collections.abc.Sequence:
+        return f"a list of {_many(inner[0])}"
+    if kind in _WORDS:
+        return _WORDS[kind]
+    if kind.__name__ == "ndarray":
+        return "an array"
+    article = "an" if kind.__name__[0] in "AEIOU" else "a"
+    if issubclass(kind, enum.Enum):
+        return f"one of {', '.join(f'{kind.__name__}.{each.name}' for each in kind)}"
+    return f"{article} {kind.__name__}"
+
+
+def _many(hint: Any) -> str:
+    """What a list holds, in words."""
+    return {str: "texts", float: "numbers", int: "whole numbers"}.get(hint) or (
+        "values" if hint is Any else _allowed(hint)
+    )

@@ -1,0 +1,101 @@
+"""Words for what warprock does not model, and what is nearest to each: README lists the same.
+
+A stranger looks for an anchor, a hazard curve or a wall. `warprock keys WORD`, errors about unknown
+keys and the function behind both say here what there is instead.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Unmodelled(NamedTuple):
+    """Something that warprock does not model.
+
+    Attributes:
+        what: What it is, in the words of README's list.
+        words: Words that people use for it, lower case, singular, parts joined by a space.
+        nearest: What is nearest in warprock.
+    """
+
+    what: str
+    words: tuple[str, ...]
+    nearest: str
+
+
+UNMODELLED = (
+    Unmodelled(
+        "Ties, anchors and restraints: blocks are free-standing, and nothing holds them",
+        (
+            *("tie rod", "tie", "rod", "tendon", "cable", "strap", "bracket", "brace", "dowel"),
+            *("anchor", "anchorage", "anchor bolt", "bolt", "restraint", "restrainer", "tether"),
+            *("post tension", "prestress", "fixing", "hook"),
+        ),
+        "a free-standing [block], the lower bound of one that is held; dem has joints with "
+        "cohesion: engines.dem.cohesion",
+    ),
+    Unmodelled(
+        "Isolators, springs and dampers under a block",
+        ("isolator", "isolation", "base isolation", "damper", "spring", "bearing", "tmd"),
+        "contact stiffness and damping of the engines dem and direct: warprock keys engines.dem",
+    ),
+    Unmodelled(
+        "Walls, neighbours and other obstacles that a block strikes; arches and facades",
+        (
+            *("wall", "neighbour", "neighbor", "obstacle", "pounding", "corner wall"),
+            *("arch", "vault", "facade", "building", "portal"),
+        ),
+        "one [block], or a stack of up to six, [block.1], [block.2], ...; motion of a floor as "
+        "the record of the base",
+    ),
+    Unmodelled(
+        "Hazard and risk: how often a motion comes is not known here",
+        (
+            *("hazard", "hazard curve", "risk", "return period", "annual rate", "psha", "loss"),
+            *("collapse rate", "design spectrum", "response spectrum"),
+        ),
+        "warprock fragility, whose curves a hazard curve of yours is multiplied with",
+    ),
+    Unmodelled(
+        "Soil: the base is rigid and does not rotate",
+        ("soil", "soil structure interaction", "ssi", "foundation", "tilt of the base"),
+        "the ground motion itself, [motion]; compliant contact in dem and direct",
+    ),
+    Unmodelled(
+        "Crushed and cracked corners, and mortar: blocks are rigid",
+        (
+            *("crushing", "crack", "cracking", "damage", "fracture", "mortar", "elasticity"),
+            *("young modulus", "youngs modulus", "elastic modulus", "strength", "flexibility"),
+        ),
+        "a chamfer or rounded edge in [block], angular_restitution in [contact]; joints with "
+        "cohesion in engines.dem",
+    ),
+    Unmodelled(
+        "Wind, water, pushes and liquids inside: only the base moves a block",
+        (
+            *("wind", "tsunami", "flood", "push", "force", "pushover", "blast"),
+            *("liquid", "sloshing", "fluid", "content", "tank"),
+        ),
+        "start velocities in [start], and the motion of the base in [motion]",
+    ),
+)
+"""What strangers look for, and do not find."""
+
+
+def unmodelled(word: str) -> Unmodelled | None:
+    """What a word means that warprock does not model; None for any other word.
+
+    Args:
+        word: As somebody writes it: `tie_rod`, `Anchors`, or one of these as a key of a table.
+    """
+    bare = " ".join(word.rpartition(".")[2].replace("_", " ").replace("-", " ").lower().split())
+    bare = bare.replace("'", "")
+    forms = {bare, bare.removesuffix("s"), bare.removesuffix("es")}
+    forms |= {bare.partition(" ")[0].removesuffix("s"), bare.rpartition(" ")[2].removesuffix("s")}
+    return next((each for each in UNMODELLED if forms & set(each.words)), None)
+
+
+def unmodelled_text(word: str) -> str:
+    """The end of an error about an unknown word: that it is not modelled, and what is nearest."""
+    found = unmodelled(word)
+    return "" if found is None else f"; not modelled: {found.what}; nearest: {found.nearest}"
