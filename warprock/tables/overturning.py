@@ -129,8 +129,8 @@ def print_map(found: OverturningMap, console: Console | None = None) -> None:
     if facts["decided_after_s"] is not None:
         say(
             out,
-            f"undecided: {lane_count_text(unknown)} in which the block had not fallen by the end of the "
-            f"run, {facts['duration_s']:g} s, but still moved or was still shaken; "
+            f"undecided: {lane_count_text(unknown)} in which the block had not fallen by the end "
+            f"of the run, {facts['duration_s']:g} s, but still moved or was still shaken; "
             f'with -s run.duration="{facts["decided_after_s"]:g} s" none is undecided',
         )
 
