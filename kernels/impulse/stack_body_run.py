@@ -8,7 +8,7 @@ import warp as wp
 
 from warprock.kernels.account import book
 from warprock.kernels.impulse.stack import Knobs, solve_contact
-from warprock.kernels.impulse.stack_body import find_contact, finish_step, predict
+from warprock.kernels.impulse.stack_body import balance, find_contact, finish_step, predict
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.motion import base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.above import Motions, move_up
@@ -49,10 +49,12 @@ def run_lanes(
     given, supplied, taken, returned, rise, rising = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     shift_x, shift_z, uplift_time, moved, deepest = Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, lives, steps, by = LaneInt(), LaneInt(), LaneInt(), LaneInt(), BodyInt()
+    even = LaneInt()
     bodies, points, sweeps = int(BLOCKS + 1), int(3 * BLOCKS), int(ITERATIONS)
     for i in range(LANES):
         start_lane(lanes[first + i], high[0, i], c[0, i], uplift_time[i], mode[i])
         low[0, i] = -high[0, i]
+        even[i] = wp.where(lanes[first + i].lean == real(0.0), 1, 0)
         for k in range(1, bodies):
             start_block(blocks[k - 1, first + i], lanes[first + i].lean, theta[k - 1, i], m[k, i],
                 j[k, i], mu[k, i], low[k, i], high[k, i], top[k, i], x[k, i], z[k, i], theta[k, i],
@@ -77,6 +79,7 @@ def run_lanes(
                 place = sample_index(lane, sample_segment(lane, half))
                 v = base_velocity(lane, half, pool[2, place], pool[0, place], pool[1, place])
                 begin_step(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
+                even[i] = wp.where(hint[i] == real(0.0), even[i], 0)
                 book(pulled(dv[i], rise[i], dt * knobs.gravity), given[i], loss[i], jolt[i],
                     supplied[i], taken[i], returned[i])  # fmt: skip
             for k in range(1, bodies):
@@ -111,6 +114,8 @@ def run_lanes(
                 o, p, q, r = k - 1, 3 * k - 3, 3 * k - 2, 3 * k - 1
                 for i in range(LANES):
                     live, w, f = lives[i] > 0, window[k, i], first + i
+                    balance(even[i] > 0, au[q, i], n[p, i], t[p, i], n[q, i], t[q, i], n[r, i],
+                        t[r, i], ux[k, i], uo[k, i])  # fmt: skip
                     finish_step(feet[w - 1, f], feet[w, f], feet[w + 1, f], feet[o * rows, f],
                         feet[k * rows - 1, f], by[k, i], blocks[o, f], live, kept, knobs, time,
                         dv[i], rise[i], lean[k, i], m[k, i], j[k, i], gap[p, i], nx[p, i], nz[p, i],

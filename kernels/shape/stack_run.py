@@ -43,7 +43,8 @@ class Stack:
     """One lane's stack.
 
     That is: the time at which it is first uplifted [s], 0 or NEVER, and the side to which its
-    interfaces count as leaning before they turn, 1 or -1, mirrored with the stack.
+    interfaces count as leaning before they turn, 1 or -1, mirrored with the stack; 0 of a stack
+    that is its own mirror image.
     """
 
     uplift_time: real
@@ -82,9 +83,9 @@ def start_block(
     s = sine(block.theta)
     c = cosine(block.theta)
     peak = size(block.theta)
-    lean = side
-    n1 = wp.where(side > real(0.0), block.left, block.right)
-    n2 = wp.where(side > real(0.0), block.right, block.left)
+    lean = sign_of(side)
+    n1 = wp.where(lean > real(0.0), block.left, block.right)
+    n2 = wp.where(lean > real(0.0), block.right, block.left)
 
 
 @wp.func
@@ -112,6 +113,25 @@ def begin_step(
     base = wp.where(count > 0, v, base)
     live = wp.where(count > 0 and mode == RUNNING, 1, 0)
     steps = steps + live
+
+
+@wp.func
+def balance(
+    even: bool, n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
+    along: wp.ref[real], turning: wp.ref[real],
+):  # fmt: skip
+    """Impulses of two points that mirror each other, and what they leave of a block's motion.
+
+    Of a stack that is its own mirror image (`even`) the mean of the sweeps in both orders: it moves
+    upwards alone.
+    """
+    zero, n, t = real(0.0), HALF * (n1 + n2), HALF * (t1 - t2)
+    n1 = wp.where(even, n, n1)
+    t1 = wp.where(even, t, t1)
+    n2 = wp.where(even, n, n2)
+    t2 = wp.where(even, -t, t2)
+    along = wp.where(even, zero, along)
+    turning = wp.where(even, zero, turning)
 
 
 @wp.func

@@ -18,6 +18,7 @@ from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sa
 from warprock.kernels.shape.stack_run import (
     Block,
     Stack,
+    balance,
     begin_step,
     observe,
     part_kept,
@@ -120,13 +121,14 @@ def run_lanes(
     need, slip, dn, n, t, since, crept = Pass(), Pass(), Pass(), Pass(), Pass(), Body(), Body()
     base, dv, hint, loss, lift, last, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, most, taken, back = Lane(), Lane(), Lane(), Lane(), Lane()
-    hit, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
+    hit, mode, lives, steps, even = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     pack, _one = wp.tid()
     bodies, points, first = int(BLOCKS + 1), int(2 * BLOCKS), pack * LANES  # loops stay
     count, sweeps, dt = int(-SETTLING), int(ITERATIONS // TURNS), knobs.time_step
     time = -BEFORE * dt
     for i in range(LANES):
         start_lane(lanes[first + i], half_w[0, i], c[0, i], lift[i], mode[i])
+        even[i] = wp.where(lanes[first + i].lean == real(0.0), 1, 0)
         for k in range(1, bodies):
             start_block(
                 blocks[k - 1, first + i], lanes[first + i].lean, half_w[k, i], half_h[k, i],
@@ -143,6 +145,7 @@ def run_lanes(
                 line = sample_index(lane, sample_segment(lane, half))
                 v = base_velocity(lane, half, pool[2, line], pool[0, line], pool[1, line])
                 begin_step(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
+                even[i] = wp.where(hint[i] == real(0.0), even[i], 0)
                 book(dv[i], given[i], loss[i], jolt[i], most[i], taken[i], back[i])
             for k in range(1, bodies):
                 p, q = 2 * k - 2, 2 * k - 1
@@ -183,6 +186,11 @@ def run_lanes(
                             al[q, i], bl[q, i], need[w, i], slip[w, i], dn[w, i], ds[q, i], n[r, i],
                             t[r, i], n[w, i], t[w, i], qx[u, i], qz[u, i], qo[u, i], qx[u - 1, i],
                             qz[u - 1, i], qo[u - 1, i])  # fmt: skip
+                for k in range(1, bodies):
+                    r, u = 2 * k - 2 + part * points, k + part * bodies
+                    for i in range(LANES):
+                        balance(even[i] > 0, n[r, i], t[r, i], n[r + 1, i], t[r + 1, i], qx[u, i],
+                            qo[u, i])  # fmt: skip
             for k in range(1, bodies):
                 low, p, q, u = k - 1, 2 * k - 2, 2 * k - 1, bodies + k
                 r, w = points + p, points + q
