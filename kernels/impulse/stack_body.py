@@ -100,7 +100,7 @@ def find_contact(
 
 @wp.func
 def balance(
-    even: bool, place: real, n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real],
+    even: real, place: real, n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real],
     t2: wp.ref[real], n3: wp.ref[real], t3: wp.ref[real], ux: wp.ref[real], uo: wp.ref[real],
 ):  # fmt: skip
     """As `balance` in shape/stack_run.py, of three points from -x to +x.
@@ -109,17 +109,17 @@ def balance(
     side of the centre.
     """
     zero, side = real(0.0), clear(place)
-    first, last = side >= zero, side <= zero
+    whole, first, last = even > zero, side >= zero, side <= zero
     n = HALF * (wp.where(first, n1, n2) + wp.where(last, n3, n2))
     t = HALF * (wp.where(first, t1, t2) - wp.where(last, t3, t2))
-    n1 = wp.where(even and first, n, n1)
-    t1 = wp.where(even and first, t, t1)
-    n2 = wp.where(even and side != zero, n, n2)
-    t2 = wp.where(even, wp.where(first and last, zero, wp.where(first, -t, t)), t2)
-    n3 = wp.where(even and last, n, n3)
-    t3 = wp.where(even and last, -t, t3)
-    ux = wp.where(even, zero, ux)
-    uo = wp.where(even, zero, uo)
+    n1 = wp.where(whole and first, n, n1)
+    t1 = wp.where(whole and first, t, t1)
+    n2 = wp.where(whole and side != zero, n, n2)
+    t2 = wp.where(whole, wp.where(first and last, zero, wp.where(first, -t, t)), t2)
+    n3 = wp.where(whole and last, n, n3)
+    t3 = wp.where(whole and last, -t, t3)
+    ux = wp.where(whole, zero, ux)
+    uo = wp.where(whole, zero, uo)
 
 
 @wp.func

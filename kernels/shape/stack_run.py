@@ -54,9 +54,13 @@ class Stack:
 @wp.func
 def start_lane(
     stack: Stack, half_width: wp.ref[real], c: wp.ref[real], uplift_time: wp.ref[real],
-    mode: wp.ref[int],
+    mode: wp.ref[int], even: wp.ref[real],
 ):  # fmt: skip
-    """Starts a lane: its ground, which is level and has a face, and its mode."""
+    """Starts a lane: its ground, which is level and has a face, its mode, and `even`.
+
+    That is 1 of a stack that is its own mirror image, until its base moves along, else 0.
+    """
+    even = wp.where(stack.lean == real(0.0), real(1.0), real(0.0))
     half_width = GROUND_FACE
     c = real(1.0)
     uplift_time = stack.uplift_time
@@ -101,14 +105,16 @@ def part_kept(count: int) -> real:
 def begin_step(
     v: real, count: int, mode: int, live: wp.ref[int],
     dv: wp.ref[real], hint: wp.ref[real], base: wp.ref[real], steps: wp.ref[int],
+    even: wp.ref[real],
 ):  # fmt: skip
     """Begins a step after which the base moves at v [m/s], of a lane that lives on or not.
 
     Whether the lane lives on is kept in `live`: a loop that both read and wrote the modes would be
     slow. While contacts settle, v is that of the first step; the hint tells which way
-    the base is about to move.
+    the base is about to move; then no stack is `even` any more.
     """
     hint = v - base
+    even = wp.where(hint == real(0.0), even, real(0.0))
     dv = wp.where(count > 0, v - base, real(0.0))
     base = wp.where(count > 0, v, base)
     live = wp.where(count > 0 and mode == RUNNING, 1, 0)
@@ -117,7 +123,7 @@ def begin_step(
 
 @wp.func
 def balance(
-    even: bool, n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
+    even: real, n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
     along: wp.ref[real], turning: wp.ref[real],
 ):  # fmt: skip
     """Impulses of two points that mirror each other, and what they leave of a block's motion.
@@ -126,12 +132,12 @@ def balance(
     upwards alone.
     """
     zero, n, t = real(0.0), HALF * (n1 + n2), HALF * (t1 - t2)
-    n1 = wp.where(even, n, n1)
-    t1 = wp.where(even, t, t1)
-    n2 = wp.where(even, n, n2)
-    t2 = wp.where(even, -t, t2)
-    along = wp.where(even, zero, along)
-    turning = wp.where(even, zero, turning)
+    n1 = wp.where(even > zero, n, n1)
+    t1 = wp.where(even > zero, t, t1)
+    n2 = wp.where(even > zero, n, n2)
+    t2 = wp.where(even > zero, -t, t2)
+    along = wp.where(even > zero, zero, along)
+    turning = wp.where(even > zero, zero, turning)
 
 
 @wp.func
