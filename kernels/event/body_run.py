@@ -61,8 +61,8 @@ def view_of(number: int, left: Corner, own: Corner, right: Corner, flat_right: b
 @wp.func
 def observe(
     going: bool, step_limit: int, mode0: int, slip0: real, time0: real, theta0: real, mode: int,
-    slip: real, time: real, theta: real, slide: real, gap: real, turn: real, turn_time: real, tail: real,
-    lost: real, deep: real, hit: bool, peak: wp.ref[real], peak_time: wp.ref[real],
+    slip: real, time: real, theta: real, slide: real, gap: real, turn: real, turn_time: real,
+    tail: real, lost: real, deep: real, hit: bool, peak: wp.ref[real], peak_time: wp.ref[real],
     peak_slide: wp.ref[real], uplift_time: wp.ref[real], rest_time: wp.ref[real],
     loss: wp.ref[real], deepest: wp.ref[real], left: wp.ref[real], right: wp.ref[real],
     impacts: wp.ref[int], steps: wp.ref[int],

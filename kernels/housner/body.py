@@ -32,7 +32,12 @@ from warprock.kernels.housner.block import (
     TICK,
     next_event,
 )  # fmt: skip
-from warprock.kernels.housner.block_contact import needed_in_step, ratio
+from warprock.kernels.housner.block_contact import (
+    needed_along,
+    needed_in_step,
+    polynomial,
+    ratio,
+)
 from warprock.kernels.housner.body_series import force_series, rolling_series, sine_cosine
 from warprock.kernels.housner.body_weight import Heave, heave_after, heave_at
 from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING
@@ -302,9 +307,26 @@ def overshot(live: bool, excess: real, omega: real, tau: real, cap: real):
 
 
 @wp.func
+def friction_at_rest(
+    gravity: real, needed: real, tau: real,
+    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, z: Heave,
+) -> real:  # fmt: skip
+    """The larger of a friction and |a| / (g + a_z) in a step of length tau of a body at rest."""
+    most = larger(ratio(a0, gravity + z.z0), needed)
+    if VERTICAL:
+        # Without a_z a step ends where a(t) turns; the quotient may turn inside.
+        n0 = gravity + z.z0
+        most = needed_along(
+            needed, tau, n0, z.z1, z.z2, z.z3, z.z4, z.z5, z.z6, a0, a1, a2, a3, a4, a5, a6
+        )
+    a = polynomial(a0, a1, a2, a3, a4, a5, a6, tau)
+    return larger(ratio(a, gravity + heave_after(z, tau)), most)
+
+
+@wp.func
 def step_friction(
-    body: Body, foot: Foot, rocking: bool, needed: real, theta: real, omega: real, end_omega: real,
-    tau: real,
+    body: Body, foot: Foot, resting: bool, rocking: bool, needed: real, theta: real, omega: real,
+    end_omega: real, tau: real,
     t2: real, t3: real, t4: real, t5: real, t6: real, t7: real, t8: real,
     c2: real, c3: real, c4: real, c5: real, c6: real, c7: real, c8: real,
     s2: real, s3: real, s4: real, s5: real, s6: real, s7: real, s8: real,
@@ -317,8 +339,10 @@ def step_friction(
     )  # fmt: skip
     side = sign_of(theta)
     fall = wp.where(theta < real(0.0), body.fall_left, body.fall_right)
+    held = friction_at_rest(body.gravity, needed, tau, a0, a1, a2, a3, a4, a5, a6, z)
     return needed_in_step(
-        needed, rocking, fall, side * theta, side * omega, side * end_omega, tau,
+        wp.where(resting and tau > real(0.0), held, needed), rocking, fall, side * theta,
+        side * omega, side * end_omega, tau,
         n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6,
     )  # fmt: skip
 
@@ -370,7 +394,7 @@ def advance(
     excess = wp.where(upper, foot.low - theta1, theta1 - foot.high)
     past, tau, cap1 = overshot(live, wp.where(rocking, excess, zero), omega1, tau, cap1)
     needed1 = step_friction(
-        body, foot, rocking, needed, theta, omega, omega1, tau, t2, t3, t4, t5, t6, t7, t8,
+        body, foot, resting, rocking, needed, theta, omega, omega1, tau, t2, t3, t4, t5, t6, t7, t8,
         c2, c3, c4, c5, c6, c7, c8, s2, s3, s4, s5, s6, s7, s8, a0, a1, a2, a3, a4, a5, a6, z,
     )  # fmt: skip
     reaches = rocking and crossed and not past

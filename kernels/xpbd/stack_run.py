@@ -202,7 +202,8 @@ def run_lanes(
                         right[k, i], lift[i], last[i], deep[i], hit[i], theta[low, i],
                         omega[low, i], half_w[k, i], half_h[k, i], half_w[low, i], half_h[low, i],
                         s[low, i], c[low, i], x[low, i], z[low, i], offset[k, i], peak[k, i],
-                        when[k, i], slide[k, i], far[k, i], crept[k, i], mode[i], even[i])  # fmt: skip
+                        when[k, i], slide[k, i], far[k, i], crept[k, i], mode[i], even[i],
+                    )  # fmt: skip
         past = time - sample_times[sample]
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
