@@ -32,13 +32,13 @@ from warprock.kernels.housner.block import (
     TICK,
     next_event,
 )  # fmt: skip
-from warprock.kernels.housner.block_contact import (
-    needed_along,
-    needed_in_step,
-    polynomial,
-    ratio,
+from warprock.kernels.housner.block_contact import needed_in_step, ratio
+from warprock.kernels.housner.body_series import (
+    force_series,
+    friction_at_rest,
+    rolling_series,
+    sine_cosine,
 )
-from warprock.kernels.housner.body_series import force_series, rolling_series, sine_cosine
 from warprock.kernels.housner.body_weight import Heave, heave_after, heave_at
 from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING
 from warprock.kernels.motion import Motion, knot_time, series
@@ -304,23 +304,6 @@ def overshot(live: bool, excess: real, omega: real, tau: real, cap: real):
         wp.where(past or not live, real(0.0), tau),
         wp.where(past, larger(tau - excess / size(omega), HALF * tau), cap),
     )
-
-
-@wp.func
-def friction_at_rest(
-    gravity: real, needed: real, tau: real,
-    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, z: Heave,
-) -> real:  # fmt: skip
-    """The larger of a friction and |a| / (g + a_z) in a step of length tau of a body at rest."""
-    most = larger(ratio(a0, gravity + z.z0), needed)
-    if VERTICAL:
-        # Without a_z a step ends where a(t) turns; the quotient may turn inside.
-        n0 = gravity + z.z0
-        most = needed_along(
-            needed, tau, n0, z.z1, z.z2, z.z3, z.z4, z.z5, z.z6, a0, a1, a2, a3, a4, a5, a6
-        )
-    a = polynomial(a0, a1, a2, a3, a4, a5, a6, tau)
-    return larger(ratio(a, gravity + heave_after(z, tau)), most)
 
 
 @wp.func
