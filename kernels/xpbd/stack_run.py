@@ -202,8 +202,8 @@ def run_lanes(
                         right[k, i], lift[i], last[i], deep[i], hit[i], theta[low, i],
                         omega[low, i], half_w[k, i], half_h[k, i], half_w[low, i], half_h[low, i],
                         s[low, i], c[low, i], x[low, i], z[low, i], offset[k, i], peak[k, i],
-                        when[k, i], slide[k, i], far[k, i], crept[k, i], mode[i], even[i],
-                    )  # fmt: skip
+                        when[k, i], slide[k, i], far[k, i], crept[k, i], mode[i],
+                        even[i])  # fmt: skip
         past = time - sample_times[sample]
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
@@ -211,10 +211,9 @@ def run_lanes(
                     turn = at_sample(mode[i], past, theta[k, i], omega[k, i])
                     found.rotations[sample, k - 1, first + i] = turn
                     if found.places.shape[0] > 0:
-                        spot = at_sample(mode[i], past, x[k, i], vx[k, i])
-                        level = at_sample(mode[i], past, z[k, i], vz[k, i])
-                        found.places[sample, k - 1, 0, first + i] = spot
-                        found.places[sample, k - 1, 1, first + i] = level
+                        o, f = k - 1, first + i
+                        found.places[sample, o, 0, f] = at_sample(mode[i], past, x[k, i], vx[k, i])
+                        found.places[sample, o, 1, f] = at_sample(mode[i], past, z[k, i], vz[k, i])
     for i in range(LANES):
         book(dv[i], given[i], loss[i], jolt[i], most[i], taken[i], back[i])
         found.results[first + i] = Result(lift[i], last[i], loss[i], jolt[i], most[i], back[i],
