@@ -289,7 +289,7 @@ def run_lanes(
         pose.sine[k] = sine(block.theta)
         pose.cosine[k] = cosine(block.theta)
         state.theta[k] = block.theta
-        state.lean[k] = lanes[lane].lean
+        state.lean[k] = sign_of(lanes[lane].lean)
         state.left[k] = block.left
         state.right[k] = block.right
         peak[k] = size(block.theta)

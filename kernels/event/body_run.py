@@ -61,8 +61,8 @@ def view_of(number: int, left: Corner, own: Corner, right: Corner, flat_right: b
 @wp.func
 def observe(
     going: bool, step_limit: int, mode0: int, slip0: real, time0: real, theta0: real, mode: int,
-    slip: real, time: real, theta: real, slide: real, turn: real, turn_time: real, tail: real,
-    lost: real, deep: real, hit: bool, peak: wp.ref[real], peak_time: wp.ref[real],
+    slip: real, time: real, theta: real, slide: real, gap: real, turn: real, turn_time: real,
+    tail: real, lost: real, deep: real, hit: bool, peak: wp.ref[real], peak_time: wp.ref[real],
     peak_slide: wp.ref[real], uplift_time: wp.ref[real], rest_time: wp.ref[real],
     loss: wp.ref[real], deepest: wp.ref[real], left: wp.ref[real], right: wp.ref[real],
     impacts: wp.ref[int], steps: wp.ref[int],
@@ -73,7 +73,7 @@ def observe(
         going: Whether the lane took part in it.
         step_limit: Steps that it may take, trials included.
         mode0, slip0, time0, theta0: State before the step.
-        mode, slip, time, theta, slide: State after it.
+        mode, slip, time, theta, slide, gap: State after it.
         turn: Turning point of the rotation in it [rad], zero where there was none.
         turn_time: Its time [s].
         tail: Time of the impacts that resting leaves out [s].
@@ -85,8 +85,9 @@ def observe(
     apex = size(turn)
     highest = larger(size(theta), apex)
     lifts = mode0 == FLAT and mode < FLAT and uplift_time >= NEVER
-    # A velocity step of the base lifts at the end of a step, an acceleration from its start.
-    lifted = wp.where(theta == theta0, time, time0)
+    # A velocity step of the base lifts at the end of a step, an acceleration from its start: it
+    # turns the body, or leaves it.
+    lifted = wp.where(theta == theta0 and gap <= real(0.0), time, time0)
     rested = mode0 == FLAT and slip0 == real(0.0)
     rests = mode == FLAT and slip == real(0.0)
     higher = highest > peak
@@ -276,9 +277,9 @@ def run_lanes(
                 rise(ok, weight, rising[i], risen[i])
                 mo = observe(
                     going, blocks[first + i].step_limit, mode[i], slip[i], time[i], theta[i], mo,
-                    di, ti, th, sl, ap, at, ta, lo, dp, hit, peak[i], peak_time[i], peak_slide[i],
-                    uplift_time[i], rest_time[i], loss[i], deepest[i], left[i], right[i],
-                    impacts[i], steps[i])  # fmt: skip
+                    di, ti, th, sl, ga, ap, at, ta, lo, dp, hit, peak[i], peak_time[i],
+                    peak_slide[i], uplift_time[i], rest_time[i], loss[i], deepest[i], left[i],
+                    right[i], impacts[i], steps[i])  # fmt: skip
                 needed[i] = larger(ne, needed[i])
                 corner[i] = co
                 theta[i] = th

@@ -311,6 +311,17 @@ def end_of_step(
 
 
 @wp.func
+def needed_at_rest(block: Block, rests: bool, a0: real, a1: real, needed: real) -> real:
+    """The larger of a friction and |a| / g of a step at rest, in which a goes from a0 to a1.
+
+    It is monotone there. A step without length, of a jump that lifts, is none at rest.
+    """
+    # g is p^2 / q.
+    asked = larger(size(a0), size(a1)) * block.coupling / block.frequency_squared
+    return wp.where(rests, larger(asked, needed), needed)
+
+
+@wp.func
 def step(
     block: Block, m: Motion, sample: real, sample_slope: real, until: real,
     theta: real, omega: real, side: real, time: real, segment: int, mode: int,
@@ -322,9 +333,8 @@ def step(
     The arguments from `theta` on are the lane's state, see the head of this file; the step
     returns it in the same order. `sample` and `sample_slope` belong to a record's segment.
     """
-    zero = real(0.0)
+    knot, zero = knot_time(m, segment), real(0.0)
     live, resting, rocking = mode < OVERTURNED, mode == RESTING, mode == ROCKING
-    knot = knot_time(m, segment)
     target = smaller(knot, until)
     room = target - time
     h = smaller(smaller(smaller(block.step_length, REACH / size(omega)), room), cap)
@@ -357,6 +367,7 @@ def step(
     omega1 = wp.where(past, omega, wp.where(rocking and not turned, omega1, zero))
     time1 = wp.where(live and tau >= fused_less(TICK, target, room), target, time + tau)
     a_now = acceleration_after(a0, a1, a2, a3, a4, a5, a6, a7, a8, tau)
+    needed1 = needed_at_rest(block, resting and tau > zero, a0, a_now, needed1)
     omega1, side1, mode1, uplift_time1, rest_time1, loss1, needed1 = event_step(
         block, impact, uplift, pull, a_now, time1,
         omega1, side, mode, uplift_time, rest_time, loss, needed1,

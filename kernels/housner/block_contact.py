@@ -8,8 +8,9 @@ corner:
     upwards           n = g / R + C'',
 
 1 / R = (4/3) q and g / R = (4/3) p^2. Their Taylor coefficients are those of S and C, which the
-series of the rotation needs anyhow. The corner stays where it is while n > 0 and friction >=
-|f| / n; the friction that a lane needs is the largest |f| / n of its run, NEVER where n <= 0.
+series of the rotation needs anyhow. At rest f and n are a and g. The corner stays where it is while
+n > 0 and friction >= |f| / n; the friction that a lane needs is the largest |f| / n of its run,
+NEVER where n <= 0.
 
 An impulse of the base, over m, is what the velocity of the centre gains, so
 
@@ -170,7 +171,7 @@ def needed_in_step(
 
     Args:
         needed: The friction.
-        rocking: Whether the block rocks; at rest its contact asks for less than an uplift does.
+        rocking: Whether the block rocks.
         fall_angle: Rotation from which a block that turns outwards falls.
         lean: Rotation at the start of the step, positive towards the side that it leans to.
         speed: Its rate there.

@@ -33,7 +33,12 @@ from warprock.kernels.housner.block import (
     next_event,
 )  # fmt: skip
 from warprock.kernels.housner.block_contact import needed_in_step, ratio
-from warprock.kernels.housner.body_series import force_series, rolling_series, sine_cosine
+from warprock.kernels.housner.body_series import (
+    force_series,
+    friction_at_rest,
+    rolling_series,
+    sine_cosine,
+)
 from warprock.kernels.housner.body_weight import Heave, heave_after, heave_at
 from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING
 from warprock.kernels.motion import Motion, knot_time, series
@@ -303,8 +308,8 @@ def overshot(live: bool, excess: real, omega: real, tau: real, cap: real):
 
 @wp.func
 def step_friction(
-    body: Body, foot: Foot, rocking: bool, needed: real, theta: real, omega: real, end_omega: real,
-    tau: real,
+    body: Body, foot: Foot, resting: bool, rocking: bool, needed: real, theta: real, omega: real,
+    end_omega: real, tau: real,
     t2: real, t3: real, t4: real, t5: real, t6: real, t7: real, t8: real,
     c2: real, c3: real, c4: real, c5: real, c6: real, c7: real, c8: real,
     s2: real, s3: real, s4: real, s5: real, s6: real, s7: real, s8: real,
@@ -317,8 +322,10 @@ def step_friction(
     )  # fmt: skip
     side = sign_of(theta)
     fall = wp.where(theta < real(0.0), body.fall_left, body.fall_right)
+    held = friction_at_rest(body.gravity, needed, tau, a0, a1, a2, a3, a4, a5, a6, z)
     return needed_in_step(
-        needed, rocking, fall, side * theta, side * omega, side * end_omega, tau,
+        wp.where(resting and tau > real(0.0), held, needed), rocking, fall, side * theta,
+        side * omega, side * end_omega, tau,
         n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6,
     )  # fmt: skip
 
@@ -370,7 +377,7 @@ def advance(
     excess = wp.where(upper, foot.low - theta1, theta1 - foot.high)
     past, tau, cap1 = overshot(live, wp.where(rocking, excess, zero), omega1, tau, cap1)
     needed1 = step_friction(
-        body, foot, rocking, needed, theta, omega, omega1, tau, t2, t3, t4, t5, t6, t7, t8,
+        body, foot, resting, rocking, needed, theta, omega, omega1, tau, t2, t3, t4, t5, t6, t7, t8,
         c2, c3, c4, c5, c6, c7, c8, s2, s3, s4, s5, s6, s7, s8, a0, a1, a2, a3, a4, a5, a6, z,
     )  # fmt: skip
     reaches = rocking and crossed and not past

@@ -21,7 +21,8 @@ base and g + z'' upwards, with a_z added.
 
 import warp as wp
 
-from warprock.kernels.housner.body_weight import Heave, heavy
+from warprock.kernels.housner.block_contact import needed_along, polynomial, ratio
+from warprock.kernels.housner.body_weight import Heave, heave_after, heavy
 
 PI = real(3.141592653589793)
 
@@ -121,3 +122,20 @@ def force_series(
         a3 + real(20.0) * (r * t5 + reach * s5), a4 + real(30.0) * (r * t6 + reach * s6),
         a5 + real(42.0) * (r * t7 + reach * s7), a6 + real(56.0) * (r * t8 + reach * s8),
     )  # fmt: skip
+
+
+@wp.func
+def friction_at_rest(
+    gravity: real, needed: real, tau: real,
+    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, z: Heave,
+) -> real:  # fmt: skip
+    """The larger of a friction and |a| / (g + a_z) in a step of length tau of a body at rest."""
+    most = larger(ratio(a0, gravity + z.z0), needed)
+    if VERTICAL:
+        # Without a_z a step ends where a(t) turns; the quotient may turn inside.
+        n0 = gravity + z.z0
+        most = needed_along(
+            needed, tau, n0, z.z1, z.z2, z.z3, z.z4, z.z5, z.z6, a0, a1, a2, a3, a4, a5, a6
+        )
+    a = polynomial(a0, a1, a2, a3, a4, a5, a6, tau)
+    return larger(ratio(a, gravity + heave_after(z, tau)), most)

@@ -190,6 +190,15 @@ def solve(
 
 
 @wp.func
+def balanced(even: bool, n1: real, f1: real, n2: real, f2: real):
+    """Impulses of both corners; of a block that leans to no side the mean of both orders."""
+    n, f = HALF * (n1 + n2), HALF * (f1 - f2)
+    return (
+        wp.where(even, n, n1), wp.where(even, f, f1), wp.where(even, n, n2), wp.where(even, -f, f2)
+    )  # fmt: skip
+
+
+@wp.func
 def step(
     block: Block, knobs: Knobs, dv: real,
     x: real, z: real, theta: real, vx: real, vz: real, omega: real,
@@ -206,7 +215,8 @@ def step(
     dt = knobs.time_step
     # Seen so that the block leans to +x: the solver then visits the corners of a mirrored scene
     # in mirrored order, and its remainder is mirrored too.
-    lean = wp.where(theta != zero, theta, wp.where(omega != zero, omega, -dv))
+    slip = vx - dv
+    lean = wp.where(theta != zero, theta, wp.where(omega != zero, omega, slip))
     m = sign_of(lean)
     s = sine(m * theta)
     c = cosine(theta)
@@ -218,7 +228,7 @@ def step(
     gap2 = z + z2
     on1 = wp.where(gap1 <= knobs.collision_margin, real(1.0), zero)
     on2 = wp.where(gap2 <= knobs.collision_margin, real(1.0), zero)
-    ux = m * (vx - dv)
+    ux = m * slip
     uz = fused_less(dt, knobs.gravity, vz)
     uo = m * omega
     p1, t1, p2, t2 = solve(
@@ -228,6 +238,7 @@ def step(
         wp.where(m < zero, n2, n1), m * wp.where(m < zero, f2, f1),
         wp.where(m < zero, n1, n2), m * wp.where(m < zero, f1, f2),
     )  # fmt: skip
+    p1, t1, p2, t2 = balanced(lean == zero, p1, t1, p2, t2)
     vx1 = ux + t1 + t2
     vz1 = uz + p1 + p2
     vo1 = fused(w, wedge(z1, x1, p1, t1) + wedge(z2, x2, p2, t2), uo)

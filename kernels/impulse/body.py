@@ -172,6 +172,36 @@ def solve(
 
 
 @wp.func
+def lean_of(theta: real, omega: real, slip: real, xl: real, xm: real, xr: real) -> real:
+    """A number of the sign of the side to which a body leans; 0 if it is its own mirror image.
+
+    One that stands still and upright leans to the side to which its base reaches further.
+    """
+    zero = real(0.0)
+    reaches = xr + wp.where(xm == zero, xl, xm)
+    still = wp.where(slip != zero, slip, reaches)
+    return wp.where(theta != zero, theta, wp.where(omega != zero, omega, still))
+
+
+@wp.func
+def balanced(
+    even: bool, amid: bool, n1: real, f1: real, n2: real, f2: real, n3: real, f3: real
+):  # fmt: skip
+    """Impulses of three points, of what is its own mirror image (`even`) the mean of both orders.
+
+    Each point has its image: the last one that of the first where the second lies `amid`, else
+    that of the second.
+    """
+    zero, outer, inner = real(0.0), even and amid, even and not amid
+    n, f = HALF * (wp.where(amid, n1, n2) + n3), HALF * (wp.where(amid, f1, f2) - f3)
+    return (
+        wp.where(outer, n, n1), wp.where(outer, f, f1),
+        wp.where(inner, n, n2), wp.where(inner, f, wp.where(outer, zero, f2)),
+        wp.where(even, n, n3), wp.where(even, -f, f3),
+    )  # fmt: skip
+
+
+@wp.func
 def work(x: real, z: real, n: real, f: real, vx: real, vz: real, vo: real) -> real:
     """Work of the impulses of a corner [J/kg] at a velocity of the body."""
     return dot(n, f, fused_less(vo, x, vz), fused(vo, z, vx))
@@ -196,7 +226,8 @@ def step(
     """
     zero, one = real(0.0), real(1.0)
     w, dt = body.inverse_inertia, knobs.time_step
-    lean = wp.where(theta != zero, theta, wp.where(omega != zero, omega, -dv))
+    slip = vx - dv
+    lean = lean_of(theta, omega, slip, xl, xm, xr)
     m = sign_of(lean)
     left = m < zero
     x1, z1 = m * wp.where(left, xr, xl), wp.where(left, zr, zl)
@@ -207,15 +238,14 @@ def step(
     on1 = wp.where(has1 and gap1 <= knobs.collision_margin, one, zero)
     on2 = wp.where(gap2 <= knobs.collision_margin, one, zero)
     on3 = wp.where(has3 and gap3 <= knobs.collision_margin, one, zero)
-    ux = m * (vx - dv)
-    uz = vz - fall_in(dt, knobs.gravity, dz)
-    uo = m * omega
+    ux, uz, uo = m * slip, vz - fall_in(dt, knobs.gravity, dz), m * omega
     p1, t1, p2, t2, p3, t3 = solve(
         body.friction, w, x1, z1, x2, z2, x3, z3, on1, on2, on3,
         wish(gap1, knobs), wish(gap2, knobs), wish(gap3, knobs), ux, uz, uo,
         wp.where(left, nr, nl), m * wp.where(left, fr, fl), nm, m * fm,
         wp.where(left, nl, nr), m * wp.where(left, fl, fr),
     )  # fmt: skip
+    p1, t1, p2, t2, p3, t3 = balanced(lean == zero, xm == zero, p1, t1, p2, t2, p3, t3)
     vx1 = ux + t1 + t2 + t3
     vz1 = uz + p1 + p2 + p3
     turn = wedge(z1, x1, p1, t1) + wedge(z2, x2, p2, t2) + wedge(z3, x3, p3, t3)

@@ -24,7 +24,8 @@ the collision margin, each of which wants a normal velocity of at least -gap / d
 slip within Coulomb's bound; projected Gauss-Seidel from the impulses of the last step, an end that
 is alone at its interface by cone.py; semi-implicit Euler; erp. Here the sweeps work on the
 velocities, from the ground up. In an interface they visit first the end away from the side it leans
-to, so that a mirrored scene is visited in mirrored order. What an interface gives back of its
+to, so that a mirrored scene is visited in mirrored order; of a stack that is its own mirror image,
+until its base moves along, the mean of both orders is taken. What an interface gives back of its
 penetration moves all that stands on it along the normal there, but for the 2 g dt^2 that one step
 of falling can make.
 

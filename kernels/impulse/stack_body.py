@@ -7,7 +7,7 @@ is visited in mirrored order; what is kept of them from the last step moves alon
 
 import warp as wp
 
-from warprock.kernels.impulse.stack import Knobs, integrate, side_of, work
+from warprock.kernels.impulse.stack import Knobs, clear, integrate, side_of, work
 from warprock.kernels.modes import RUNNING
 from warprock.kernels.parting import slack, slides
 from warprock.kernels.shape.body_seen import moved_along, watch
@@ -96,6 +96,30 @@ def find_contact(
     n = on * n
     t = on * t
     add_impulses(m, j, lm, lj, mx, mz, ru, hu, rl, hl, n, t, ux, uz, uo, lx, lz, lo)
+
+
+@wp.func
+def balance(
+    even: real, place: real, n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real],
+    t2: wp.ref[real], n3: wp.ref[real], t3: wp.ref[real], ux: wp.ref[real], uo: wp.ref[real],
+):  # fmt: skip
+    """As `balance` in shape/stack_run.py, of three points from -x to +x.
+
+    The image of the second one, which lies at `place` along the face [m], is the one on the other
+    side of the centre.
+    """
+    zero, side = real(0.0), clear(place)
+    whole, first, last = even > zero, side >= zero, side <= zero
+    n = HALF * (wp.where(first, n1, n2) + wp.where(last, n3, n2))
+    t = HALF * (wp.where(first, t1, t2) - wp.where(last, t3, t2))
+    n1 = wp.where(whole and first, n, n1)
+    t1 = wp.where(whole and first, t, t1)
+    n2 = wp.where(whole and side != zero, n, n2)
+    t2 = wp.where(whole, wp.where(first and last, zero, wp.where(first, -t, t)), t2)
+    n3 = wp.where(whole and last, n, n3)
+    t3 = wp.where(whole and last, -t, t3)
+    ux = wp.where(whole, zero, ux)
+    uo = wp.where(whole, zero, uo)
 
 
 @wp.func

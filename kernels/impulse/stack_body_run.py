@@ -8,7 +8,7 @@ import warp as wp
 
 from warprock.kernels.account import book
 from warprock.kernels.impulse.stack import Knobs, solve_contact
-from warprock.kernels.impulse.stack_body import find_contact, finish_step, predict
+from warprock.kernels.impulse.stack_body import balance, find_contact, finish_step, predict
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.motion import base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.above import Motions, move_up
@@ -45,21 +45,20 @@ def run_lanes(
     left, under, right, window, crept = BodyInt(), BodyInt(), BodyInt(), BodyInt(), Body()
     nx, nz, au, bu, al, bl = Point(), Point(), Point(), Point(), Point(), Point()
     gap, pn, pt, nt, n, t = Point(), Point(), Point(), Point(), Point(), Point()
-    base, dv, hint, loss, jolt = Lane(), Lane(), Lane(), Lane(), Lane()
+    base, dv, hint, loss, jolt, even = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, supplied, taken, returned, rise, rising = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     shift_x, shift_z, uplift_time, moved, deepest = Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, lives, steps, by = LaneInt(), LaneInt(), LaneInt(), LaneInt(), BodyInt()
     bodies, points, sweeps = int(BLOCKS + 1), int(3 * BLOCKS), int(ITERATIONS)
     for i in range(LANES):
-        start_lane(lanes[first + i], high[0, i], c[0, i], uplift_time[i], mode[i])
+        start_lane(lanes[first + i], high[0, i], c[0, i], uplift_time[i], mode[i], even[i])
         low[0, i] = -high[0, i]
         for k in range(1, bodies):
             start_block(blocks[k - 1, first + i], lanes[first + i].lean, theta[k - 1, i], m[k, i],
                 j[k, i], mu[k, i], low[k, i], high[k, i], top[k, i], x[k, i], z[k, i], theta[k, i],
                 s[k, i], c[k, i], peak[k, i], lean[k, i], window[k, i], n[3 * k - 3, i],
                 n[3 * k - 2, i])  # fmt: skip
-    count = int(-SETTLING)
-    time = real(count) * dt
+    count, time = int(-SETTLING), real(-SETTLING) * dt
     for sample in range(sample_times.shape[0]):
         while time < sample_times[sample]:
             count += 1
@@ -67,8 +66,7 @@ def run_lanes(
             half, kept = larger(time - HALF * dt, HALF * dt), part_kept(count)
             for i in range(LANES):
                 if VERTICAL:
-                    lane = motions[0, first + i]
-                    up = motions[1, first + i]
+                    lane, up = motions[0, first + i], motions[1, first + i]
                     there = sample_index(up, sample_segment(up, half))
                     climb = base_velocity(up, half, pool[2, there], pool[0, there], pool[1, there])
                     move_up(climb, count > 0, rise[i], rising[i])
@@ -76,7 +74,7 @@ def run_lanes(
                     lane = motions[first + i]
                 place = sample_index(lane, sample_segment(lane, half))
                 v = base_velocity(lane, half, pool[2, place], pool[0, place], pool[1, place])
-                begin_step(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
+                begin_step(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i], even[i])
                 book(pulled(dv[i], rise[i], dt * knobs.gravity), given[i], loss[i], jolt[i],
                     supplied[i], taken[i], returned[i])  # fmt: skip
             for k in range(1, bodies):
@@ -111,6 +109,8 @@ def run_lanes(
                 o, p, q, r = k - 1, 3 * k - 3, 3 * k - 2, 3 * k - 1
                 for i in range(LANES):
                     live, w, f = lives[i] > 0, window[k, i], first + i
+                    balance(even[i], au[q, i], n[p, i], t[p, i], n[q, i], t[q, i], n[r, i],
+                        t[r, i], ux[k, i], uo[k, i])  # fmt: skip
                     finish_step(feet[w - 1, f], feet[w, f], feet[w + 1, f], feet[o * rows, f],
                         feet[k * rows - 1, f], by[k, i], blocks[o, f], live, kept, knobs, time,
                         dv[i], rise[i], lean[k, i], m[k, i], j[k, i], gap[p, i], nx[p, i], nz[p, i],

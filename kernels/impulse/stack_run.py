@@ -29,6 +29,7 @@ from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sa
 from warprock.kernels.shape.stack_run import (
     Block,
     Stack,
+    balance,
     begin_step,
     observe,
     part_kept,
@@ -89,13 +90,13 @@ def run_lanes(
     # Rows of points: the first and the second end of interface 1, of interface 2, ...
     nx, nz, au, bu, al, bl = Point(), Point(), Point(), Point(), Point(), Point()
     gap, pn, pt, nt, n, t = Point(), Point(), Point(), Point(), Point(), Point()
-    base, dv, hint, loss, jolt = Lane(), Lane(), Lane(), Lane(), Lane()
+    base, dv, hint, loss, jolt, even = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, supplied, taken, returned, rise, rising = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     shift_x, shift_z, uplift_time, moved, deepest = Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS)  # loops stay
     for i in range(LANES):
-        start_lane(lanes[first + i], half_w[0, i], c[0, i], uplift_time[i], mode[i])
+        start_lane(lanes[first + i], half_w[0, i], c[0, i], uplift_time[i], mode[i], even[i])
         for k in range(1, bodies):
             start_block(blocks[k - 1, first + i], lanes[first + i].lean, half_w[k, i], half_h[k, i],
                 m[k, i], j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i],
@@ -119,7 +120,7 @@ def run_lanes(
                     lane = motions[first + i]
                 place = sample_index(lane, sample_segment(lane, half))
                 v = base_velocity(lane, half, pool[2, place], pool[0, place], pool[1, place])
-                begin_step(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
+                begin_step(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i], even[i])
                 shift_x[i] = zero
                 shift_z[i] = zero
                 book(pulled(dv[i], rise[i], dt * knobs.gravity), given[i], loss[i], jolt[i],
@@ -152,6 +153,7 @@ def run_lanes(
                 low, p, q = k - 1, 2 * k - 2, 2 * k - 1
                 for i in range(LANES):
                     live = lives[i] > 0
+                    balance(even[i], n[p, i], t[p, i], n[q, i], t[q, i], ux[k, i], uo[k, i])
                     integrate_block(live, kept, knobs, dv[i], rise[i], m[k, i], j[k, i], gap[p, i],
                         nx[p, i], nz[p, i], gap[q, i], nx[q, i], nz[q, i], ux[k, i], uz[k, i],
                         uo[k, i], shift_x[i], shift_z[i], x[k, i], z[k, i], theta[k, i], s[k, i],

@@ -80,7 +80,7 @@ def start_block(
         m: What is found, as all up to window.
         n1, n2: What the first and the second point carry, from the one away from the side.
     """
-    ahead, flat = side > real(0.0), block.theta == below
+    ahead, flat = sign_of(side) > real(0.0), block.theta == below
     n1 = wp.where(flat, wp.where(ahead, block.left, block.right), real(0.0))
     n2 = wp.where(flat, wp.where(ahead, block.right, block.left), block.left + block.right)
     m = block.inverse_mass
@@ -95,7 +95,7 @@ def start_block(
     s = sine(block.theta)
     c = cosine(block.theta)
     peak = size(block.theta)
-    lean = side
+    lean = sign_of(side)
     window = block.window
 
 

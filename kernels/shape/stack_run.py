@@ -43,7 +43,8 @@ class Stack:
     """One lane's stack.
 
     That is: the time at which it is first uplifted [s], 0 or NEVER, and the side to which its
-    interfaces count as leaning before they turn, 1 or -1, mirrored with the stack.
+    interfaces count as leaning before they turn, 1 or -1, mirrored with the stack; 0 of a stack
+    that is its own mirror image.
     """
 
     uplift_time: real
@@ -53,9 +54,13 @@ class Stack:
 @wp.func
 def start_lane(
     stack: Stack, half_width: wp.ref[real], c: wp.ref[real], uplift_time: wp.ref[real],
-    mode: wp.ref[int],
+    mode: wp.ref[int], even: wp.ref[real],
 ):  # fmt: skip
-    """Starts a lane: its ground, which is level and has a face, and its mode."""
+    """Starts a lane: its ground, which is level and has a face, its mode, and `even`.
+
+    That is 1 of a stack that is its own mirror image, until its base moves along, else 0.
+    """
+    even = wp.where(stack.lean == real(0.0), real(1.0), real(0.0))
     half_width = GROUND_FACE
     c = real(1.0)
     uplift_time = stack.uplift_time
@@ -82,9 +87,9 @@ def start_block(
     s = sine(block.theta)
     c = cosine(block.theta)
     peak = size(block.theta)
-    lean = side
-    n1 = wp.where(side > real(0.0), block.left, block.right)
-    n2 = wp.where(side > real(0.0), block.right, block.left)
+    lean = sign_of(side)
+    n1 = wp.where(lean > real(0.0), block.left, block.right)
+    n2 = wp.where(lean > real(0.0), block.right, block.left)
 
 
 @wp.func
@@ -100,18 +105,39 @@ def part_kept(count: int) -> real:
 def begin_step(
     v: real, count: int, mode: int, live: wp.ref[int],
     dv: wp.ref[real], hint: wp.ref[real], base: wp.ref[real], steps: wp.ref[int],
+    even: wp.ref[real],
 ):  # fmt: skip
     """Begins a step after which the base moves at v [m/s], of a lane that lives on or not.
 
     Whether the lane lives on is kept in `live`: a loop that both read and wrote the modes would be
     slow. While contacts settle, v is that of the first step; the hint tells which way
-    the base is about to move.
+    the base is about to move; then no stack is `even` any more.
     """
     hint = v - base
+    even = wp.where(hint == real(0.0), even, real(0.0))
     dv = wp.where(count > 0, v - base, real(0.0))
     base = wp.where(count > 0, v, base)
     live = wp.where(count > 0 and mode == RUNNING, 1, 0)
     steps = steps + live
+
+
+@wp.func
+def balance(
+    even: real, n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
+    along: wp.ref[real], turning: wp.ref[real],
+):  # fmt: skip
+    """Impulses of two points that mirror each other, and what they leave of a block's motion.
+
+    Of a stack that is its own mirror image (`even`) the mean of the sweeps in both orders: it moves
+    upwards alone.
+    """
+    zero, n, t = real(0.0), HALF * (n1 + n2), HALF * (t1 - t2)
+    n1 = wp.where(even > zero, n, n1)
+    t1 = wp.where(even > zero, t, t1)
+    n2 = wp.where(even > zero, n, n2)
+    t2 = wp.where(even > zero, -t, t2)
+    along = wp.where(even > zero, zero, along)
+    turning = wp.where(even > zero, zero, turning)
 
 
 @wp.func

@@ -18,6 +18,7 @@ from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sa
 from warprock.kernels.shape.stack_run import (
     Block,
     Stack,
+    balance,
     begin_step,
     observe,
     part_kept,
@@ -54,11 +55,13 @@ Pass = wp.types.matrix(shape=(4 * BLOCKS, LANES), dtype=real)
 
 @wp.func
 def start_pose_pass(
-    qx: real, qz: real, qo: real, n1: real, t1: real, n2: real, t2: real, rx: wp.ref[real],
-    rz: wp.ref[real], ro: wp.ref[real], pose_n1: wp.ref[real], pose_t1: wp.ref[real],
-    pose_n2: wp.ref[real], pose_t2: wp.ref[real],
+    qx: wp.ref[real], qz: real, qo: wp.ref[real], n1: wp.ref[real], t1: wp.ref[real],
+    n2: wp.ref[real], t2: wp.ref[real], rx: wp.ref[real], rz: wp.ref[real], ro: wp.ref[real],
+    pose_n1: wp.ref[real], pose_t1: wp.ref[real], pose_n2: wp.ref[real], pose_t2: wp.ref[real],
+    even: real,
 ):  # fmt: skip
-    """Starts the pose pass of a block from what the velocity pass has found."""
+    """Starts the pose pass of a block from what the velocity pass has found, see `balance`."""
+    balance(even, n1, t1, n2, t2, qx, qo)
     rx = qx
     rz = qz
     ro = qo
@@ -80,22 +83,25 @@ def integrate_block(
     below: real, lomega: real, half_width: real, half_height: real, lhalf_width: real,
     lhalf_height: real, ls: real, lc: real, lx: real, lz: real, offset: real, peak: wp.ref[real],
     peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real], crept: wp.ref[real],
-    mode: wp.ref[int],
+    mode: wp.ref[int], even: real,
 ):  # fmt: skip
     """Ends a step of a block, see `integrate`; it keeps a part of its velocity (`kept`).
 
     For what is seen of it and of its interface see `observe` in shape/stack_run.py; (lx, lz) is the
     centre of the body below.
     """
+    a, b, e, f = real(pose_n1), real(pose_t1), real(pose_n2), real(pose_t2)
+    way, turned = real(rx), real(ro)
+    balance(even, a, b, e, f, way, turned)
     integrate(
-        live, dv, knobs, m, j, qx, qz, qo, rx, rz, ro, x, z, theta, s, c, vx, vz, omega, loss,
+        live, dv, knobs, m, j, qx, qz, qo, way, rz, turned, x, z, theta, s, c, vx, vz, omega, loss,
         given,
     )  # fmt: skip
     vx = kept * vx
     vz = kept * vz
     omega = kept * omega
-    anchor1 = anchor_after(mu, pose_n1, pose_t1, anchor1)
-    anchor2 = anchor_after(mu, pose_n2, pose_t2, anchor2)
+    anchor1 = anchor_after(mu, a, b, anchor1)
+    anchor2 = anchor_after(mu, e, f, anchor2)
     observe(
         live, time, knobs.time_step, knobs.gravity, lean, n1, n2, theta, below, vx, vz, omega,
         lomega, half_width, half_height, s, c, offset, lhalf_width, lhalf_height, ls, lc, x - lx,
@@ -119,14 +125,14 @@ def run_lanes(
     anchor, qx, qz, qo, left, right = Point(LOOSE), Move(), Move(), Move(), BodyInt(), BodyInt()
     need, slip, dn, n, t, since, crept = Pass(), Pass(), Pass(), Pass(), Pass(), Body(), Body()
     base, dv, hint, loss, lift, last, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    given, jolt, most, taken, back = Lane(), Lane(), Lane(), Lane(), Lane()
+    given, jolt, most, taken, back, even = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     hit, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     pack, _one = wp.tid()
     bodies, points, first = int(BLOCKS + 1), int(2 * BLOCKS), pack * LANES  # loops stay
     count, sweeps, dt = int(-SETTLING), int(ITERATIONS // TURNS), knobs.time_step
     time = -BEFORE * dt
     for i in range(LANES):
-        start_lane(lanes[first + i], half_w[0, i], c[0, i], lift[i], mode[i])
+        start_lane(lanes[first + i], half_w[0, i], c[0, i], lift[i], mode[i], even[i])
         for k in range(1, bodies):
             start_block(
                 blocks[k - 1, first + i], lanes[first + i].lean, half_w[k, i], half_h[k, i],
@@ -142,7 +148,7 @@ def run_lanes(
                 lane = motions[first + i]
                 line = sample_index(lane, sample_segment(lane, half))
                 v = base_velocity(lane, half, pool[2, line], pool[0, line], pool[1, line])
-                begin_step(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
+                begin_step(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i], even[i])
                 book(dv[i], given[i], loss[i], jolt[i], most[i], taken[i], back[i])
             for k in range(1, bodies):
                 p, q = 2 * k - 2, 2 * k - 1
@@ -171,7 +177,7 @@ def run_lanes(
                         start_pose_pass(
                             qx[k, i], qz[k, i], qo[k, i], n[p, i], t[p, i], n[q, i], t[q, i],
                             qx[u, i], qz[u, i], qo[u, i], n[r, i], t[r, i], n[w, i], t[w, i],
-                        )  # fmt: skip
+                            even[i])  # fmt: skip
                 for step in range(sweeps * BLOCKS):
                     k, p, q = step % BLOCKS + 1, step % BLOCKS * 2, step % BLOCKS * 2 + 1
                     u, r, w = k + part * bodies, p + part * points, q + part * points
@@ -196,7 +202,8 @@ def run_lanes(
                         right[k, i], lift[i], last[i], deep[i], hit[i], theta[low, i],
                         omega[low, i], half_w[k, i], half_h[k, i], half_w[low, i], half_h[low, i],
                         s[low, i], c[low, i], x[low, i], z[low, i], offset[k, i], peak[k, i],
-                        when[k, i], slide[k, i], far[k, i], crept[k, i], mode[i])  # fmt: skip
+                        when[k, i], slide[k, i], far[k, i], crept[k, i], mode[i],
+                        even[i])  # fmt: skip
         past = time - sample_times[sample]
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
@@ -204,10 +211,9 @@ def run_lanes(
                     turn = at_sample(mode[i], past, theta[k, i], omega[k, i])
                     found.rotations[sample, k - 1, first + i] = turn
                     if found.places.shape[0] > 0:
-                        spot = at_sample(mode[i], past, x[k, i], vx[k, i])
-                        level = at_sample(mode[i], past, z[k, i], vz[k, i])
-                        found.places[sample, k - 1, 0, first + i] = spot
-                        found.places[sample, k - 1, 1, first + i] = level
+                        o, f = k - 1, first + i
+                        found.places[sample, o, 0, f] = at_sample(mode[i], past, x[k, i], vx[k, i])
+                        found.places[sample, o, 1, f] = at_sample(mode[i], past, z[k, i], vz[k, i])
     for i in range(LANES):
         book(dv[i], given[i], loss[i], jolt[i], most[i], taken[i], back[i])
         found.results[first + i] = Result(lift[i], last[i], loss[i], jolt[i], most[i], back[i],

@@ -62,11 +62,12 @@ def stack_columns(lanes: Lanes) -> dict[str, Array]:
     """Fields of the struct `Stack` of kernels/shape/stack_run.py, shape [lane] each."""
     turned = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
     # The first number of a stack that is not the same in its mirror image.
-    odd = np.concatenate([lanes.rotation_start, lanes.offset], axis=1)
+    parts = [lanes.rotation_start, lanes.offset]
+    odd = np.concatenate(parts if lanes.profiles is None else [*parts, lanes.profiles.odd], axis=1)
     first = np.take_along_axis(odd, np.argmax(odd != 0.0, axis=1)[:, None], axis=1)[:, 0]
     return {
         "uplift_time": np.where(turned.any(axis=1), 0.0, NEVER),
-        "lean": np.where(first < 0.0, -1.0, 1.0),
+        "lean": np.sign(first),
     }
 
 
@@ -117,7 +118,7 @@ def planar_columns(lanes: Lanes, fall: float) -> dict[str, npt.NDArray[Any]]:
     profiled = lanes.profiles is not None
     return {
         **(
-            profile_columns(lanes, stack_columns(lanes)["lean"])
+            profile_columns(lanes, np.where(stack_columns(lanes)["lean"] < 0.0, -1.0, 1.0))
             if profiled
             else body_columns(lanes)
         ),

@@ -80,6 +80,16 @@ class Profiles:
         """Angles of balance on flat ground, to -x and to +x [rad], shape [lane, block, 2]."""
         return np.stack([body.slenderness_angles for body in self.each], axis=1)
 
+    @property
+    def odd(self) -> Array:
+        """What the mirror turns round [m], shape [lane, number]: 0 of what is its own image."""
+        points = np.arange(self.points.shape[2])
+        image = np.maximum(self.count[..., None] - 1 - points, 0)[..., None]
+        seen = np.take_along_axis(self.points, image, axis=2) * np.array([-1.0, 1.0])
+        left, right, _height = np.moveaxis(self.top, -1, 0)
+        parts = [(self.points - seen).reshape(len(self.mass), -1), left + right]
+        return np.concatenate(parts, axis=1)
+
     def outlines(self) -> Array:
         """Corners of all blocks as pictures show them: their base and their top [m].
 
