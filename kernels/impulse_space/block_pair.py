@@ -6,10 +6,11 @@ edge, turn about the vertical, and lift all others. Corners that are visited in 
 second: the first one leaves the next nothing to carry.
 
 So where a block moves in a plane of its symmetry, both corners of an edge across that plane change
-at once, from the same velocities, each by half of what it asks for: together as much as one corner
-would. Mirror images of each other then remain so to the last bit, and sums of two corners converge
-no slower than one corner does. What is a fixed point does not change. Elsewhere the corners of an
-edge have nothing in common, and halves would converge far slower.
+at once: the first by half of what it asks for, the second by the mirror image of that. Together
+that is about as much as one corner would, so that they converge no slower. The mirror image keeps
+them from telling round-off apart: friction of corners that hardly slide would double it in a step.
+What is a fixed point does not change. Elsewhere the corners of an edge have nothing in common, and
+halves would converge far slower.
 
 Such an edge is that of the corners 0 and 1, or 2 and 3: a block that moves along its width has its
 corners 1 and 2 change their numbers, so that they are (-,-), (-,+), (+,-), (+,+).
@@ -68,8 +69,34 @@ def is_paired(paired: real, on: real, other: real) -> real:
 
 
 @wp.func
+def along_edge(
+    ax: real, ay: real, bx: real, by: real, mx: wp.ref[real], my: wp.ref[real]
+):  # fmt: skip
+    """Horizontal direction of the edge from a corner at the lever a to one at the lever b."""
+    x, y = bx - ax, by - ay
+    part = real(1.0) / wp.sqrt(larger(dot(x, y, x, y), TINY))
+    mx = part * x
+    my = part * y
+
+
+@wp.func
+def mirror_impulse(
+    tie: real, mx: real, my: real, ax: real, ay: real, az: real,
+    bx: wp.ref[real], by: wp.ref[real], bz: wp.ref[real],
+):  # fmt: skip
+    """Starts the second corner of an edge m, where they are tied, from the first one's impulse a.
+
+    Else what round-off made them differ by would stay, and turn the block step by step.
+    """
+    tied, back = tie > real(0.0), TWO * dot(ax, ay, mx, my)
+    bx = wp.where(tied, fused_less(back, mx, ax), bx)
+    by = wp.where(tied, fused_less(back, my, ay), by)
+    bz = wp.where(tied, az, bz)
+
+
+@wp.func
 def solve_paired(
-    corner: int, tie: real, mu: real, aim: real, rx: real, ry: real, rz: real,
+    corner: int, tie: real, mx: real, my: real, mu: real, aim: real, rx: real, ry: real, rz: real,
     jxx: real, jxy: real, jxz: real, jyy: real, jyz: real, jzz: real, kx: real, ky: real,
     pn: real, p1: real, p2: real, p3: real,
     h11: real, h12: real, h13: real, h22: real, h23: real, h33: real,
@@ -79,27 +106,30 @@ def solve_paired(
     gx: wp.ref[real], gy: wp.ref[real], gz: wp.ref[real],
     sx: wp.ref[real], sy: wp.ref[real], sz: wp.ref[real],
 ):  # fmt: skip
-    """One corner of a sweep, as `solve_contact`; where it is tied to the other one, half of it.
+    """One corner of a sweep, as `solve_contact`; where `tie` is 1, with the other of its edge m.
 
     What the first of two changes is kept in g, with its moment in s, until the second is there.
     """
     zero, one = real(0.0), real(1.0)
     tied = tie > zero
+    waits, follows = tied and corner % 2 == 0, tied and corner % 2 == 1
     part = one - HALF * tie
     dx, dy, dz = change_of(
         mu, aim, rx, ry, rz, kx, ky, pn, p1, p2, p3, h11, h12, h13, h22, h23, h33, fx, fy, n,
         ux, uy, uz, ox, oy, oz,
     )  # fmt: skip
-    dx, dy, dz = part * dx, part * dy, part * dz
+    back = TWO * dot(gx, gy, mx, my)
+    dx = wp.where(follows, fused_less(back, mx, gx), part * dx)
+    dy = wp.where(follows, fused_less(back, my, gy), part * dy)
+    dz = wp.where(follows, gz, part * dz)
     fx = fx + dx
     fy = fy + dy
     n = n + dz
     x, y, z = vector_product(rx, ry, rz, dx, dy, dz)
-    waits = tied and corner % 2 == 0
-    both_x, both_y, both_z = wp.where(tied, gx, zero) + dx, wp.where(tied, gy, zero) + dy, zero
-    both_z = wp.where(tied, gz, zero) + dz
-    turn_x, turn_y = wp.where(tied, sx, zero) + x, wp.where(tied, sy, zero) + y
-    turn_z = wp.where(tied, sz, zero) + z
+    both_x, both_y = wp.where(follows, gx, zero) + dx, wp.where(follows, gy, zero) + dy
+    both_z = wp.where(follows, gz, zero) + dz
+    turn_x, turn_y = wp.where(follows, sx, zero) + x, wp.where(follows, sy, zero) + y
+    turn_z = wp.where(follows, sz, zero) + z
     gx = wp.where(waits, dx, zero)
     gy = wp.where(waits, dy, zero)
     gz = wp.where(waits, dz, zero)

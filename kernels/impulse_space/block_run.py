@@ -19,7 +19,13 @@ from warprock.kernels.impulse_space.block import (
     warm_start,
 )
 from warprock.kernels.impulse_space.block_hold import hold
-from warprock.kernels.impulse_space.block_pair import find_pairs, is_paired, solve_paired
+from warprock.kernels.impulse_space.block_pair import (
+    along_edge,
+    find_pairs,
+    is_paired,
+    mirror_impulse,
+    solve_paired,
+)
 from warprock.kernels.impulse_space.block_seen import (
     glides,
     observe_block,
@@ -123,8 +129,9 @@ def move_base(v: real, base: wp.ref[real], dv: wp.ref[real]):
 
 @wp.func
 def predict_block(
-    dvx: real, dvy: real, dvz: real, knobs: Knobs, half_height: real, qx: real, qy: real, qz: real, qw: real,
-    lx: real, ly: real, lz: real, ix: real, iy: real, iz: real, vx: real, vy: real, vz: real,
+    dvx: real, dvy: real, dvz: real, knobs: Knobs, half_height: real,
+    qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real,
+    ix: real, iy: real, iz: real, vx: real, vy: real, vz: real,
     ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
     ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
     jxx: wp.ref[real], jxy: wp.ref[real], jxz: wp.ref[real],
@@ -224,7 +231,8 @@ def run_lanes(
     rx, ry, rz, kx, ky, pn = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     p1, p2, p3, h11, h12, h13 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     h22, h23, h33, tie, busy = Corner(), Corner(), Corner(), Corner(), Counts()
-    across, paired, gx, gy, gz, sx, sy, sz = R(), R(), R(), R(), R(), R(), R(), R()
+    across, paired, mx, my, gx, gy, gz = R(), R(), R(), R(), R(), R(), R()
+    sx, sy, sz = R(), R(), R()
     impacts, mode, steps, base, dv = LaneInt(), LaneInt(), LaneInt(), Three(), Three()
     corners, count = int(4), int(0)  # no constant: else Warp would unroll the loops over it
     for i in range(LANES):
@@ -246,30 +254,42 @@ def run_lanes(
                     move_base(v, base[d, i], dv[d, i])
                 predict_block(
                     dv[0, i], dv[1, i], dv[2, i], knobs, half_h[i], qx[i], qy[i], qz[i], qw[i],
-                    lx[i], ly[i], lz[i], ix[i], iy[i], iz[i], vx[i], vy[i], vz[i], ux[i], uy[i], uz[i], ox[i],
-                    oy[i], oz[i], jxx[i], jxy[i], jxz[i], jyy[i], jyz[i], jzz[i], lean_x[i],
+                    lx[i], ly[i], lz[i], ix[i], iy[i], iz[i], vx[i], vy[i], vz[i], ux[i], uy[i],
+                    uz[i], ox[i], oy[i], oz[i], jxx[i], jxy[i], jxz[i], jyy[i], jyz[i], jzz[i],
+                    lean_x[i],
                     lean_y[i], across[i], paired[i], lowest[i], lifted[i], landed[i],
-                    fx[0, i], fx[1, i], fx[2, i], fx[3, i], fy[0, i], fy[1, i], fy[2, i], fy[3, i], n[0, i], n[1, i], n[2, i], n[3, i],
+                    fx[0, i], fx[1, i], fx[2, i], fx[3, i], fy[0, i], fy[1, i],
+                    fy[2, i], fy[3, i], n[0, i], n[1, i], n[2, i], n[3, i],
                     apart[0, i], apart[1, i], apart[2, i], apart[3, i], time - dt, since[i],
                 )  # fmt: skip
             for c in range(corners):
                 for i in range(LANES):
                     find_contact(
                         c, lean_x[i], lean_y[i], half_w[i], half_d[i], half_h[i], cx[i], cy[i],
-                        across[i], z[i], knobs, qx[i], qy[i], qz[i], qw[i], ox[i], oy[i], oz[i], rx[c, i],
+                        across[i], z[i], knobs, qx[i], qy[i], qz[i], qw[i], ox[i], oy[i], oz[i],
+                        rx[c, i],
                         ry[c, i], rz[c, i], aim[c, i], on[c, i], fx[c, i], fy[c, i], n[c, i],
                         apart[c, i], lowest[i], lifted[i], landed[i],
                     )  # fmt: skip
             for i in range(LANES):
                 hold(
                     knobs, lean_x[i], lean_y[i], half_w[i], half_d[i], half_h[i], cx[i], cy[i],
-                    across[i], mu[i], qx[i], qy[i], qz[i], qw[i], ix[i], iy[i], iz[i], lx[i], ly[i], lz[i],
-                    aim[0, i], aim[1, i], aim[2, i], aim[3, i], on[0, i], on[1, i], on[2, i],
+                    across[i], mu[i], qx[i], qy[i], qz[i], qw[i], ix[i], iy[i], iz[i], lx[i], ly[i],
+                    lz[i], aim[0, i], aim[1, i], aim[2, i], aim[3, i], on[0, i], on[1, i], on[2, i],
                     on[3, i], fx[0, i], fx[1, i], fx[2, i], fx[3, i], fy[0, i], fy[1, i], fy[2, i],
                     fy[3, i], n[0, i], n[1, i], n[2, i], n[3, i], ux[i], uy[i], uz[i], ox[i], oy[i],
                     oz[i],
                 )  # fmt: skip
+            for i in range(LANES):
+                along_edge(rx[0, i], ry[0, i], rx[1, i], ry[1, i], mx[i], my[i])
             for c in range(corners):
+                a = c - c % 2
+                for i in range(LANES):
+                    tie[c, i] = is_paired(paired[i], on[a, i], on[a + 1, i])
+                    mirror_impulse(
+                        tie[c, i] * real(c % 2), mx[i], my[i], fx[a, i], fy[a, i], n[a, i],
+                        fx[c, i], fy[c, i], n[c, i],
+                    )  # fmt: skip
                 busy[c] = 0
                 for i in range(LANES):
                     busy[c] += wp.where(on[c, i] > zero, 1, 0)
@@ -282,16 +302,14 @@ def run_lanes(
                             h22[c, i], h23[c, i], h33[c, i], ux[i], uy[i], uz[i], ox[i], oy[i],
                             oz[i],
                         )  # fmt: skip
-            for c in range(corners):
-                for i in range(LANES):
-                    tie[c, i] = is_paired(paired[i], on[c, i], on[c + 1 - 2 * (c % 2), i])
             for step in range(knobs.sweeps * corners):
                 c = step % corners
                 if busy[c] > 0:
                     for i in range(LANES):
                         solve_paired(
-                            c, tie[c, i], mu[i], aim[c, i], rx[c, i], ry[c, i], rz[c, i], jxx[i],
-                            jxy[i], jxz[i], jyy[i], jyz[i], jzz[i], kx[c, i], ky[c, i], pn[c, i],
+                            c, tie[c, i], mx[i], my[i], mu[i], aim[c, i], rx[c, i], ry[c, i],
+                            rz[c, i], jxx[i], jxy[i], jxz[i], jyy[i], jyz[i], jzz[i],
+                            kx[c, i], ky[c, i], pn[c, i],
                             p1[c, i], p2[c, i], p3[c, i], h11[c, i], h12[c, i], h13[c, i],
                             h22[c, i], h23[c, i], h33[c, i], fx[c, i], fy[c, i], n[c, i], ux[i],
                             uy[i], uz[i], ox[i], oy[i], oz[i], gx[i], gy[i], gz[i], sx[i], sy[i],
