@@ -24,6 +24,9 @@ block (see impulse/block.py), with three rows a corner:
        position and attitude, which rotates freely with the angular momentum l; the block is lifted
        by erp times its penetration but for the 2 g dt^2 that one step of falling can make.
 
+Where a block moves in a plane of its symmetry, sweeps change the two corners of an edge across that
+plane at once (see impulse_space/block_pair.py).
+
 A step visits first the corner away from the side that the block leans to, along its width and along
 its depth, so that the corners of a mirrored scene are visited in mirrored order. In that order they
 are numbered: sides (-,-), (+,-), (-,+), (+,+), with + towards the lean.
@@ -57,7 +60,7 @@ FAR = real(1.0e30)
 class Knobs:
     """What a step needs to know of the settings; `rate` is the inverse of the time step [1/s].
 
-    `restitution` is read by impulse_space/thrown_run.py alone.
+    `restitution` is read by impulse_space/bounce.py alone.
     """
 
     time_step: real
@@ -331,33 +334,6 @@ def change_of(
         wp.where(sticks, stop_y, new_y) - fy,
         wp.where(sticks, stop_z, push) - n,
     )
-
-
-@wp.func
-def solve_contact(
-    mu: real, aim: real, rx: real, ry: real, rz: real,
-    jxx: real, jxy: real, jxz: real, jyy: real, jyz: real, jzz: real, kx: real, ky: real,
-    pn: real, p1: real, p2: real, p3: real,
-    h11: real, h12: real, h13: real, h22: real, h23: real, h33: real,
-    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real],
-    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
-    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
-):  # fmt: skip
-    """Gauss-Seidel on the three impulses of a corner; mu is the friction coefficient."""
-    dx, dy, dz = change_of(
-        mu, aim, rx, ry, rz, kx, ky, pn, p1, p2, p3, h11, h12, h13, h22, h23, h33, fx, fy, n,
-        ux, uy, uz, ox, oy, oz,
-    )  # fmt: skip
-    fx = fx + dx
-    fy = fy + dy
-    n = n + dz
-    ux = ux + dx
-    uy = uy + dy
-    uz = uz + dz
-    x, y, z = vector_product(rx, ry, rz, dx, dy, dz)
-    ox = fused(jxz, z, fused(jxy, y, fused(jxx, x, ox)))
-    oy = fused(jyz, z, fused(jyy, y, fused(jxy, x, oy)))
-    oz = fused(jzz, z, fused(jyz, y, fused(jxz, x, oz)))
 
 
 @wp.func
