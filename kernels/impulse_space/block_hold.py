@@ -261,6 +261,16 @@ def beyond(
 
 
 @wp.func
+def halves(across: real, ax: real, ay: real, az: real, bx: real, by: real, bz: real):
+    """The half ways from corner 0 to 1 and to 2, of half width a and half depth b."""
+    turned = across > real(0.0)
+    return (
+        wp.where(turned, bx, ax), wp.where(turned, by, ay), wp.where(turned, bz, az),
+        wp.where(turned, ax, bx), wp.where(turned, ay, by), wp.where(turned, az, bz),
+    )  # fmt: skip
+
+
+@wp.func
 def hold(
     knobs: Knobs, lean_x: real, lean_y: real, half_width: real, half_depth: real, half_height: real,
     cx: real, cy: real, across: real, mu: real, qx: real, qy: real, qz: real, qw: real,
@@ -285,11 +295,7 @@ def hold(
         r11, r12, r13, r21, r22, r23, r31, r32, r33, one / ix, one / iy, one / iz
     )
     w, d = lean_x * half_width, lean_y * half_depth
-    # The half way from corner 0 to corner 1, and to corner 2.
-    turned = across > zero
-    ax, bx = wp.where(turned, r12 * d, r11 * w), wp.where(turned, r11 * w, r12 * d)
-    ay, by = wp.where(turned, r22 * d, r21 * w), wp.where(turned, r21 * w, r22 * d)
-    az, bz = wp.where(turned, r32 * d, r31 * w), wp.where(turned, r31 * w, r32 * d)
+    ax, ay, az, bx, by, bz = halves(across, r11 * w, r21 * w, r31 * w, r12 * d, r22 * d, r32 * d)
     mx, my, mz = in_axes(r11, r12, r13, r21, r22, r23, r31, r32, r33, -cx, -cy, -half_height)
     s0, s1, s2, s3 = real(on0), real(on1), real(on2), real(on3)
     t0, t1, t2, t3 = s0 * aim0, s1 * aim1, s2 * aim2, s3 * aim3
