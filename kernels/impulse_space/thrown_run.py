@@ -15,10 +15,16 @@ from warprock.kernels.impulse_space.block import (
     find_contact,
     integrate,
     predict,
-    solve_contact,
     warm_start,
 )
 from warprock.kernels.impulse_space.block_hold import hold
+from warprock.kernels.impulse_space.block_pair import (
+    along_edge,
+    find_pairs,
+    is_paired,
+    mirror_impulse,
+    solve_paired,
+)
 from warprock.kernels.impulse_space.block_run import attitude_to_store, reorder
 from warprock.kernels.impulse_space.block_seen import (
     glides,
@@ -26,7 +32,7 @@ from warprock.kernels.impulse_space.block_seen import (
     observe_contacts,
     stands,
 )
-from warprock.kernels.impulse_space.bounce import bounce
+from warprock.kernels.impulse_space.bounce import bounce, calm
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import OVERTURNED, RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
@@ -48,8 +54,8 @@ class Body:
     """State of one lane.
 
     Place x, attitude q, velocity v; spin, the angular momentum of unit mass; base, the velocity of
-    the base; the side that it leans to; impulses of the corners and whether they have parted; what
-    has been seen.
+    the base; the side that it leans to, and how its corners are numbered; impulses of the corners
+    and whether they have parted; what has been seen.
     """
 
     x: Three
@@ -59,6 +65,7 @@ class Body:
     base: Three
     lean_x: real
     lean_y: real
+    across: real
     fx: Four
     fy: Four
     n: Four
@@ -129,52 +136,61 @@ def look(
 
 @wp.func
 def swept(
-    own: Block, knobs: Knobs, aim: Four, on: Four, rx: Four, ry: Four, rz: Four, jxx: real,
-    jxy: real, jxz: real, jyy: real, jyz: real, jzz: real, fx: wp.ref[Four], fy: wp.ref[Four],
-    n: wp.ref[Four], ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real], ox: wp.ref[real],
-    oy: wp.ref[real], oz: wp.ref[real],
+    own: Block, knobs: Knobs, paired: real, aim: Four, on: Four, rx: Four, ry: Four, rz: Four,
+    jxx: real, jxy: real, jxz: real, jyy: real, jyz: real, jzz: real, fx: wp.ref[Four],
+    fy: wp.ref[Four], n: wp.ref[Four], ux: wp.ref[real], uy: wp.ref[real],
+    uz: wp.ref[real], ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
 ):  # fmt: skip
     """Sweeps over the corners that are not held together, from their last impulses."""
     zero, corners = real(0.0), int(4)
     kx, ky, pn, p1, p2, p3 = Four(), Four(), Four(), Four(), Four(), Four()
     h11, h12, h13, h22, h23, h33 = Four(), Four(), Four(), Four(), Four(), Four()
+    mx, my, tie = real(0.0), real(0.0), Four()
+    along_edge(rx[0], ry[0], rx[1], ry[1], mx, my)
     for c in range(corners):
+        a = c - c % 2
+        tie[c] = is_paired(paired, on[a], on[a + 1])
         if on[c] > zero:
+            x, y, z = fx[a] + zero, fy[a] + zero, n[a] + zero
+            mirror_impulse(tie[c] * real(c % 2), mx, my, x, y, z, fx[c], fy[c], n[c])
             warm_start(
                 on[c], rx[c], ry[c], rz[c], fx[c], fy[c], n[c], jxx, jxy, jxz, jyy, jyz, jzz,
                 kx[c], ky[c], pn[c], p1[c], p2[c], p3[c], h11[c], h12[c], h13[c], h22[c], h23[c],
                 h33[c], ux, uy, uz, ox, oy, oz,
             )  # fmt: skip
+    gx, gy, gz, sx, sy, sz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     for sweep in range(knobs.sweeps * corners):
         c = sweep % corners
         if on[c] > zero:
-            solve_contact(
-                own.friction, aim[c], rx[c], ry[c], rz[c], jxx, jxy, jxz, jyy, jyz, jzz, kx[c],
+            solve_paired(
+                c, tie[c], mx, my, own.friction, aim[c],
+                rx[c], ry[c], rz[c], jxx, jxy, jxz, jyy, jyz, jzz, kx[c],
                 ky[c], pn[c], p1[c], p2[c], p3[c], h11[c], h12[c], h13[c], h22[c], h23[c], h33[c],
-                fx[c], fy[c], n[c], ux, uy, uz, ox, oy, oz,
+                fx[c], fy[c], n[c], ux, uy, uz, ox, oy, oz, gx, gy, gz, sx, sy, sz,
             )  # fmt: skip
 
 
 @wp.func
 def reordered(
-    swap_x: real, swap_y: real, fx: wp.ref[Four], fy: wp.ref[Four], n: wp.ref[Four],
+    swap_x: real, swap_y: real, turn: real, fx: wp.ref[Four], fy: wp.ref[Four], n: wp.ref[Four],
     apart: wp.ref[Four],
 ):  # fmt: skip
     """What is known of the corners, in the order of another lean."""
-    reorder(swap_x, swap_y, fx[0], fx[1], fx[2], fx[3])
-    reorder(swap_x, swap_y, fy[0], fy[1], fy[2], fy[3])
-    reorder(swap_x, swap_y, n[0], n[1], n[2], n[3])
-    reorder(swap_x, swap_y, apart[0], apart[1], apart[2], apart[3])
+    reorder(swap_x, swap_y, turn, fx[0], fx[1], fx[2], fx[3])
+    reorder(swap_x, swap_y, turn, fy[0], fy[1], fy[2], fy[3])
+    reorder(swap_x, swap_y, turn, n[0], n[1], n[2], n[3])
+    reorder(swap_x, swap_y, turn, apart[0], apart[1], apart[2], apart[3])
 
 
 @wp.func
 def pressed(
-    before: Body, lean_x: real, lean_y: real, fx: Four, fy: Four, n: Four, apart: Four
+    before: Body, lean_x: real, lean_y: real, across: real, fx: Four, fy: Four, n: Four, apart: Four
 ) -> Body:
     """A lane's state with the side that it leans to, its impulses and what has parted."""
     b = before
     b.lean_x = lean_x
     b.lean_y = lean_y
+    b.across = across
     b.fx = fx
     b.fy = fy
     b.n = n
@@ -224,24 +240,33 @@ def advance(
         ux, uy, uz, ox, oy, oz, jxx, jxy, jxz, jyy, jyz, jzz, lean_x, lean_y, swap_x, swap_y,
         lowest,
     )  # fmt: skip
-    reordered(swap_x, swap_y, fx, fy, n, apart)
+    across, paired, turn = real(b.across), real(0.0), real(0.0)
+    find_pairs(
+        knobs, own.half_height, qx, qy, qz, qw, ux, uy, ox, oy, across, paired, turn, swap_x,
+        swap_y,
+    )  # fmt: skip
+    reordered(swap_x, swap_y, turn, fx, fy, n, apart)
     corners = int(4)
     for c in range(corners):
         find_contact(
             c, lean_x, lean_y, own.half_width, own.half_depth, own.half_height, own.centre_x,
-            own.centre_y, z, knobs, qx, qy, qz, qw, ox, oy, oz, rx[c], ry[c], rz[c], aim[c], on[c],
-            fx[c], fy[c], n[c], apart[c], lowest, lifted, landed,
+            own.centre_y, across, z, knobs, qx, qy, qz, qw, ox, oy, oz, rx[c], ry[c], rz[c],
+            aim[c], on[c], fx[c], fy[c], n[c], apart[c], lowest, lifted, landed,
         )  # fmt: skip
         aim[c] = bounce(knobs, rx[c], ry[c], uz, ox, oy, on[c], aim[c])
     hold(
         knobs, lean_x, lean_y, own.half_width, own.half_depth, own.half_height, own.centre_x,
-        own.centre_y, own.friction, qx, qy, qz, qw, ix, iy, iz, lx, ly, lz, aim[0], aim[1], aim[2],
-        aim[3], on[0], on[1], on[2], on[3], fx[0], fx[1], fx[2], fx[3], fy[0], fy[1], fy[2], fy[3],
-        n[0], n[1], n[2], n[3], ux, uy, uz, ox, oy, oz,
+        own.centre_y, across, own.friction, qx, qy, qz, qw, ix, iy, iz, lx, ly, lz, aim[0], aim[1],
+        aim[2], aim[3], on[0], on[1], on[2], on[3], fx[0], fx[1], fx[2], fx[3], fy[0], fy[1], fy[2],
+        fy[3], n[0], n[1], n[2], n[3], ux, uy, uz, ox, oy, oz,
     )  # fmt: skip
     swept(
-        own, knobs, aim, on, rx, ry, rz, jxx, jxy, jxz, jyy, jyz, jzz, fx, fy, n, ux, uy, uz, ox,
-        oy, oz,
+        own, knobs, paired, aim, on, rx, ry, rz, jxx, jxy, jxz, jyy, jyz, jzz, fx, fy, n, ux, uy,
+        uz, ox, oy, oz,
+    )  # fmt: skip
+    calm(
+        knobs, change[0], change[1], change[2], qx, qy, qz, qw, ix, iy, iz, vx, vy, vz, lx, ly, lz,
+        ux, uy, uz, ox, oy, oz,
     )  # fmt: skip
     loss, uplift_time = real(b.loss), real(b.uplift_time)
     moved, deepest, impacts, steps = real(b.moved), real(b.deepest), int(b.impacts), int(b.steps)
@@ -257,7 +282,7 @@ def advance(
     b.q = Four(qx, qy, qz, qw)
     b.v = Three(vx, vy, vz)
     b.spin = Three(lx, ly, lz)
-    b = pressed(b, lean_x, lean_y, fx, fy, n, apart)
+    b = pressed(b, lean_x, lean_y, across, fx, fy, n, apart)
     return told(b, loss, uplift_time, moved, deepest, impacts, steps)
 
 
