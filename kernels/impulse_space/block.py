@@ -337,6 +337,33 @@ def change_of(
 
 
 @wp.func
+def solve_contact(
+    mu: real, aim: real, rx: real, ry: real, rz: real,
+    jxx: real, jxy: real, jxz: real, jyy: real, jyz: real, jzz: real, kx: real, ky: real,
+    pn: real, p1: real, p2: real, p3: real,
+    h11: real, h12: real, h13: real, h22: real, h23: real, h33: real,
+    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real],
+    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
+    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
+):  # fmt: skip
+    """Gauss-Seidel on the three impulses of a point; mu is the friction coefficient."""
+    dx, dy, dz = change_of(
+        mu, aim, rx, ry, rz, kx, ky, pn, p1, p2, p3, h11, h12, h13, h22, h23, h33, fx, fy, n,
+        ux, uy, uz, ox, oy, oz,
+    )  # fmt: skip
+    fx = fx + dx
+    fy = fy + dy
+    n = n + dz
+    ux = ux + dx
+    uy = uy + dy
+    uz = uz + dz
+    x, y, z = vector_product(rx, ry, rz, dx, dy, dz)
+    ox = fused(jxz, z, fused(jxy, y, fused(jxx, x, ox)))
+    oy = fused(jyz, z, fused(jyy, y, fused(jxy, x, oy)))
+    oz = fused(jzz, z, fused(jyz, y, fused(jxz, x, oz)))
+
+
+@wp.func
 def integrate(
     live: bool, knobs: Knobs, ix: real, iy: real, iz: real, dvx: real, dvy: real, dvz: real,
     ux: real, uy: real, uz: real, ox: real, oy: real, oz: real, lowest: real,

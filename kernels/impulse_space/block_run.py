@@ -15,6 +15,7 @@ from warprock.kernels.impulse_space.block import (
     find_contact,
     integrate,
     predict,
+    solve_contact,
     swap_if,
     warm_start,
 )
@@ -230,7 +231,8 @@ def run_lanes(
     fx, fy, n, on, apart, aim = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     rx, ry, rz, kx, ky, pn = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     p1, p2, p3, h11, h12, h13 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
-    h22, h23, h33, tie, busy = Corner(), Corner(), Corner(), Corner(), Counts()
+    h22, h23, h33, tie = Corner(), Corner(), Corner(), Corner()
+    busy, tied = Counts(), Counts()
     across, paired, mx, my, gx, gy, gz = R(), R(), R(), R(), R(), R(), R()
     sx, sy, sz = R(), R(), R()
     impacts, mode, steps, base, dv = LaneInt(), LaneInt(), LaneInt(), Three(), Three()
@@ -291,8 +293,10 @@ def run_lanes(
                         fx[c, i], fy[c, i], n[c, i],
                     )  # fmt: skip
                 busy[c] = 0
+                tied[c] = 0
                 for i in range(LANES):
                     busy[c] += wp.where(on[c, i] > zero, 1, 0)
+                    tied[c] += wp.where(tie[c, i] > zero, 1, 0)
                 if busy[c] > 0:
                     for i in range(LANES):
                         warm_start(
@@ -304,16 +308,24 @@ def run_lanes(
                         )  # fmt: skip
             for step in range(knobs.sweeps * corners):
                 c = step % corners
-                if busy[c] > 0:
+                if tied[c] > 0:
                     for i in range(LANES):
                         solve_paired(
                             c, tie[c, i], mx[i], my[i], mu[i], aim[c, i], rx[c, i], ry[c, i],
-                            rz[c, i], jxx[i], jxy[i], jxz[i], jyy[i], jyz[i], jzz[i],
-                            kx[c, i], ky[c, i], pn[c, i],
-                            p1[c, i], p2[c, i], p3[c, i], h11[c, i], h12[c, i], h13[c, i],
-                            h22[c, i], h23[c, i], h33[c, i], fx[c, i], fy[c, i], n[c, i], ux[i],
-                            uy[i], uz[i], ox[i], oy[i], oz[i], gx[i], gy[i], gz[i], sx[i], sy[i],
-                            sz[i],
+                            rz[c, i], jxx[i], jxy[i], jxz[i], jyy[i], jyz[i], jzz[i], kx[c, i],
+                            ky[c, i], pn[c, i], p1[c, i], p2[c, i], p3[c, i], h11[c, i], h12[c, i],
+                            h13[c, i], h22[c, i], h23[c, i], h33[c, i], fx[c, i], fy[c, i], n[c, i],
+                            ux[i], uy[i], uz[i], ox[i], oy[i], oz[i], gx[i], gy[i], gz[i], sx[i],
+                            sy[i], sz[i],
+                        )  # fmt: skip
+                elif busy[c] > 0:
+                    for i in range(LANES):
+                        solve_contact(
+                            mu[i], aim[c, i], rx[c, i], ry[c, i], rz[c, i], jxx[i], jxy[i], jxz[i],
+                            jyy[i], jyz[i], jzz[i], kx[c, i], ky[c, i], pn[c, i], p1[c, i],
+                            p2[c, i], p3[c, i], h11[c, i], h12[c, i], h13[c, i], h22[c, i],
+                            h23[c, i], h33[c, i], fx[c, i], fy[c, i], n[c, i], ux[i], uy[i], uz[i],
+                            ox[i], oy[i], oz[i],
                         )  # fmt: skip
             for i in range(LANES):
                 integrate_block(

@@ -12,10 +12,10 @@ or slides.
 
 import warp as wp
 
-from warprock.kernels.impulse_space.block import FAR, Knobs, change_of, observe_contact, slips
+from warprock.kernels.impulse_space.block import FAR, Knobs, observe_contact, slips
 from warprock.kernels.impulse_space.bounce import bounce
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
-from warprock.kernels.shape_space.block import Block, inverse_inertia, matrix_of, vector_product
+from warprock.kernels.shape_space.block import Block, inverse_inertia, matrix_of
 from warprock.kernels.shape_space.body import (
     Frame,
     Point,
@@ -185,33 +185,6 @@ def find_contact(
     fx = wp.where(contact, fx, zero)
     fy = wp.where(contact, fy, zero)
     n = wp.where(contact, n, zero)
-
-
-@wp.func
-def solve_contact(
-    mu: real, aim: real, rx: real, ry: real, rz: real,
-    jxx: real, jxy: real, jxz: real, jyy: real, jyz: real, jzz: real, kx: real, ky: real,
-    pn: real, p1: real, p2: real, p3: real,
-    h11: real, h12: real, h13: real, h22: real, h23: real, h33: real,
-    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real],
-    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
-    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
-):  # fmt: skip
-    """Gauss-Seidel on the three impulses of a point; mu is the friction coefficient."""
-    dx, dy, dz = change_of(
-        mu, aim, rx, ry, rz, kx, ky, pn, p1, p2, p3, h11, h12, h13, h22, h23, h33, fx, fy, n,
-        ux, uy, uz, ox, oy, oz,
-    )  # fmt: skip
-    fx = fx + dx
-    fy = fy + dy
-    n = n + dz
-    ux = ux + dx
-    uy = uy + dy
-    uz = uz + dz
-    x, y, z = vector_product(rx, ry, rz, dx, dy, dz)
-    ox = fused(jxz, z, fused(jxy, y, fused(jxx, x, ox)))
-    oy = fused(jyz, z, fused(jyy, y, fused(jxy, x, oy)))
-    oz = fused(jzz, z, fused(jyz, y, fused(jxz, x, oz)))
 
 
 @wp.func

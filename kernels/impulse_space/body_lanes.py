@@ -8,7 +8,7 @@ nothing else points at the matrices, and would make no vector code.
 
 import warp as wp
 
-from warprock.kernels.impulse_space.block import Knobs, integrate, warm_start
+from warprock.kernels.impulse_space.block import Knobs, integrate, solve_contact, warm_start
 from warprock.kernels.impulse_space.block_seen import observe_contacts
 from warprock.kernels.impulse_space.body import (
     find_contact,
@@ -16,7 +16,6 @@ from warprock.kernels.impulse_space.body import (
     glides,
     observe_body,
     predict,
-    solve_contact,
     start_body,
     start_point,
     tell_stance,

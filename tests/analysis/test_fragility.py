@@ -278,7 +278,7 @@ def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
 @pytest.mark.parametrize(
     ("change", "arguments", "words"),
     [
-        ({}, ("--im", "pga"), "peak_acceleration_m_s2"),
+        ({}, ("--im", "strength"), "peak_acceleration_m_s2"),
         ({}, ("--by", "colour"), "size"),
         ({"peak_acceleration_m_s2": 0.0}, (), "above 0"),
         ({"status": "nonfinite"}, (), "can be used"),

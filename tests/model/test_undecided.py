@@ -124,7 +124,7 @@ def test_a_block_at_rest_stays_where_the_rest_of_its_record_cannot_lift_it(write
 
 def test_a_run_that_cuts_its_motion_says_so(write: Write, tmp_path: pathlib.Path, unrendered: None):
     file, short = write(RECORD), "run.duration=3 s"
-    said = "the run ends at 3 s, before the ground motion of 1 of 1 lanes (70 s)"
+    said = "the run ends at 3 s, before the ground motion of 1 of 1 lane (70 s)"
     run = invoke("run", file, "-e", "housner", "-s", short, "--no-estimate", "-o", tmp_path / "o")
     assert said in flat(run.output)
     assert said in flat(invoke("explain", file, "-s", short).output)
@@ -133,7 +133,7 @@ def test_a_run_that_cuts_its_motion_says_so(write: Write, tmp_path: pathlib.Path
     facts = json.loads((tmp_path / "o" / "run.json").read_text(encoding="utf-8"))
     assert (facts["undecided"], facts["motion_cut_short"]) == (1, 1)
     fits = invoke("fragility", tmp_path / "o", "--limit", "overturning", "--max-doubt", 1)
-    assert "undecided: 1 of 1 lanes" in flat(fits.output)
+    assert "undecided: 1 of 1 lane" in flat(fits.output)
     whole = invoke("run", file, "-e", "housner", "-s", "run.duration=75 s", "--json")
     found = json.loads(whole.output)
     assert (found["undecided"], found["motion_cut_short"]) == (0, 0)

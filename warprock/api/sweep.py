@@ -6,7 +6,9 @@ import dataclasses
 import functools
 import os
 import pathlib
-from typing import Unpack
+from typing import Any, Unpack
+
+import pandas as pd
 
 from warprock.analysis.lane_tables import read_lanes
 from warprock.api.case import AnyCase
@@ -75,7 +77,9 @@ class SweepFound(Found):
     _saves_page = False
 
     def __init__(self, title: str, plan: Plan, folder: pathlib.Path) -> None:
-        super().__init__(title, plan, functools.partial(_report, plan, folder), list)
+        # Read now, so that they stay when the folder goes.
+        facts, lanes = sweep_state(plan, folder), read_lanes(folder)
+        super().__init__(title, plan, functools.partial(_report, facts, lanes, folder), list)
         self.folder = folder
 
     @at_the_door
@@ -97,8 +101,6 @@ class SweepFound(Found):
         return self._write_page(self.folder)
 
 
-def _report(plan: Plan, folder: pathlib.Path) -> Report:
+def _report(facts: dict[str, Any], lanes: pd.DataFrame, folder: pathlib.Path) -> Report:
     """What a sweep has to show: its merged table, and how far it is."""
-    facts = sweep_state(plan, folder)
-    show = functools.partial(print_state, facts, folder)
-    return Report(facts, {LANE_TABLE: read_lanes(folder)}, None, show)
+    return Report(facts, {LANE_TABLE: lanes}, None, functools.partial(print_state, facts, folder))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import json
 import pathlib
 from typing import Any
 
@@ -109,9 +108,11 @@ def _then(source: pathlib.Path, folder: pathlib.Path | None) -> str:
     """
     from warprock.case.load import load_case
     from warprock.case.text import case_names
+    from warprock.run.results import PROVENANCE
+    from warprock.run.run_file import read_facts
 
     try:
-        facts = json.loads((source / "run.json").read_text(encoding="utf-8"))
+        facts = read_facts(source / PROVENANCE)
         asked, engine = facts["case"], facts["engine"]["name"]
         name = asked["name"] if asked["name"] in case_names() else asked["file"]
         case = load_case(name)
