@@ -76,7 +76,7 @@ def test_a_folder_without_a_run_is_refused(folder: pathlib.Path, tmp_path: pathl
     with pytest.raises(InputError, match="warprock run -o DIR"):
         run_of_folder(tmp_path)
     (tmp_path / "run.json").write_text(json.dumps({"case": {}}))
-    with pytest.raises(InputError, match="case.name: got nothing"):
+    with pytest.raises(InputError, match=r"case\.name: got nothing"):
         run_of_folder(tmp_path)
     with pytest.raises(InputError, match="must be a lane from 0 to 17"):
         scene_motion(run_of_folder(folder), 18, 0.01)
