@@ -317,7 +317,7 @@ def test_a_flight_off_a_sine_begins_within_a_small_part_of_a_step(step: float) -
     found = event_at(step, lanes, UprightMotions(along, upwards), SampleTimes(0.2, None))
     w = 2.0 * np.pi * frequency
     phase = np.arcsin(GRAVITY / size)
-    # The search takes the acceleration as linear in a step: off by (w d)^2 / 8 of it by the chord,
-    # / 6 by the start that the velocity gives. The pull may miss zero by 1e-3 of what it began with.
+    # Taken as linear in a step, the acceleration is off by (w d)^2 / 8 of it by the chord, and by
+    # / 6 by the start that the velocity gives. A pull may miss zero by 1e-3 of what it began with.
     bound = (1.0 / 8.0 + 1.0 / 6.0) * (w * step) ** 2 * np.tan(phase) / w + 1e-3 * step
     assert np.all(np.abs(found["uplift_time"] - phase / w) < bound)
