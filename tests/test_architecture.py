@@ -21,7 +21,10 @@ FLOORS, TOP_MODULES = 12, 12
 FRONT = ("warprock/__init__.py", "warprock/__main__.py")
 """Where users come in: names for `import warprock`, each brought from its room when it is first
 asked for, and `python -m warprock`."""
-KERNEL_ARGUMENTS = 8
+FILE_LINES, FUNCTION_LINES, KERNEL_ARGUMENTS = 400, 60, 8
+KERNEL_LINES = 110
+"""A kernel is a loop; every state variable must be a local vector of its own to be vectorised,
+which takes a line each to declare, to start, to write back and to hand over."""
 
 SOURCES = sorted(
     path.relative_to(ROOT).as_posix()
@@ -217,6 +220,18 @@ def test_names_of_other_modules_in_comments_are_true():
             known = [each for each in (module, f"{room}.{module}") if each in modules]
             true = plain in modules or any(name in bound[each] for each in known)
             assert true, f"{file}: `{reference}` is nowhere"
+
+
+def test_files_and_functions_are_short():
+    for file in SOURCES:
+        lines = (ROOT / file).read_text(encoding="utf-8").count("\n")
+        assert lines <= FILE_LINES, f"{file} has {lines} lines"
+        for function in _functions(_tree(file)):
+            assert function.end_lineno is not None
+            length = function.end_lineno - function.lineno + 1
+            kernel = any(ast.unparse(mark) == "wp.kernel" for mark in function.decorator_list)
+            limit = KERNEL_LINES if kernel else FUNCTION_LINES
+            assert length <= limit, f"{file}: {function.name} has {length} lines"
 
 
 @pytest.mark.parametrize("folder", ["warprock", "kernels", "cases", "tests", "tools"])

@@ -24,9 +24,6 @@ block (see impulse/block.py), with three rows a corner:
        position and attitude, which rotates freely with the angular momentum l; the block is lifted
        by erp times its penetration but for the 2 g dt^2 that one step of falling can make.
 
-Where a block moves in a plane of its symmetry, sweeps change the two corners of an edge across that
-plane at once (see impulse_space/block_pair.py).
-
 A step visits first the corner away from the side that the block leans to, along its width and along
 its depth, so that the corners of a mirrored scene are visited in mirrored order. In that order they
 are numbered: sides (-,-), (+,-), (-,+), (+,+), with + towards the lean.
@@ -60,7 +57,7 @@ FAR = real(1.0e30)
 class Knobs:
     """What a step needs to know of the settings; `rate` is the inverse of the time step [1/s].
 
-    `restitution` is read by impulse_space/bounce.py alone.
+    `restitution` is read by impulse_space/thrown_run.py alone.
     """
 
     time_step: real
@@ -206,7 +203,7 @@ def observe_contact(
 @wp.func
 def find_contact(
     corner: int, lean_x: real, lean_y: real, half_width: real, half_depth: real, half_height: real,
-    cx: real, cy: real, across: real, z: real, knobs: Knobs, qx: real, qy: real, qz: real, qw: real,
+    cx: real, cy: real, z: real, knobs: Knobs, qx: real, qy: real, qz: real, qw: real,
     ox: real, oy: real, oz: real,
     rx: wp.ref[real], ry: wp.ref[real], rz: wp.ref[real], aim: wp.ref[real], on: wp.ref[real],
     fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real], apart: wp.ref[real],
@@ -219,9 +216,8 @@ def find_contact(
     """
     zero = real(0.0)
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    i, j = real(2 * (corner % 2) - 1), real(2 * (corner // 2) - 1)
-    ax = wp.where(across > zero, j, i) * lean_x * half_width - cx
-    ay = wp.where(across > zero, i, j) * lean_y * half_depth - cy
+    ax = real(2 * (corner % 2) - 1) * lean_x * half_width - cx
+    ay = real(2 * (corner // 2) - 1) * lean_y * half_depth - cy
     x, y, h = in_axes(r11, r12, r13, r21, r22, r23, r31, r32, r33, ax, ay, -half_height)
     rx = x
     ry = y
@@ -308,13 +304,16 @@ def holds(fx: real, fy: real, n: real, mu: real) -> bool:
 
 
 @wp.func
-def change_of(
-    mu: real, aim: real, rx: real, ry: real, rz: real, kx: real, ky: real,
+def solve_contact(
+    mu: real, aim: real, rx: real, ry: real, rz: real,
+    jxx: real, jxy: real, jxz: real, jyy: real, jyz: real, jzz: real, kx: real, ky: real,
     pn: real, p1: real, p2: real, p3: real,
     h11: real, h12: real, h13: real, h22: real, h23: real, h33: real,
-    fx: real, fy: real, n: real, ux: real, uy: real, uz: real, ox: real, oy: real, oz: real,
+    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real],
+    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
+    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
 ):  # fmt: skip
-    """Change of the three impulses of a corner in a sweep; mu is the friction coefficient."""
+    """Gauss-Seidel on the three impulses of a corner; mu is the friction coefficient."""
     zero = real(0.0)
     slip_x = fused_less(oz, ry, fused(oy, rz, ux))
     slip_y = fused_less(ox, rz, fused(oz, rx, uy))
@@ -329,28 +328,9 @@ def change_of(
     slip_y = fused(dn, ky, slip_y)
     new_x, new_y = drag(mu * push, fx, fy, slip_x, slip_y, p1, p2, p3)
     sticks = holds(stop_x, stop_y, stop_z, mu)
-    return (
-        wp.where(sticks, stop_x, new_x) - fx,
-        wp.where(sticks, stop_y, new_y) - fy,
-        wp.where(sticks, stop_z, push) - n,
-    )
-
-
-@wp.func
-def solve_contact(
-    mu: real, aim: real, rx: real, ry: real, rz: real,
-    jxx: real, jxy: real, jxz: real, jyy: real, jyz: real, jzz: real, kx: real, ky: real,
-    pn: real, p1: real, p2: real, p3: real,
-    h11: real, h12: real, h13: real, h22: real, h23: real, h33: real,
-    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real],
-    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
-    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
-):  # fmt: skip
-    """Gauss-Seidel on the three impulses of a point; mu is the friction coefficient."""
-    dx, dy, dz = change_of(
-        mu, aim, rx, ry, rz, kx, ky, pn, p1, p2, p3, h11, h12, h13, h22, h23, h33, fx, fy, n,
-        ux, uy, uz, ox, oy, oz,
-    )  # fmt: skip
+    dx = wp.where(sticks, stop_x, new_x) - fx
+    dy = wp.where(sticks, stop_y, new_y) - fy
+    dz = wp.where(sticks, stop_z, push) - n
     fx = fx + dx
     fy = fy + dy
     n = n + dz

@@ -261,19 +261,9 @@ def beyond(
 
 
 @wp.func
-def halves(across: real, ax: real, ay: real, az: real, bx: real, by: real, bz: real):
-    """The half ways from corner 0 to 1 and to 2, of half width a and half depth b."""
-    turned = across > real(0.0)
-    return (
-        wp.where(turned, bx, ax), wp.where(turned, by, ay), wp.where(turned, bz, az),
-        wp.where(turned, ax, bx), wp.where(turned, ay, by), wp.where(turned, az, bz),
-    )  # fmt: skip
-
-
-@wp.func
 def hold(
     knobs: Knobs, lean_x: real, lean_y: real, half_width: real, half_depth: real, half_height: real,
-    cx: real, cy: real, across: real, mu: real, qx: real, qy: real, qz: real, qw: real,
+    cx: real, cy: real, mu: real, qx: real, qy: real, qz: real, qw: real,
     ix: real, iy: real, iz: real, lx: real, ly: real, lz: real,
     aim0: real, aim1: real, aim2: real, aim3: real,
     on0: wp.ref[real], on1: wp.ref[real], on2: wp.ref[real], on3: wp.ref[real],
@@ -289,13 +279,12 @@ def hold(
     """
     zero, one = real(0.0), real(1.0)
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    # Moments of inertia; half width a and half depth b, each towards the lean (or b and a); the
-    # face's middle.
+    # Moments of inertia; half width a and half depth b, each towards the lean; the face's middle.
     xx, xy, xz, yy, yz, zz = inverse_inertia(
         r11, r12, r13, r21, r22, r23, r31, r32, r33, one / ix, one / iy, one / iz
     )
     w, d = lean_x * half_width, lean_y * half_depth
-    ax, ay, az, bx, by, bz = halves(across, r11 * w, r21 * w, r31 * w, r12 * d, r22 * d, r32 * d)
+    ax, ay, az, bx, by, bz = r11 * w, r21 * w, r31 * w, r12 * d, r22 * d, r32 * d
     mx, my, mz = in_axes(r11, r12, r13, r21, r22, r23, r31, r32, r33, -cx, -cy, -half_height)
     s0, s1, s2, s3 = real(on0), real(on1), real(on2), real(on3)
     t0, t1, t2, t3 = s0 * aim0, s1 * aim1, s2 * aim2, s3 * aim3

@@ -20,18 +20,11 @@ from warprock.kernels.impulse_space.block import (
     warm_start,
 )
 from warprock.kernels.impulse_space.block_hold import hold
-from warprock.kernels.impulse_space.block_pair import (
-    along_edge,
-    find_pairs,
-    is_paired,
-    mirror_impulse,
-    solve_paired,
-)
 from warprock.kernels.impulse_space.block_seen import (
     glides,
+    lifted_since,
     observe_block,
     observe_contacts,
-    stands,
 )
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import RUNNING
@@ -106,19 +99,13 @@ def start_block(
 
 @wp.func
 def reorder(
-    swap_x: real, swap_y: real, turn: real,
-    a: wp.ref[real], b: wp.ref[real], c: wp.ref[real], d: wp.ref[real],
-):  # fmt: skip
-    """Swaps what the corners keep from step to step where the block leans to another side.
-
-    `swap_x` is of the way from the first corner to the second, `swap_y` of that to the third; then
-    `turn` says whether the second and the third change places.
-    """
+    swap_x: real, swap_y: real, a: wp.ref[real], b: wp.ref[real], c: wp.ref[real], d: wp.ref[real]
+):
+    """Swaps what the corners keep from step to step where the block leans to another side."""
     swap_if(swap_x, a, b)
     swap_if(swap_x, c, d)
     swap_if(swap_y, a, c)
     swap_if(swap_y, b, d)
-    swap_if(turn, b, c)
 
 
 @wp.func
@@ -130,14 +117,13 @@ def move_base(v: real, base: wp.ref[real], dv: wp.ref[real]):
 
 @wp.func
 def predict_block(
-    dvx: real, dvy: real, dvz: real, knobs: Knobs, half_height: real,
-    qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real,
-    ix: real, iy: real, iz: real, vx: real, vy: real, vz: real,
+    dvx: real, dvy: real, dvz: real, knobs: Knobs, qx: real, qy: real, qz: real, qw: real,
+    lx: real, ly: real, lz: real, ix: real, iy: real, iz: real, vx: real, vy: real, vz: real,
     ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
     ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
     jxx: wp.ref[real], jxy: wp.ref[real], jxz: wp.ref[real],
     jyy: wp.ref[real], jyz: wp.ref[real], jzz: wp.ref[real],
-    lean_x: wp.ref[real], lean_y: wp.ref[real], across: wp.ref[real], paired: wp.ref[real],
+    lean_x: wp.ref[real], lean_y: wp.ref[real],
     lowest: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
     fx0: wp.ref[real], fx1: wp.ref[real], fx2: wp.ref[real], fx3: wp.ref[real],
     fy0: wp.ref[real], fy1: wp.ref[real], fy2: wp.ref[real], fy3: wp.ref[real],
@@ -150,7 +136,7 @@ def predict_block(
     `before` is when the last step ended [s], `since` the time since which it has not stood flat, or
     NEVER.
     """
-    since = wp.where(stands(n0, n1, n2, n3), NEVER, smaller(since, before))
+    since = lifted_since(n0, n1, n2, n3, since, before)
     swap_x, swap_y = real(0.0), real(0.0)
     predict(
         dvx, dvy, dvz, knobs, qx, qy, qz, qw, lx, ly, lz, ix, iy, iz, vx, vy, vz, ux, uy, uz,
@@ -159,14 +145,10 @@ def predict_block(
     )  # fmt: skip
     lifted = real(0.0)
     landed = real(0.0)
-    turn = real(0.0)
-    find_pairs(
-        knobs, half_height, qx, qy, qz, qw, ux, uy, ox, oy, across, paired, turn, swap_x, swap_y
-    )
-    reorder(swap_x, swap_y, turn, fx0, fx1, fx2, fx3)
-    reorder(swap_x, swap_y, turn, fy0, fy1, fy2, fy3)
-    reorder(swap_x, swap_y, turn, n0, n1, n2, n3)
-    reorder(swap_x, swap_y, turn, apart0, apart1, apart2, apart3)
+    reorder(swap_x, swap_y, fx0, fx1, fx2, fx3)
+    reorder(swap_x, swap_y, fy0, fy1, fy2, fy3)
+    reorder(swap_x, swap_y, n0, n1, n2, n3)
+    reorder(swap_x, swap_y, apart0, apart1, apart2, apart3)
 
 
 @wp.func
@@ -231,10 +213,7 @@ def run_lanes(
     fx, fy, n, on, apart, aim = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     rx, ry, rz, kx, ky, pn = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     p1, p2, p3, h11, h12, h13 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
-    h22, h23, h33, tie = Corner(), Corner(), Corner(), Corner()
-    busy, tied = Counts(), Counts()
-    across, paired, mx, my, gx, gy, gz = R(), R(), R(), R(), R(), R(), R()
-    sx, sy, sz = R(), R(), R()
+    h22, h23, h33, busy = Corner(), Corner(), Corner(), Counts()
     impacts, mode, steps, base, dv = LaneInt(), LaneInt(), LaneInt(), Three(), Three()
     corners, count = int(4), int(0)  # no constant: else Warp would unroll the loops over it
     for i in range(LANES):
@@ -255,48 +234,34 @@ def run_lanes(
                     v = base_velocity(way, half, pool[2, place], pool[0, place], pool[1, place])
                     move_base(v, base[d, i], dv[d, i])
                 predict_block(
-                    dv[0, i], dv[1, i], dv[2, i], knobs, half_h[i], qx[i], qy[i], qz[i], qw[i],
-                    lx[i], ly[i], lz[i], ix[i], iy[i], iz[i], vx[i], vy[i], vz[i], ux[i], uy[i],
-                    uz[i], ox[i], oy[i], oz[i], jxx[i], jxy[i], jxz[i], jyy[i], jyz[i], jzz[i],
-                    lean_x[i],
-                    lean_y[i], across[i], paired[i], lowest[i], lifted[i], landed[i],
-                    fx[0, i], fx[1, i], fx[2, i], fx[3, i], fy[0, i], fy[1, i],
-                    fy[2, i], fy[3, i], n[0, i], n[1, i], n[2, i], n[3, i],
+                    dv[0, i], dv[1, i], dv[2, i], knobs, qx[i], qy[i], qz[i], qw[i], lx[i], ly[i],
+                    lz[i], ix[i], iy[i], iz[i], vx[i], vy[i], vz[i], ux[i], uy[i], uz[i], ox[i],
+                    oy[i], oz[i], jxx[i], jxy[i], jxz[i], jyy[i], jyz[i], jzz[i], lean_x[i],
+                    lean_y[i], lowest[i], lifted[i], landed[i], fx[0, i], fx[1, i], fx[2, i], fx[3,
+                    i], fy[0, i], fy[1, i], fy[2, i], fy[3, i], n[0, i], n[1, i], n[2, i], n[3, i],
                     apart[0, i], apart[1, i], apart[2, i], apart[3, i], time - dt, since[i],
                 )  # fmt: skip
             for c in range(corners):
                 for i in range(LANES):
                     find_contact(
                         c, lean_x[i], lean_y[i], half_w[i], half_d[i], half_h[i], cx[i], cy[i],
-                        across[i], z[i], knobs, qx[i], qy[i], qz[i], qw[i], ox[i], oy[i], oz[i],
-                        rx[c, i],
+                        z[i], knobs, qx[i], qy[i], qz[i], qw[i], ox[i], oy[i], oz[i], rx[c, i],
                         ry[c, i], rz[c, i], aim[c, i], on[c, i], fx[c, i], fy[c, i], n[c, i],
                         apart[c, i], lowest[i], lifted[i], landed[i],
                     )  # fmt: skip
             for i in range(LANES):
                 hold(
                     knobs, lean_x[i], lean_y[i], half_w[i], half_d[i], half_h[i], cx[i], cy[i],
-                    across[i], mu[i], qx[i], qy[i], qz[i], qw[i], ix[i], iy[i], iz[i], lx[i], ly[i],
-                    lz[i], aim[0, i], aim[1, i], aim[2, i], aim[3, i], on[0, i], on[1, i], on[2, i],
+                    mu[i], qx[i], qy[i], qz[i], qw[i], ix[i], iy[i], iz[i], lx[i], ly[i], lz[i],
+                    aim[0, i], aim[1, i], aim[2, i], aim[3, i], on[0, i], on[1, i], on[2, i],
                     on[3, i], fx[0, i], fx[1, i], fx[2, i], fx[3, i], fy[0, i], fy[1, i], fy[2, i],
                     fy[3, i], n[0, i], n[1, i], n[2, i], n[3, i], ux[i], uy[i], uz[i], ox[i], oy[i],
                     oz[i],
                 )  # fmt: skip
-            for i in range(LANES):
-                along_edge(rx[0, i], ry[0, i], rx[1, i], ry[1, i], mx[i], my[i])
             for c in range(corners):
-                a = c - c % 2
-                for i in range(LANES):
-                    tie[c, i] = is_paired(paired[i], on[a, i], on[a + 1, i])
-                    mirror_impulse(
-                        tie[c, i] * real(c % 2), mx[i], my[i], fx[a, i], fy[a, i], n[a, i],
-                        fx[c, i], fy[c, i], n[c, i],
-                    )  # fmt: skip
                 busy[c] = 0
-                tied[c] = 0
                 for i in range(LANES):
                     busy[c] += wp.where(on[c, i] > zero, 1, 0)
-                    tied[c] += wp.where(tie[c, i] > zero, 1, 0)
                 if busy[c] > 0:
                     for i in range(LANES):
                         warm_start(
@@ -308,17 +273,7 @@ def run_lanes(
                         )  # fmt: skip
             for step in range(knobs.sweeps * corners):
                 c = step % corners
-                if tied[c] > 0:
-                    for i in range(LANES):
-                        solve_paired(
-                            c, tie[c, i], mx[i], my[i], mu[i], aim[c, i], rx[c, i], ry[c, i],
-                            rz[c, i], jxx[i], jxy[i], jxz[i], jyy[i], jyz[i], jzz[i], kx[c, i],
-                            ky[c, i], pn[c, i], p1[c, i], p2[c, i], p3[c, i], h11[c, i], h12[c, i],
-                            h13[c, i], h22[c, i], h23[c, i], h33[c, i], fx[c, i], fy[c, i], n[c, i],
-                            ux[i], uy[i], uz[i], ox[i], oy[i], oz[i], gx[i], gy[i], gz[i], sx[i],
-                            sy[i], sz[i],
-                        )  # fmt: skip
-                elif busy[c] > 0:
+                if busy[c] > 0:
                     for i in range(LANES):
                         solve_contact(
                             mu[i], aim[c, i], rx[c, i], ry[c, i], rz[c, i], jxx[i], jxy[i], jxz[i],

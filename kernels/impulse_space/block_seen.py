@@ -27,6 +27,12 @@ def stands(n0: real, n1: real, n2: real, n3: real) -> bool:
 
 
 @wp.func
+def lifted_since(n1: real, n2: real, n3: real, n4: real, since: real, before: real) -> real:
+    """Time since which a block has not stood flat [s], or NEVER; `before`, end of the last step."""
+    return wp.where(stands(n1, n2, n3, n4), NEVER, smaller(since, before))
+
+
+@wp.func
 def observe_contacts(
     live: bool, time: real, landed: real, lowest: real, lifted: real, slides: bool,
     since: real, uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real],

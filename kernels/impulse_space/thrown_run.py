@@ -15,22 +15,16 @@ from warprock.kernels.impulse_space.block import (
     find_contact,
     integrate,
     predict,
+    solve_contact,
     warm_start,
 )
 from warprock.kernels.impulse_space.block_hold import hold
-from warprock.kernels.impulse_space.block_pair import (
-    along_edge,
-    find_pairs,
-    is_paired,
-    mirror_impulse,
-    solve_paired,
-)
 from warprock.kernels.impulse_space.block_run import attitude_to_store, reorder
 from warprock.kernels.impulse_space.block_seen import (
     glides,
+    lifted_since,
     observe_block,
     observe_contacts,
-    stands,
 )
 from warprock.kernels.impulse_space.bounce import bounce, calm
 from warprock.kernels.instance import BRANCHES
@@ -54,8 +48,8 @@ class Body:
     """State of one lane.
 
     Place x, attitude q, velocity v; spin, the angular momentum of unit mass; base, the velocity of
-    the base; the side that it leans to, and how its corners are numbered; impulses of the corners
-    and whether they have parted; what has been seen.
+    the base; the side that it leans to; impulses of the corners and whether they have parted; what
+    has been seen.
     """
 
     x: Three
@@ -65,7 +59,6 @@ class Body:
     base: Three
     lean_x: real
     lean_y: real
-    across: real
     fx: Four
     fy: Four
     n: Four
@@ -136,61 +129,52 @@ def look(
 
 @wp.func
 def swept(
-    own: Block, knobs: Knobs, paired: real, aim: Four, on: Four, rx: Four, ry: Four, rz: Four,
-    jxx: real, jxy: real, jxz: real, jyy: real, jyz: real, jzz: real, fx: wp.ref[Four],
-    fy: wp.ref[Four], n: wp.ref[Four], ux: wp.ref[real], uy: wp.ref[real],
-    uz: wp.ref[real], ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
+    own: Block, knobs: Knobs, aim: Four, on: Four, rx: Four, ry: Four, rz: Four, jxx: real,
+    jxy: real, jxz: real, jyy: real, jyz: real, jzz: real, fx: wp.ref[Four], fy: wp.ref[Four],
+    n: wp.ref[Four], ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real], ox: wp.ref[real],
+    oy: wp.ref[real], oz: wp.ref[real],
 ):  # fmt: skip
     """Sweeps over the corners that are not held together, from their last impulses."""
     zero, corners = real(0.0), int(4)
     kx, ky, pn, p1, p2, p3 = Four(), Four(), Four(), Four(), Four(), Four()
     h11, h12, h13, h22, h23, h33 = Four(), Four(), Four(), Four(), Four(), Four()
-    mx, my, tie = real(0.0), real(0.0), Four()
-    along_edge(rx[0], ry[0], rx[1], ry[1], mx, my)
     for c in range(corners):
-        a = c - c % 2
-        tie[c] = is_paired(paired, on[a], on[a + 1])
         if on[c] > zero:
-            x, y, z = fx[a] + zero, fy[a] + zero, n[a] + zero
-            mirror_impulse(tie[c] * real(c % 2), mx, my, x, y, z, fx[c], fy[c], n[c])
             warm_start(
                 on[c], rx[c], ry[c], rz[c], fx[c], fy[c], n[c], jxx, jxy, jxz, jyy, jyz, jzz,
                 kx[c], ky[c], pn[c], p1[c], p2[c], p3[c], h11[c], h12[c], h13[c], h22[c], h23[c],
                 h33[c], ux, uy, uz, ox, oy, oz,
             )  # fmt: skip
-    gx, gy, gz, sx, sy, sz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     for sweep in range(knobs.sweeps * corners):
         c = sweep % corners
         if on[c] > zero:
-            solve_paired(
-                c, tie[c], mx, my, own.friction, aim[c],
-                rx[c], ry[c], rz[c], jxx, jxy, jxz, jyy, jyz, jzz, kx[c],
+            solve_contact(
+                own.friction, aim[c], rx[c], ry[c], rz[c], jxx, jxy, jxz, jyy, jyz, jzz, kx[c],
                 ky[c], pn[c], p1[c], p2[c], p3[c], h11[c], h12[c], h13[c], h22[c], h23[c], h33[c],
-                fx[c], fy[c], n[c], ux, uy, uz, ox, oy, oz, gx, gy, gz, sx, sy, sz,
+                fx[c], fy[c], n[c], ux, uy, uz, ox, oy, oz,
             )  # fmt: skip
 
 
 @wp.func
 def reordered(
-    swap_x: real, swap_y: real, turn: real, fx: wp.ref[Four], fy: wp.ref[Four], n: wp.ref[Four],
+    swap_x: real, swap_y: real, fx: wp.ref[Four], fy: wp.ref[Four], n: wp.ref[Four],
     apart: wp.ref[Four],
 ):  # fmt: skip
     """What is known of the corners, in the order of another lean."""
-    reorder(swap_x, swap_y, turn, fx[0], fx[1], fx[2], fx[3])
-    reorder(swap_x, swap_y, turn, fy[0], fy[1], fy[2], fy[3])
-    reorder(swap_x, swap_y, turn, n[0], n[1], n[2], n[3])
-    reorder(swap_x, swap_y, turn, apart[0], apart[1], apart[2], apart[3])
+    reorder(swap_x, swap_y, fx[0], fx[1], fx[2], fx[3])
+    reorder(swap_x, swap_y, fy[0], fy[1], fy[2], fy[3])
+    reorder(swap_x, swap_y, n[0], n[1], n[2], n[3])
+    reorder(swap_x, swap_y, apart[0], apart[1], apart[2], apart[3])
 
 
 @wp.func
 def pressed(
-    before: Body, lean_x: real, lean_y: real, across: real, fx: Four, fy: Four, n: Four, apart: Four
+    before: Body, lean_x: real, lean_y: real, fx: Four, fy: Four, n: Four, apart: Four
 ) -> Body:
     """A lane's state with the side that it leans to, its impulses and what has parted."""
     b = before
     b.lean_x = lean_x
     b.lean_y = lean_y
-    b.across = across
     b.fx = fx
     b.fy = fy
     b.n = n
@@ -215,6 +199,17 @@ def told(
 
 
 @wp.func
+def moved_to(before: Body, x: Three, q: Four, v: Three, spin: Three) -> Body:
+    """A lane's state at its next place."""
+    b = before
+    b.x = x
+    b.q = q
+    b.v = v
+    b.spin = spin
+    return b
+
+
+@wp.func
 def advance(
     own: Block, knobs: Knobs, change: Three, time: real, before: Body
 ) -> Body:  # fmt: skip
@@ -232,37 +227,30 @@ def advance(
     fx, fy, n, apart = b.fx + Four(), b.fy + Four(), b.n + Four(), b.apart + Four()
     rx, ry, rz, aim, on = Four(), Four(), Four(), Four(), Four()
     ix, iy, iz = own.inverse_x, own.inverse_y, own.inverse_z
-    b.since = wp.where(
-        stands(n[0], n[1], n[2], n[3]), NEVER, smaller(b.since, time - knobs.time_step)
-    )
+    b.since = lifted_since(n[0], n[1], n[2], n[3], b.since, time - knobs.time_step)
     predict(
         change[0], change[1], change[2], knobs, qx, qy, qz, qw, lx, ly, lz, ix, iy, iz, vx, vy, vz,
         ux, uy, uz, ox, oy, oz, jxx, jxy, jxz, jyy, jyz, jzz, lean_x, lean_y, swap_x, swap_y,
         lowest,
     )  # fmt: skip
-    across, paired, turn = real(b.across), real(0.0), real(0.0)
-    find_pairs(
-        knobs, own.half_height, qx, qy, qz, qw, ux, uy, ox, oy, across, paired, turn, swap_x,
-        swap_y,
-    )  # fmt: skip
-    reordered(swap_x, swap_y, turn, fx, fy, n, apart)
+    reordered(swap_x, swap_y, fx, fy, n, apart)
     corners = int(4)
     for c in range(corners):
         find_contact(
             c, lean_x, lean_y, own.half_width, own.half_depth, own.half_height, own.centre_x,
-            own.centre_y, across, z, knobs, qx, qy, qz, qw, ox, oy, oz, rx[c], ry[c], rz[c],
-            aim[c], on[c], fx[c], fy[c], n[c], apart[c], lowest, lifted, landed,
+            own.centre_y, z, knobs, qx, qy, qz, qw, ox, oy, oz, rx[c], ry[c], rz[c], aim[c], on[c],
+            fx[c], fy[c], n[c], apart[c], lowest, lifted, landed,
         )  # fmt: skip
         aim[c] = bounce(knobs, rx[c], ry[c], uz, ox, oy, on[c], aim[c])
     hold(
         knobs, lean_x, lean_y, own.half_width, own.half_depth, own.half_height, own.centre_x,
-        own.centre_y, across, own.friction, qx, qy, qz, qw, ix, iy, iz, lx, ly, lz, aim[0], aim[1],
-        aim[2], aim[3], on[0], on[1], on[2], on[3], fx[0], fx[1], fx[2], fx[3], fy[0], fy[1], fy[2],
-        fy[3], n[0], n[1], n[2], n[3], ux, uy, uz, ox, oy, oz,
+        own.centre_y, own.friction, qx, qy, qz, qw, ix, iy, iz, lx, ly, lz, aim[0], aim[1], aim[2],
+        aim[3], on[0], on[1], on[2], on[3], fx[0], fx[1], fx[2], fx[3], fy[0], fy[1], fy[2], fy[3],
+        n[0], n[1], n[2], n[3], ux, uy, uz, ox, oy, oz,
     )  # fmt: skip
     swept(
-        own, knobs, paired, aim, on, rx, ry, rz, jxx, jxy, jxz, jyy, jyz, jzz, fx, fy, n, ux, uy,
-        uz, ox, oy, oz,
+        own, knobs, aim, on, rx, ry, rz, jxx, jxy, jxz, jyy, jyz, jzz, fx, fy, n, ux, uy, uz, ox,
+        oy, oz,
     )  # fmt: skip
     calm(
         knobs, change[0], change[1], change[2], qx, qy, qz, qw, ix, iy, iz, vx, vy, vz, lx, ly, lz,
@@ -278,11 +266,8 @@ def advance(
         True, time, landed, lowest, lifted, glides(own, knobs, ux, uy, ox, oy, oz), b.since,
         uplift_time, moved, deepest, impacts, steps,
     )  # fmt: skip
-    b.x = Three(x, y, z)
-    b.q = Four(qx, qy, qz, qw)
-    b.v = Three(vx, vy, vz)
-    b.spin = Three(lx, ly, lz)
-    b = pressed(b, lean_x, lean_y, across, fx, fy, n, apart)
+    b = moved_to(b, Three(x, y, z), Four(qx, qy, qz, qw), Three(vx, vy, vz), Three(lx, ly, lz))
+    b = pressed(b, lean_x, lean_y, fx, fy, n, apart)
     return told(b, loss, uplift_time, moved, deepest, impacts, steps)
 
 

@@ -17,7 +17,7 @@ from warprock.run.batch import run_batch
 
 COUNT = 96
 TIMES = SampleTimes(1.2, 0.02)
-ROUND_OFF = {"direct": 1e-9}
+ROUND_OFF = {"direct": 1e-6}
 """Largest difference of a rotation from its mirror image [rad]. What is not here has the same bits.
 
 The exact solution of contacts is one, but its round-off is not mirrored where a scene is its own

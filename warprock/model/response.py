@@ -251,8 +251,7 @@ ESTIMATE_FIELDS: tuple[str, ...] = (
 )
 """Errors, and what runs they took: `warprock.run.tolerance` adds these."""
 MODEL_FIELDS: tuple[str, ...] = ("friction_needed",)
-"""Fields that `housner` and its reference answer besides, whose block cannot slide, and `event`
-where an angular restitution is prescribed: of such impacts."""
+"""Fields that `housner`, its reference, and `event` of prescribed restitutions answer besides."""
 BODY_FIELDS: tuple[str, ...] = ("peak_rotation_left", "peak_rotation_right")
 """Fields that engines answer besides for bodies in the plane, whose sides may differ."""
 LANE_FIELDS: tuple[str, ...] = tuple(
