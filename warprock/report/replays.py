@@ -19,7 +19,7 @@ from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.errors import InputError
 from warprock.report.folder import ResultFolder
 from warprock.report.lanes import lane_name, needed, peak_ratio, standing
-from warprock.report.scenes import SOME, choose, sampled, scene
+from warprock.report.scenes import SOME, choose, outlines_of, sampled, scene
 from warprock.run.case_run import run_lane_set
 from warprock.run.devices import start_warp
 from warprock.run.lane_table import LANE_TABLE, PEAK_RATIO, history_table, lane_table
@@ -72,7 +72,8 @@ def played(
         response = run_lane_set(*given, settings=replay.settings)
         history = history_table(response, 0, replay.lane_set, 0)
         row = lane_table(replay.lane_set, response).iloc[0]
-        lanes.append(scene(history, row, replay.name, replay.why))
+        outlines = outlines_of(replay.lane_set.lanes, 0)
+        lanes.append(scene(history, row, replay.name, replay.why, outlines))
     return {"note": note, "lanes": lanes} if lanes else None
 
 

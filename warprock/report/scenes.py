@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case.case import Case
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.report.lanes import lane_name, peak_ratio, standing
 from warprock.run.case_run import CaseRun, run_lanes
 from warprock.run.lane_table import history_table, lane_table
@@ -50,7 +50,7 @@ def scenes_of(run: CaseRun) -> dict[str, Any]:
             table.iloc[lane],
             lane_name(facts, table, lane),
             why,
-            _outlines(run.lane_set.lanes, lane),
+            outlines_of(run.lane_set.lanes, lane),
         )
         for row, (lane, why) in enumerate(chosen.items())
     ]
@@ -60,11 +60,11 @@ def scenes_of(run: CaseRun) -> dict[str, Any]:
     return {"note": note, "lanes": lanes}
 
 
-def _outlines(lanes: Lanes, lane: int) -> list[list[list[float]]] | None:
+def outlines_of(lanes: Lanes, lane: int) -> list[list[list[float]]] | None:
     """Corners of each block from its centre of mass [m]; None where all are boxes."""
-    one = lanes.take(np.array([lane]))
+    one = as_stacks(lanes.take(np.array([lane])))
     if one.body is not None:
-        corners = one.body.outline(one.height)
+        corners = one.body.outline(one.height[:, 0])
     elif one.profiles is not None:
         corners = one.profiles.outlines()[0]
     else:
