@@ -13,6 +13,8 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from warprock.case.lanes import expand_lanes
+from warprock.case.load import load_case
 from warprock.cli.main import main
 from warprock.tables.stack import print_stack_comparison
 from warprock.tables.terminal import plain_console
@@ -44,6 +46,30 @@ duration = "3 s"
 
 [[sweep]]
 motion.amplitude = {from = "0.2 g", to = "1.5 g", count = 30}
+"""
+
+
+STATUE = """
+title = "A statue on a pedestal"
+source = "Made for this test."
+
+[block.1]
+width = "0.6 m"
+height = "0.8 m"
+depth = "0.6 m"
+density = "2400 kg/m^3"
+
+[block.2]
+mass = "350 kg"
+base = [[-0.22, 0.0], [-0.10, 0.0], [0.16, 0.0], [0.24, 0.01]]
+centre = [0.02, 0.6]
+inertia = "60 kg m^2"
+
+[contact]
+friction = 0.6
+
+[run]
+duration = "0.2 s"
 """
 
 
@@ -89,6 +115,21 @@ def test_a_merged_sweep_plays_the_lanes_of_its_table(sweep: pathlib.Path):
     assert peak(told) == pytest.approx(far["peak_rotation_ratio"], rel=0.01)
     command("report", sweep)
     assert scenes(sweep) == found
+
+
+def test_a_statue_of_a_stack_is_played_by_its_outline(tmp_path: pathlib.Path):
+    (tmp_path / "case.toml").write_text(STATUE)
+    out = tmp_path / "out"
+    command("sweep", "plan", tmp_path / "case.toml", "-e", "event", "-o", out)
+    command("sweep", "run", out)
+    assert "1 lane is in one table" in command("sweep", "merge", out)
+    (lane,) = scenes(out)["lanes"]
+    profiles = expand_lanes(load_case(str(tmp_path / "case.toml"))).lanes.profiles
+    assert profiles is not None
+    # In the plane: no corner has a y. A page says micrometres.
+    for block, outline in zip(lane["blocks"], profiles.outlines()[0], strict=True):
+        corners = np.array(block["p"])
+        np.testing.assert_allclose(corners[:, [0, -1]], outline, atol=1e-6)
 
 
 def test_the_csv_of_a_merged_sweep_has_the_rows_of_the_parquet_file(

@@ -191,6 +191,7 @@ def status(folder: pathlib.Path, as_json: bool) -> None:
 def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> None:
     """Join the chunks of a sweep that is done in one table, all lanes in order."""
     from warprock.case.lanes import expand_lanes
+    from warprock.model.words import lane_count_text
     from warprock.report.replays import played_of_sweep
     from warprock.run.files import require_writable, require_writable_file
     from warprock.run.results import LANE_CSV, MOST_CSV_LANES
@@ -214,7 +215,9 @@ def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> Non
         print_json(facts)
     else:
         click.echo(written)
-        print_end(f"{found.lane_count:,} lanes are in one table.", f"warprock fragility {written}")
+        count = found.lane_count
+        said = f"{lane_count_text(count)} {'is' if count == 1 else 'are'} in one table."
+        print_end(said, f"warprock fragility {written}")
 
 
 @click.command("sweep")
