@@ -31,8 +31,7 @@ UNMODELLED = (
             *("anchor", "anchorage", "anchor bolt", "bolt", "restraint", "restrainer", "tether"),
             *("post tension", "prestress", "fixing", "hook"),
         ),
-        "a free-standing [block], the lower bound of one that is held; dem has joints with "
-        "cohesion: engines.dem.cohesion",
+        "a free-standing [block]; dem has joints with cohesion: engines.dem.cohesion",
     ),
     Unmodelled(
         "Isolators, springs and dampers under a block",
