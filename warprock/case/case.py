@@ -18,6 +18,7 @@ from warprock.case.study import Study
 from warprock.case.text import source_name
 from warprock.case.writing import toml_text
 from warprock.model.response import SampleTimes
+from warprock.model.words import lane_count_text
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -47,7 +48,7 @@ class Case:
     study: Study | None = None
 
     def __repr__(self) -> str:
-        return f"<case {self.name}: {self.lane_count:,} lanes>"
+        return f"<case {self.name}: {lane_count_text(self.lane_count)}>"
 
     def to_toml(self) -> str:
         """The text of a case file that reads as this case.

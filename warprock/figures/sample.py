@@ -16,6 +16,7 @@ from warprock.figures.peaks import PEAK_LABEL
 from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, legend_below, style, subplots
 from warprock.model.response import Outcome
+from warprock.model.words import lane_count_text
 from warprock.run.case_run import CaseRun
 from warprock.tables.swept import DrawnInput, drawn_inputs
 
@@ -64,7 +65,7 @@ def draw_sample_peaks(run: CaseRun, block: int | None = None) -> Drawing:
             for code, (name, marker, filled) in OUTCOMES.items():
                 here = peaks.outcome[lanes] == code
                 raised = code in RAISED
-                label = f"{name}: {int(np.sum(peaks.outcome == code))} lanes"
+                label = f"{name}: {lane_count_text(int(np.sum(peaks.outcome == code)))}"
                 axes.plot(
                     across[here],
                     np.full(int(here.sum()), peaks.raised_at)

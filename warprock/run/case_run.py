@@ -20,6 +20,7 @@ from warprock.engines import ENGINES, engine_class
 from warprock.engines.workload import require_workload
 from warprock.errors import InputError, listed
 from warprock.model.response import Response, SampleTimes, join_responses, take_lanes
+from warprock.model.words import lane_count_text
 from warprock.quantity import NOTHING
 from warprock.run.batch import require_room, run_batch
 from warprock.run.devices import require_device
@@ -59,7 +60,7 @@ class CaseRun:
 
     def __repr__(self) -> str:
         lanes = self.response.lane_count
-        return f"<run of {self.case.name}: {self.response.engine}, {lanes:,} lanes>"
+        return f"<run of {self.case.name}: {self.response.engine}, {lane_count_text(lanes)}>"
 
 
 @at_the_door

@@ -12,6 +12,7 @@ from rich.console import Console
 
 from warprock.case.case import Case
 from warprock.model.undecided import cut_text
+from warprock.model.words import lane_count_text
 from warprock.run.case_run import CaseRun
 from warprock.run.cells import PEAK_RATIO, QUANTILES, cell_table
 from warprock.run.lane_parts import has_time_step
@@ -74,7 +75,7 @@ def print_cells(
     out.print("  * share of the members, 95 % interval; a quantile among these is overturned")
     unusable = sum(round(row["members"] * (1.0 - row["usable"])) for row in rows)
     if unusable:
-        out.print(f"left out: {unusable} of {run.response.lane_count} lanes, not usable")
+        out.print(f"left out: {unusable} of {lane_count_text(run.response.lane_count)}, not usable")
     if case.ensemble.time_step and not has_time_step(run.settings):
         out.print(
             f"time step: {run.response.engine} has none, so ensemble.time_step changes nothing"
@@ -131,7 +132,7 @@ def print_cell_comparison(
         own = [share for (_, name), share in shares.items() if name == engine]
         unusable = round(sum(found["members"] * (1.0 - share) for share in own))
         if unusable:
-            out.print(f"left out: {unusable} lanes of {engine}, not usable")
+            out.print(f"left out: {lane_count_text(unusable)} of {engine}, not usable")
 
 
 def _heading(share: float) -> str:

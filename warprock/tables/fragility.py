@@ -11,6 +11,7 @@ from rich.console import Console
 
 from warprock.analysis.fragility import RULE, Curve, component_rows, curve_rows, warnings
 from warprock.model.undecided import UNDECIDED
+from warprock.model.words import lane_count_text
 from warprock.tables.report import Report
 from warprock.tables.terminal import heading_text, number, plain_table, print_table, stdout
 
@@ -79,7 +80,7 @@ def print_curves(
     for _, row in left_out.head(GROUPS_SHOWN).iterrows():
         where = "".join(f" of {name} {row[name]}" for name in groups)
         out.print(
-            f"  left out: {row['left_out']:,} lanes{where} whose numbers cannot be used "
+            f"  left out: {lane_count_text(row['left_out'])}{where} whose numbers cannot be used "
             f"({row['left_out_as']})"
         )
     if len(left_out) > GROUPS_SHOWN:
@@ -154,8 +155,9 @@ def print_undecided(table: pd.DataFrame, console: Console | None = None) -> None
     if count:
         out = console or stdout()
         out.print(
-            f"  undecided: {count:,} of {len(table):,} lanes had not fallen when their run ended, "
-            "but still moved or were still shaken; they count as standing, with the peaks so far",
+            f"  undecided: {count:,} of {lane_count_text(len(table))} had not fallen when their "
+            "run ended, but still moved or were still shaken; they count as standing, with the "
+            "peaks so far",
             highlight=False,
         )
 

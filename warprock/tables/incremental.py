@@ -69,7 +69,7 @@ def factor_sentence(found: Analysis, intensity: str) -> str:
             f"{what} falls at once, at {row['overturning_factor']:.4g} times its motion{at}: "
             "a smaller --from finds where it stands."
         )
-    count = f"{len(rows):,} lanes"
+    count = lane_count_text(len(rows))
     if fell.empty:
         never = int((verdicts == Verdict.ABOVE.value).sum())
         return (

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import rich.progress
 
 from warprock.model.undecided import UNDECIDED
+from warprock.model.words import lane_count_text
 from warprock.tables.accuracy import accuracy_lines, smaller_step
 from warprock.tables.terminal import plain_console, progress_text
 
@@ -38,7 +39,11 @@ def sweep_progress(total: int, chunks: int, kept: int) -> Iterator[Callable[[int
         A function to call with the number of lanes finished so far.
     """
     before = f"{kept} chunks done before, " * (kept > 0)
-    print(f"sweep: {before}{chunks} chunks, {total} lanes to run", file=sys.stderr, flush=True)
+    print(
+        f"sweep: {before}{chunks} chunks, {lane_count_text(total)} to run",
+        file=sys.stderr,
+        flush=True,
+    )
     console = plain_console(stderr=True)
     if not console.is_terminal:
         yield _lines(total)
@@ -69,7 +74,7 @@ def _lines(total: int) -> Callable[[int], None]:
         if done > said and (now - last >= SECONDS_BETWEEN_LINES or done == total):
             last, said = now, done
             rate = _rate(done, total, now - begin)
-            print(f"sweep: {done} of {total} lanes, {rate}", file=sys.stderr, flush=True)
+            print(f"sweep: {done} of {lane_count_text(total)}, {rate}", file=sys.stderr, flush=True)
 
     return say
 
@@ -100,7 +105,9 @@ def print_counts(found: Mapping[str, Any], engine: str, settings: Any) -> None:
     """Prints what `sweep.run.shard_counts` found of an engine with its settings."""
     whole = found["lanes"] == found["lanes_of_sweep"]
     of = "" if whole else f" of shard {found['shard']}, of {found['lanes_of_sweep']} in all,"
-    _print(f"{found['lanes_done']} of {found['lanes']} lanes{of} done in {found['folder']}")
+    _print(
+        f"{found['lanes_done']} of {lane_count_text(found['lanes'])}{of} done in {found['folder']}"
+    )
     _print_words(found)
     _print(f"  lanes whose numbers may not be used: {found['unusable']}")
     advice = f"plan anew with {smaller_step(engine, settings)}" if found["accuracy"] else ""
