@@ -91,7 +91,7 @@ PARAMETERS = (
 )
 """Names that the loader sets in a kernel file: the arguments of `kernel_module`, in capitals."""
 
-HOST_FILES = ("instance", "modes")
+HOST_FILES = ("instance", "modes", "rows")
 """Files of this folder that are the same for all parameters: Python imports them as any other."""
 
 SCALAR = "scalar"

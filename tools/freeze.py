@@ -17,7 +17,7 @@ A line is what was asked and the start of the SHA-256 of its answer:
 Lanes are at most `--lanes` of each case, evenly taken, over the first `--seconds` of its run, on
 one worker. Of JSON what names the moment or the machine is left out: times, versions, processor,
 the hash of the kernel files (which a move of these files changes). All of it takes about ten
-minutes on two cores with warm kernels; name cases to hash these alone.
+minutes on two cores with warm kernels; name cases or engines to hash these alone.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def lane_lines(name: str, whole: LaneSet, asked: argparse.Namespace) -> Iterator
     duration = min(asked.seconds, whole.times.duration)
     times = SampleTimes(duration, duration / SAMPLES)
     yield f"inputs {name} {digest(whole.inputs.to_csv().encode())}"
-    for engine in ENGINES:
+    for engine in asked.engines:
         if engine_class(engine).supports(whole.scene) is not None:
             continue
         for precision in asked.precisions:
@@ -140,6 +140,7 @@ def main() -> None:
     ask.add_argument("cases", nargs="*", help="shipped cases; none is all of them, JSON and help")
     ask.add_argument("--lanes", type=int, default=48, help="lanes of each case (48)")
     ask.add_argument("--seconds", type=float, default=0.6, help="length of each run (0.6)")
+    ask.add_argument("--engines", nargs="+", default=list(ENGINES), choices=list(ENGINES))
     ask.add_argument("--precisions", nargs="+", default=["float64", "float32"])
     asked = ask.parse_args()
     if pathlib.Path(package.__file__).resolve().parents[1] != ROOT:

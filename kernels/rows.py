@@ -1,0 +1,161 @@
+"""Local arrays of structs in a kernel, kept a row a field.
+
+    state = rows(State)               LANES structs, one local vector a field
+    slab = rows(Slab, BLOCKS + 1)     so many times LANES structs, one local matrix a field
+    state[i], slab[k, i]              the struct of a lane
+    state[i].theta                    a field of it: to read, to set, or as a `wp.ref`
+    state[i] = after                  sets all fields
+    state[i] = wp.where(live, after, state[i])    sets them where `live` holds
+
+The compiler makes vector code of a loop over lanes only if every field is a local variable of its
+own: an array of structs takes nine times as long, a struct of vectors up to 3.6 times. So `@kernel`
+writes the kernel again with those variables before Warp reads it: `state[i].theta` becomes
+`state_theta[i]`. `python -m tools.kernel_text FILE` prints what Warp reads, and a line of one of
+Warp's error messages is a line of that.
+
+Rows exist in kernels alone. A func takes structs by value and returns one, or changes one that it
+takes as `wp.ref`. Two rules keep loops over lanes vector code: take a struct out of its rows where
+it is used, not at the head of a loop; and no struct has a field that nobody reads.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import linecache
+import textwrap
+from collections.abc import Callable
+from typing import Any
+
+import warp as wp
+
+TEXTS: dict[str, str] = {}
+"""The text of every kernel as Warp reads it, by the name of its module."""
+
+
+def rows(struct: Any, count: int | None = None) -> Any:
+    """LANES structs, or `count` times LANES; only `@kernel` gives it a meaning."""
+    raise TypeError("rows() stands for local variables of a kernel that @kernel writes out")
+
+
+def kernel(function: Callable[..., None]) -> Any:
+    """`wp.kernel` of a function in whose text rows are written out.
+
+    Raises:
+        SyntaxError: A row is used in a way that has no meaning; with its line.
+    """
+    names = function.__globals__
+    module = names["__name__"]
+    tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+    definition = tree.body[0]
+    assert isinstance(definition, ast.FunctionDef)
+    definition.decorator_list = []
+    written = ast.fix_missing_locations(_WriteOut(names).visit(tree))
+    text = ast.unparse(written) + "\n"
+    file = f"<rows of {module}>"
+    linecache.cache[file] = (len(text), None, text.splitlines(True), file)
+    TEXTS[module] = text
+    exec(compile(text, file, "exec"), names)
+    return wp.kernel(names[function.__name__], module=wp.get_module(module))
+
+
+class _WriteOut(ast.NodeTransformer):
+    """Puts a local variable a field in the place of every row."""
+
+    def __init__(self, names: dict[str, Any]) -> None:
+        self.names = names
+        self.structs: dict[str, tuple[str, list[str]]] = {}
+        """The name of the struct of each row, and its fields."""
+
+    def _is_row(self, node: ast.AST) -> bool:
+        return (
+            isinstance(node, ast.Subscript)
+            and isinstance(node.value, ast.Name)
+            and node.value.id in self.structs
+        )
+
+    def _entry(self, row: ast.Subscript, field: str) -> ast.Subscript:
+        """`state_theta[i]` of `state[i]` and theta."""
+        assert isinstance(row.value, ast.Name)
+        name = ast.Name(f"{row.value.id}_{field}", ast.Load())
+        return ast.Subscript(name, row.slice, ast.Load())
+
+    def _type(self, kind: Any, count: int | None) -> str:
+        """The name of the type of one field's variable, made where it is new."""
+        whole = kind in (int, wp.int32)
+        name = f"{'Whole' if whole else 'Real'}Rows{count or ''}"
+        dtype, lanes = (int if whole else self.names["real"]), self.names["LANES"]
+        if name not in self.names:
+            self.names[name] = (
+                wp.types.vector(length=lanes, dtype=dtype)
+                if count is None
+                else wp.types.matrix(shape=(count, lanes), dtype=dtype)
+            )
+        return name
+
+    def visit_Assign(self, node: ast.Assign) -> Any:
+        """A declaration of rows, an assignment to a row, or any other."""
+        target, value = node.targets[0], node.value
+        if isinstance(value, ast.Call) and ast.unparse(value.func) == "rows":
+            return self._declared(target, value)
+        if self._is_row(target):
+            assert isinstance(target, ast.Subscript)
+            return self._set(target, value)
+        return self.generic_visit(node)
+
+    def _declared(self, target: ast.expr, value: ast.Call) -> list[ast.stmt]:
+        if not (isinstance(target, ast.Name) and isinstance(value.args[0], ast.Name)):
+            raise SyntaxError(f"line {value.lineno}: rows are declared as `name = rows(Struct)`")
+        count = None
+        if len(value.args) > 1:
+            count = int(eval(ast.unparse(value.args[1]), self.names))
+        struct = value.args[0].id
+        fields = self.names[struct].vars
+        self.structs[target.id] = struct, list(fields)
+        lines = [
+            f"{target.id}_{field} = {self._type(variable.type, count)}()"
+            for field, variable in fields.items()
+        ]
+        return ast.parse("\n".join(lines)).body
+
+    def _set(self, row: ast.Subscript, value: ast.expr) -> list[ast.stmt]:
+        assert isinstance(row.value, ast.Name)
+        rows_name, condition = row.value.id, ""
+        if isinstance(value, ast.Call) and ast.unparse(value.func) == "wp.where":
+            kept = ast.unparse(row)
+            if ast.unparse(value.args[2]) != kept:
+                raise SyntaxError(f"line {row.lineno}: a row keeps itself: wp.where(..., {kept})")
+            condition, value = ast.unparse(self.visit(value.args[0])), value.args[1]
+        before, new = "", ast.unparse(value)
+        if not isinstance(value, ast.Name):
+            new = f"{rows_name}_after"
+            before = f"{new} = {ast.unparse(self.visit(value))}\n"
+        lines = []
+        for field in self.structs[rows_name][1]:
+            entry = ast.unparse(self._entry(row, field))
+            taken = f"{new}.{field}"
+            if condition:
+                taken = f"wp.where({condition}, {taken}, {entry})"
+            lines.append(f"{entry} = {taken}")
+        return ast.parse(before + "\n".join(lines)).body
+
+    def visit_Attribute(self, node: ast.Attribute) -> Any:
+        """A field of a row, or any other attribute."""
+        if self._is_row(node.value):
+            row = self.generic_visit(node.value)
+            assert isinstance(row, ast.Subscript)
+            assert isinstance(row.value, ast.Name)
+            if node.attr not in self.structs[row.value.id][1]:
+                raise SyntaxError(f"line {node.lineno}: {row.value.id} has no field {node.attr}")
+            return ast.copy_location(self._entry(row, node.attr), node)
+        return self.generic_visit(node)
+
+    def visit_Subscript(self, node: ast.Subscript) -> Any:
+        """The struct of a lane, or any other subscript."""
+        node = self.generic_visit(node)  # type: ignore[assignment]
+        if not self._is_row(node):
+            return node
+        assert isinstance(node.value, ast.Name)
+        struct, fields = self.structs[node.value.id]
+        parts = [self._entry(node, field) for field in fields]
+        return ast.Call(ast.Name(struct, ast.Load()), parts, [])

@@ -1,0 +1,91 @@
+"""Rows of structs are the local variables that they stand for."""
+
+import sys
+import types
+
+import numpy as np
+import pytest
+import warp as wp
+
+from warprock.kernels import rows as rows_module
+
+TEXT = """
+import warp as wp
+from warprock.kernels.rows import kernel, rows
+
+LANES = 4
+real = wp.float64
+
+@wp.struct
+class State:
+    theta: wp.float64
+    count: int
+
+@wp.func
+def after(s: State, dt: wp.float64) -> State:
+    n = State()
+    n.theta = s.theta + dt
+    n.count = s.count + 1
+    return n
+
+@wp.func
+def double(x: wp.ref[wp.float64]):
+    x = x + x
+
+@kernel
+def run(found: wp.array2d(dtype=wp.float64)):
+    state = rows(State)
+    slab = rows(State, 3)
+    for i in range(LANES):
+        state[i].theta = wp.float64(i)
+    for k in range(3):
+        for i in range(LANES):
+            live = i < 2
+            state[i] = wp.where(live, after(state[i], wp.float64(0.5)), state[i])
+            slab[k, i] = state[i]
+            double(slab[k, i].theta)
+    for i in range(LANES):
+        found[0, i] = state[i].theta
+        found[1, i] = wp.float64(state[i].count)
+        found[2, i] = slab[2, i].theta
+{more}
+"""
+
+
+def module_of(tmp_path, name, more=""):
+    path = tmp_path / f"{name}.py"
+    path.write_text(TEXT.format(more=more))
+    module = types.ModuleType(name)
+    module.__file__ = str(path)
+    sys.modules[name] = module
+    wp.set_module_options({"enable_backward": False}, module=module)
+    exec(compile(path.read_text(), str(path), "exec"), vars(module))
+    return module
+
+
+def test_rows_hold_a_struct_a_lane(tmp_path):
+    module = module_of(tmp_path, "rows_of_lanes")
+    found = wp.zeros((3, 4), dtype=wp.float64, device="cpu")
+    wp.launch(module.run, 1, [found], device="cpu")
+    expected = [[1.5, 2.5, 2.0, 3.0], [3.0, 3.0, 0.0, 0.0], [3.0, 5.0, 4.0, 6.0]]
+    np.testing.assert_array_equal(found.numpy(), expected)
+
+
+def test_text_has_a_variable_a_field(tmp_path):
+    module_of(tmp_path, "rows_in_text")
+    text = rows_module.TEXTS["rows_in_text"]
+    assert "state_theta = RealRows()" in text
+    assert "slab_count = WholeRows3()" in text
+    assert "double(slab_theta[k, i])" in text
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("state[i].omega = wp.float64(0.0)", "state has no field omega"),
+        ("state[i] = wp.where(True, state[0], state[1])", "a row keeps itself"),
+    ],
+)
+def test_what_has_no_meaning_is_refused(tmp_path, line, message):
+    with pytest.raises(SyntaxError, match=message):
+        module_of(tmp_path, "rows_refused", f"    for i in range(LANES):\n        {line}\n")
