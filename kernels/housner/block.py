@@ -149,53 +149,53 @@ def pick(turns: bool, zeros: int, slope: real, e: real, once: real, twice: real,
 
 
 @wp.func
-def tops_below(bound: real, e: Polynomial, h: real) -> bool:
+def tops_below(bound: real, p: Polynomial, h: real) -> bool:
     """Whether a polynomial is surely concave on a whole step and stays below a bound.
 
-    With e'' <= bend < 0 it is nowhere above the parabola e0 + e1 t + bend t^2 / 2.
+    With p'' <= bend < 0 it is nowhere above the parabola c0 + c1 t + bend t^2 / 2.
     """
-    high = fused(h, real(90.0) * size(e.c10), real(72.0) * size(e.c9))
-    high = fused(h, fused(h, high, real(56.0) * size(e.c8)), real(42.0) * size(e.c7))
-    high = fused(h, fused(h, high, real(30.0) * size(e.c6)), real(20.0) * size(e.c5))
-    high = fused(h, high, real(12.0) * size(e.c4))
-    bend = fused(h * h, high, real(2.0) * larger(e.c2, fused(real(3.0) * h, e.c3, e.c2)))
-    return e.c1 * e.c1 < real(-2.0) * bend * (bound - e.c0)
+    high = fused(h, real(90.0) * size(p.c10), real(72.0) * size(p.c9))
+    high = fused(h, fused(h, high, real(56.0) * size(p.c8)), real(42.0) * size(p.c7))
+    high = fused(h, fused(h, high, real(30.0) * size(p.c6)), real(20.0) * size(p.c5))
+    high = fused(h, high, real(12.0) * size(p.c4))
+    bend = fused(h * h, high, real(2.0) * larger(p.c2, fused(real(3.0) * h, p.c3, p.c2)))
+    return p.c1 * p.c1 < real(-2.0) * bend * (bound - p.c0)
 
 
 @wp.func
-def next_event(e: Polynomial, h: real, passes: bool) -> Event:
+def next_event(p: Polynomial, h: real, passes: bool) -> Event:
     """First turning point or zero of a watched quantity within a step of length h.
 
     Where the quantity crosses zero and turns back in one step, nothing happens yet: the caller
     repeats the step up to that point, before which lies the crossing alone; none where it `passes`.
     """
     zero = real(0.0)
-    e_end = value_at(e, h)
-    d_end = slope_at(e, h)
+    p_end = value_at(p, h)
+    d_end = slope_at(p, h)
     # One in the first or last NEARLY of the step is one that a step ends at.
-    turns = e.c1 * d_end < -NEARLY * fused(d_end, d_end, e.c1 * e.c1) and not passes
-    crosses = e_end < zero and not turns
+    turns = p.c1 * d_end < -NEARLY * fused(d_end, d_end, p.c1 * p.c1) and not passes
+    crosses = p_end < zero and not turns
     # A block on the ground has a zero there already; at rest a double one; one that has just
     # lifted where |a| passed its limit a triple one. They are divided out.
-    zeros = wp.where(e.c0 == zero, wp.where(e.c1 == zero, 2, 1), 0)
-    zeros = wp.where(zeros == 2 and size(e.c2) < NEARLY * size(e.c3) * h, 3, zeros)
+    zeros = wp.where(p.c0 == zero, wp.where(p.c1 == zero, 2, 1), 0)
+    zeros = wp.where(zeros == 2 and size(p.c2) < NEARLY * size(p.c3) * h, 3, zeros)
     over_h = real(1.0) / h
     at_end = pick(
-        turns, zeros, d_end, e_end, e_end * over_h, e_end * over_h * over_h,
-        e_end * over_h * over_h * over_h,
+        turns, zeros, d_end, p_end, p_end * over_h, p_end * over_h * over_h,
+        p_end * over_h * over_h * over_h,
     )  # fmt: skip
     g = Polynomial(
-        pick(turns, zeros, e.c1, e.c0, e.c1, e.c2, e.c3),
-        pick(turns, zeros, real(2.0) * e.c2, e.c1, e.c2, e.c3, e.c4),
-        pick(turns, zeros, real(3.0) * e.c3, e.c2, e.c3, e.c4, e.c5),
-        pick(turns, zeros, real(4.0) * e.c4, e.c3, e.c4, e.c5, e.c6),
-        pick(turns, zeros, real(5.0) * e.c5, e.c4, e.c5, e.c6, e.c7),
-        pick(turns, zeros, real(6.0) * e.c6, e.c5, e.c6, e.c7, e.c8),
-        pick(turns, zeros, real(7.0) * e.c7, e.c6, e.c7, e.c8, e.c9),
-        pick(turns, zeros, real(8.0) * e.c8, e.c7, e.c8, e.c9, e.c10),
-        pick(turns, zeros, real(9.0) * e.c9, e.c8, e.c9, e.c10, zero),
-        pick(turns, zeros, real(10.0) * e.c10, e.c9, e.c10, zero, zero),
-        pick(turns, zeros, zero, e.c10, zero, zero, zero),
+        pick(turns, zeros, p.c1, p.c0, p.c1, p.c2, p.c3),
+        pick(turns, zeros, real(2.0) * p.c2, p.c1, p.c2, p.c3, p.c4),
+        pick(turns, zeros, real(3.0) * p.c3, p.c2, p.c3, p.c4, p.c5),
+        pick(turns, zeros, real(4.0) * p.c4, p.c3, p.c4, p.c5, p.c6),
+        pick(turns, zeros, real(5.0) * p.c5, p.c4, p.c5, p.c6, p.c7),
+        pick(turns, zeros, real(6.0) * p.c6, p.c5, p.c6, p.c7, p.c8),
+        pick(turns, zeros, real(7.0) * p.c7, p.c6, p.c7, p.c8, p.c9),
+        pick(turns, zeros, real(8.0) * p.c8, p.c7, p.c8, p.c9, p.c10),
+        pick(turns, zeros, real(9.0) * p.c9, p.c8, p.c9, p.c10, zero),
+        pick(turns, zeros, real(10.0) * p.c10, p.c9, p.c10, zero, zero),
+        pick(turns, zeros, zero, p.c10, zero, zero, zero),
     )
     at_root, exact, low, high = root(g, h, at_end)
     # Pressed down on its side, a block without velocity crosses at once.
@@ -206,7 +206,7 @@ def next_event(e: Polynomial, h: real, passes: bool) -> Event:
     # in a narrower bracket.
     event = turns or crosses
     tau = wp.where(event, wp.where(exact, at_root, low), h)
-    dips = turns and exact and value_at(e, tau) < zero
+    dips = turns and exact and value_at(p, tau) < zero
     return Event(
         wp.where(dips, zero, tau),
         turns and exact and not dips,
@@ -240,15 +240,15 @@ def first_event(
         fused_less(pull, a.a0, limit), -pull * a.a1, -pull * a.a2, -pull * a.a3, -pull * a.a4,
         -pull * a.a5, -pull * a.a6, -pull * a.a7, -pull * a.a8, zero, zero,
     )  # fmt: skip
-    e = choose(resting, lack, lean)
+    watched = choose(resting, lack, lean)
     passes = bool(False)
     if TURNS:
         passes = rocking and lean.c0 >= zero and tops_below(peak, lean, h)
-    event = next_event(e, h, passes)
+    event = next_event(watched, h, passes)
     # A jump of the acceleration lifts a resting block, round-off sinks a rocking one: at once.
     lack_at_end = fused_less(pull, acceleration_at(a, h), limit)
-    lifts = e.c0 < -NEARLY * limit or (e.c0 <= zero and lack_at_end < zero)
-    at_once = (rocking and e.c0 < zero) or (resting and lifts)
+    lifts = watched.c0 < -NEARLY * limit or (watched.c0 <= zero and lack_at_end < zero)
+    at_once = (rocking and watched.c0 < zero) or (resting and lifts)
     return Event(
         wp.where(at_once, zero, event.tau),
         event.turned and not at_once,

@@ -190,14 +190,14 @@ def first_event(
         lack.c6 = lack.c6 + per * z.a6
         lack.c7 = lack.c7 + per * z.a7
         lack.c8 = lack.c8 + per * z.a8
-    e = choose(resting, lack, way)
-    event = next_event(e, h, False)
+    watched = choose(resting, lack, way)
+    event = next_event(watched, h, False)
     # A jump of the acceleration lifts a resting body, round-off sinks a rocking one: at once.
     lack_at_end = hold.limit - pull * value_at(whole(a), h)
     if VERTICAL:
         lack_at_end = lack_at_end + per * lift_at(z, h)
-    lifts = e.c0 < -NEARLY * size(hold.limit) or (e.c0 <= zero and lack_at_end < zero)
-    at_once = wp.where(resting, lifts, e.c0 < zero)
+    lifts = watched.c0 < -NEARLY * size(hold.limit) or (watched.c0 <= zero and lack_at_end < zero)
+    at_once = wp.where(resting, lifts, watched.c0 < zero)
     return Event(
         wp.where(at_once, zero, event.tau),
         event.turned and not at_once,
