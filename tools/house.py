@@ -195,14 +195,6 @@ MAPPED = ("kernels", "cases")
 """Rooms that lie beside `warprock/` in a checkout, and in it when installed."""
 
 
-def floors() -> dict[str, int]:
-    """Floor of every room: one above the highest that it may import."""
-    found: dict[str, int] = {}
-    for room in ROOMS:
-        found[room.name] = 1 + max((found[below] for below in room.imports), default=0)
-    return found
-
-
 def readme_map() -> str:
     """The map of the house as the README shows it."""
     width, lines = 128, []
