@@ -17,7 +17,7 @@ from warprock.case.keys import KEYS
 from warprock.engines import ENGINES
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-FLOORS, TOP_MODULES = 12, 12
+FLOORS, TOP_MODULES = 14, 12
 FRONT = ("warprock/__init__.py", "warprock/__main__.py")
 """Where users come in: names for `import warprock`, each brought from its room when it is first
 asked for, and `python -m warprock`."""

@@ -136,9 +136,16 @@ ROOMS = (
         "numpy pandas pyarrow",
     ),
     _room(
+        "findings",
+        """what came out, told once: sentences and tables to read, made of facts and tables as they
+        are written; the terminal, a page, figures and Python show them""",
+        f"{_BASE} case run sweep analysis compare",
+        "numpy pandas",
+    ),
+    _room(
         "report",
         "the page of a folder of results: one HTML file, its template, style and player",
-        f"{_BASE} case run sweep analysis compare",
+        f"{_BASE} case run sweep analysis compare findings",
         "PIL jinja2 markupsafe numpy pandas pyarrow",
     ),
     _room(
@@ -150,13 +157,13 @@ ROOMS = (
     _room(
         "tables",
         "tables on the terminal",
-        f"{_BASE} case bodies run analysis compare",
+        f"{_BASE} case bodies run sweep analysis compare findings",
         "numpy pandas rich",
     ),
     _room(
         "figures",
         "figures, drawn before they are written: one style, one file a kind",
-        f"{_BASE} case bodies run analysis compare tables",
+        f"{_BASE} case bodies run analysis compare findings tables",
         "matplotlib numpy pandas",
     ),
     _room(
@@ -168,21 +175,22 @@ ROOMS = (
     _room(
         "paper",
         "all that serves only the seed paper: its printed numbers, ours beside them, its conflicts",
-        f"{_BASE} case engines run report analysis compare oracle tables figures",
+        f"{_BASE} case engines run report analysis compare oracle findings tables figures",
         "numpy pandas rich",
     ),
     _room(
         "api",
         """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
         they find as an object with tables, figures and files""",
-        f"{_BASE} records case bodies run sweep analysis compare measure tables figures report",
+        f"""{_BASE} records case bodies run sweep analysis compare measure findings tables figures
+        report""",
         "numpy pandas",
     ),
     _room(
         "cli",
         "the commands, one file each, and how they end",
-        f"""{_BASE} records case bodies run sweep analysis compare measure tables figures scenes
-        paper report""",
+        f"""{_BASE} records case bodies run sweep analysis compare measure findings tables figures
+        scenes paper report api""",
         "click",
     ),
 )

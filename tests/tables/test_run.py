@@ -7,8 +7,8 @@ import pathlib
 import pytest
 
 from warprock.case.load import load_case
+from warprock.findings.sentences import run_sentences
 from warprock.model.response import Outcome
-from warprock.report.sentences import run_sentences
 from warprock.run.case_run import run_case
 from warprock.run.lane_table import lane_table
 from warprock.run.provenance import provenance

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from warprock.api.case import AnyCase, Case, any_case
-from warprock.api.found import Found
+from warprock.api.found import Found, untitled
 from warprock.api.names import python_names
 from warprock.api.progress import Shown
 from warprock.api.work import HowHeld, working
@@ -23,6 +23,7 @@ from warprock.case.validation import refusing, validated
 from warprock.errors import InputError
 from warprock.figures.axes import plot_history, plot_peaks, require_axes
 from warprock.figures.run import draw_run
+from warprock.findings.finding import Finding
 from warprock.measure.trade_choice import Choice, choose
 from warprock.model.response import Response
 from warprock.quantity import Said
@@ -37,7 +38,6 @@ from warprock.run.provenance import count_words, provenance
 from warprock.run.results import CELL_TABLE, write_run
 from warprock.settings.engines import SETTINGS
 from warprock.tables.cells import print_cells
-from warprock.tables.report import Report
 from warprock.tables.run import print_run
 
 if TYPE_CHECKING:
@@ -75,7 +75,9 @@ class Run(Found):
         self, found: CaseRun, choice: EngineChoice, accuracy: Choice | None = None
     ) -> None:
         report = functools.partial(run_report, found)
-        super().__init__(found.case.name, found, report, functools.partial(draw_run, found))
+        super().__init__(
+            found.case.name, found, report, functools.partial(untitled, draw_run, found)
+        )
         self.choice, self.accuracy = choice, accuracy
 
     @property
@@ -170,10 +172,12 @@ class Run(Found):
             run = _sampling(self.found, interval)
             return run, run_lane(run, lane)
 
-    def _write(self, folder: pathlib.Path) -> list[pathlib.Path]:
+    def write(self, folder: pathlib.Path) -> list[pathlib.Path]:
+        """Writes the lane table, cells and `run.json`."""
         return write_run(self.found, folder)
 
-    def _scenes(self) -> Mapping[str, Any]:
+    def scenes(self) -> Mapping[str, Any]:
+        """Lanes to play on the page."""
         return scenes_of(self.found)
 
     def _shown(self) -> pd.DataFrame:
@@ -276,7 +280,7 @@ def _for_accuracy(
         return found.override(chosen.overrides), chosen
 
 
-def run_report(found: CaseRun) -> Report:
+def run_report(found: CaseRun) -> Finding:
     """What a run has to show.
 
     Its files are the lane table, that of the cells of an ensemble, and what ran.
@@ -286,7 +290,8 @@ def run_report(found: CaseRun) -> Report:
     if found.case.ensemble is not None:
         tables[CELL_TABLE], show = cell_table(found.lane_set, found.response), print_cells
     facts = provenance(found)
-    return Report(facts, tables, facts, functools.partial(show, found, []))
+    shown = functools.partial(show, found, [])
+    return Finding("Run", facts, tables, [""], json=facts, show=shown)
 
 
 def _sampling(run: CaseRun, interval: str | None) -> CaseRun:

@@ -6,7 +6,7 @@ import functools
 from collections.abc import Sequence
 
 from warprock.api.case import AnyCase, any_case
-from warprock.api.found import Found
+from warprock.api.found import Found, untitled
 from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
 from warprock.arguments import at_the_door
@@ -15,10 +15,10 @@ from warprock.compare import study as studies
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing
 from warprock.figures.study import draw_histories, draw_study
+from warprock.findings.finding import Finding
 from warprock.quantity import NOTHING
 from warprock.report.chosen import played_of_study
 from warprock.run.options import RunOptions
-from warprock.tables.report import Report
 from warprock.tables.study import print_study_run
 
 
@@ -79,15 +79,15 @@ def study(
         f"{work.name}: study",
         found,
         functools.partial(_report, found),
-        functools.partial(_draw, found),
+        functools.partial(untitled, _draw, found),
         play=functools.partial(played_of_study, found),
     )
 
 
-def _report(found: studies.StudyRun) -> Report:
+def _report(found: studies.StudyRun) -> Finding:
     facts = studies.study_provenance(found)
     show = functools.partial(print_study_run, found.rows, found.case, found.wall_time, [])
-    return Report(facts, {studies.STUDY: found.table}, facts, show)
+    return Finding("Study", facts, {studies.STUDY: found.table}, [""], json=facts, show=show)
 
 
 def _draw(found: studies.StudyRun) -> Sequence[Drawing]:

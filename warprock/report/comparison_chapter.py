@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from warprock.report import asked
-from warprock.report.content import Chapter, Heading, Sheet
+from warprock.findings import asked
+from warprock.findings.numbers import counted, listed, three
+from warprock.findings.sheets import Heading, Sheet, sheet_of
+from warprock.report.content import Chapter
 from warprock.report.folder import ResultFolder
-from warprock.report.numbers import counted, listed, sheet_of, three
 
 Scenes = Mapping[str, Any]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from warprock.report import asked
+from warprock.findings import asked
+from warprock.findings.lanes import lane_sheet, needed
+from warprock.findings.sentences import cell_sentences, run_sentences
+from warprock.findings.sheets import sheet_of
 from warprock.report.content import Chapter
 from warprock.report.folder import ResultFolder
-from warprock.report.lanes import lane_sheet, needed
-from warprock.report.numbers import sheet_of
-from warprock.report.sentences import cell_sentences, run_sentences
 from warprock.run.lane_table import LANE_TABLE
 from warprock.run.results import CELL_TABLE
 

@@ -7,10 +7,11 @@ from typing import Any
 
 import pandas as pd
 
+from warprock.findings.numbers import counted, listed, three
+from warprock.findings.sheets import Sheet, heading, sheet_of
 from warprock.report.analysis_chapters import chapter_of_case
-from warprock.report.content import Chapter, Sheet
+from warprock.report.content import Chapter
 from warprock.report.folder import ResultFolder
-from warprock.report.numbers import counted, heading, listed, sheet_of, three
 
 Facts = Mapping[str, Any]
 
@@ -94,7 +95,7 @@ def _sheets(folder: ResultFolder, facts: Facts) -> Sequence[Sheet]:
         for title, key, note, file in made
         if facts[key]
     ]
-    every = sheet_of("Tests", tests, tests.attrs["columns"], file="validation.csv", folded=True)
+    every = sheet_of("Tests", tests, file="validation.csv", folded=True)
     return [*sheets, every]
 
 

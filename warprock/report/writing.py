@@ -9,14 +9,15 @@ from typing import Any
 
 from warprock import __version__
 from warprock.errors import InputError
-from warprock.report import asked
+from warprock.findings import asked
+from warprock.findings.incremental import INCREMENTAL
+from warprock.findings.overturning import MAP
+from warprock.findings.sensitivity import SENSITIVITY
+from warprock.findings.spectrum import SPECTRUM
 from warprock.report.analysis_chapters import (
     fragility_chapter,
-    incremental_chapter,
-    map_chapter,
-    sensitivity_chapter,
-    spectrum_chapter,
     study_chapter,
+    teller,
 )
 from warprock.report.body_chapter import body_chapter
 from warprock.report.comparison_chapter import comparison_chapter
@@ -60,11 +61,11 @@ def _makers(folder: ResultFolder) -> Iterator[Make]:
 
 
 _BY_FACT: dict[str, Make] = {
-    "modes": map_chapter,
-    "curves": spectrum_chapter,
-    "incremental": incremental_chapter,
+    "modes": teller(MAP),
+    "curves": teller(SPECTRUM),
+    "incremental": teller(INCREMENTAL),
     "study": study_chapter,
-    "of": sensitivity_chapter,
+    "of": teller(SENSITIVITY),
     "validation": validation_chapter,
     "body": body_chapter,
     "asked": comparison_chapter,

@@ -15,6 +15,7 @@ from typing import Any
 from warprock.errors import InputError
 from warprock.quantity import Said
 from warprock.reading import read_bytes, reason
+from warprock.run.accuracy import FIRST_STEPS, MET, MISSED, REFINED, SENSITIVE, TOTAL_STEPS
 
 Shape = Any
 """What a value may be: a type of `_NAMES`; a tuple of shapes, any of them; `[shape]`, a list of
@@ -49,8 +50,9 @@ CASE = {
     "resolved": RESOLVED,
     "tables?": [{"sweep": int, "file": str, "rows": int, "keys": [str], "labelled?": bool}],
 }
-ENGINE = {"name": str, "settings?": {...: (float, str, bool, None, [(float, str)])}}
+ENGINE = {"name": str, "settings": {...: (float, str, bool, None, [(float, str)])}}
 COUNTS = {...: int}
+ACCURACY = (MET, MISSED, SENSITIVE, REFINED, FIRST_STEPS, TOTAL_STEPS)
 _RECORD = {"name": str, "sha256": str, "source": str, "licence": str}
 COMMON: dict[Any, Shape] = {
     "case?": (CASE, str),
@@ -67,7 +69,7 @@ COMMON: dict[Any, Shape] = {
     "outcome?": COUNTS,
     "estimate?": bool,
     "tolerance?": (float, None),
-    "accuracy?": (None, {"met": int, ...: float}, {}),
+    "accuracy?": (None, dict.fromkeys(ACCURACY, int), {}),
     "rotation_error_rad?": (None, {"median": float, "largest": float}),
     "duration_s?": float,
     "shortest_duration_s?": float,
@@ -87,10 +89,19 @@ KINDS: dict[str, dict[Any, Shape]] = {
         "grid_lanes": int,
         "lanes_run": int,
         "boundaries": int,
+        "stages": int,
         "tolerance": float,
+        "decided_after_s": (float, None),
+        "duration_s": float,
     },
-    "curves": {**_OF_CASE, "curves": [str]},
-    "incremental": {"case": CASE, "incremental": _FACTORS, "intensity": str, "runs": int},
+    "curves": {**_OF_CASE, "curves": [str], "undecided": int, "duration_s": float},
+    "incremental": {
+        "case": CASE,
+        "incremental": _FACTORS,
+        **dict.fromkeys(("intensity", "sentence"), str),
+        **dict.fromkeys(("runs", "stages", "stages_kept"), int),
+        **dict.fromkeys(("runs_missed_tolerance", "undecided_runs"), int),
+    },
     "study": {
         "case": CASE,
         "study": [{"engine?": str, "vary": [{"setting": str, "baseline": float}]}],

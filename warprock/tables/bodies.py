@@ -13,8 +13,8 @@ from rich.console import Console
 from warprock.bodies.body import Body
 from warprock.bodies.footing import DIRECTIONS
 from warprock.bodies.rests import turns_over as hull_turns_over
+from warprock.findings.finding import Finding
 from warprock.run.machine import package_versions
-from warprock.tables.report import Report
 from warprock.tables.terminal import measured, plain_table, print_table, say, stdout
 
 RESTS_SHOWN = 8
@@ -143,7 +143,7 @@ def body_notes(body: Body) -> list[str]:
     return notes
 
 
-def body_report(body: Body, case: str = "CASE") -> Report:
+def body_report(body: Body, case: str = "CASE") -> Finding:
     """What a body has to show.
 
     Args:
@@ -151,12 +151,13 @@ def body_report(body: Body, case: str = "CASE") -> Report:
         case: Its case, as a command names it.
     """
     facts = body_facts(body)
-    return Report(
+    return Finding(
+        kind="Body",
         json=facts,
         tables={"directions": direction_table(body)},
         facts=facts,
         show=lambda: print_body(body),
-        came_out=body_sentence(body),
+        sentences=[body_sentence(body)],
         then=f"warprock run {case} -o results",
     )
 

@@ -16,7 +16,7 @@ from warprock.model.words import lane_count_text
 from warprock.run.case_run import CaseRun
 from warprock.run.cells import PEAK_RATIO, QUANTILES, cell_table
 from warprock.run.lane_parts import has_time_step
-from warprock.tables.accuracy import run_accuracy_lines
+from warprock.tables.run import run_accuracy
 from warprock.tables.swept import SweptAxis, swept_axes
 from warprock.tables.terminal import plain_table, print_table, print_written, stdout
 from warprock.units import Dimension
@@ -83,7 +83,7 @@ def print_cells(
     cut = cut_text(run.lane_set.motions, run.lane_set.ends)
     if cut:
         out.print(cut, highlight=False)
-    for line in run_accuracy_lines(run):
+    for line in run_accuracy(run):
         out.print(line, highlight=False, soft_wrap=True)
     out.print(f"wall time: {run.wall_time:.3g} s")
     print_written(files, out)

@@ -11,17 +11,17 @@ import pandas as pd
 
 from warprock.case.case import Case
 from warprock.compare.settings import plain_name
+from warprock.findings.finding import Finding
 from warprock.run.provenance import case_facts, surroundings
 from warprock.tables.cells import print_cell_comparison
 from warprock.tables.compare import nearest, print_comparison
 from warprock.tables.peers import print_costs
 from warprock.tables.poses import print_pose_comparison
-from warprock.tables.report import Report
 from warprock.tables.stack import print_stack_comparison
 from warprock.tables.terminal import plain
 
 
-def comparison_report(case: Case, found: Mapping[str, Any]) -> Report:
+def comparison_report(case: Case, found: Mapping[str, Any]) -> Finding:
     """The report of a comparison.
 
     Args:
@@ -41,7 +41,7 @@ def comparison_report(case: Case, found: Mapping[str, Any]) -> Report:
     where = case.name if case.folder is None else case.file
     then = f"warprock run {shlex.quote(where)} -e {plain_name(engine)} -o results"
     show = functools.partial(_show, case, found)
-    return Report(found, tables, facts, show, came_out=said, then=then)
+    return Finding("Comparison", facts, tables, [said], json=found, then=then, show=show)
 
 
 def _show(case: Case, found: Mapping[str, Any]) -> None:

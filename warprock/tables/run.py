@@ -14,14 +14,15 @@ from rich.table import Table
 from warprock.case.axes import lane_indices
 from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
+from warprock.findings.accuracy import accuracy_sentences
 from warprock.model.drift import drift_text
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
+from warprock.run.accuracy import MISSED, SENSITIVE
 from warprock.run.case_run import CaseRun
 from warprock.run.lane_table import PEAK_RATIO, lane_table
-from warprock.run.provenance import count_words, error_summary
-from warprock.tables.accuracy import run_accuracy_lines
+from warprock.run.provenance import count_words, error_summary, provenance
 from warprock.tables.swept import drawn_inputs, swept_axes
 from warprock.tables.terminal import (
     cell_text,
@@ -263,6 +264,18 @@ def _print_ranges(out: Console, title: str, table: pd.DataFrame) -> None:
     print_table(out, made)
 
 
+def run_accuracy(run: CaseRun) -> list[str]:
+    """What is said of the accuracy of a run, and which option counts its bad lanes."""
+    response = run.response
+    finest = float(response["time_step"].min()) if "time_step" in response.fields else None
+    facts = provenance(run)
+    found = accuracy_sentences(facts, finest)
+    counts = facts["accuracy"]
+    if counts and (counts[MISSED] or counts[SENSITIVE]):
+        found.append("--max-bad SHARE ends with exit code 4 where more lanes than that are so.")
+    return found
+
+
 def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
     """Counts of outcomes and statuses, and what limits the numbers."""
     response = run.response
@@ -289,7 +302,7 @@ def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
             f"estimated error of the rotations, lanes that are ok: median {median}, largest "
             f"{largest}",
         )
-    for line in run_accuracy_lines(run):
+    for line in run_accuracy(run):
         say(out, line)
     say(out, f"wall time: {run.wall_time:.3g} s")
 

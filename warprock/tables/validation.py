@@ -17,9 +17,9 @@ from warprock.analysis.scores import SCORES, reliability
 from warprock.compare.measured import measured_quantities, measured_rows, predicted, unit_of
 from warprock.compare.settings import plain_name
 from warprock.compare.validation import Judged, Validation, status_rows
+from warprock.findings.finding import Finding
 from warprock.model.response import USABLE
 from warprock.run.provenance import case_facts, duration_facts, surroundings
-from warprock.tables.report import Report
 from warprock.tables.terminal import plain
 from warprock.tables.validation_text import markdown_lines, print_validation
 
@@ -34,16 +34,17 @@ RULES = (
 """What numbers of a validation mean, in sentences."""
 
 
-def validation_report(found: Validation) -> Report:
+def validation_report(found: Validation) -> Finding:
     """What a validation has to show; its files are every test, the scores, and a text."""
     facts = validation_facts(found)
-    return Report(
+    return Finding(
+        kind="Held to tests",
         json=facts,
         tables={TABLE: test_table(found), SCORE_TABLE: pd.DataFrame(facts["scores"])},
         texts={MARKDOWN: "\n".join(markdown_lines(facts)) + "\n"},
         facts=facts,
         show=functools.partial(print_validation, facts),
-        came_out=facts["sentence"],
+        sentences=[facts["sentence"]],
         then=f"warprock run {_typed(found)} -e {plain_name(found.engines[0].name)} -o results/run",
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from warprock.report.sentences import peak_sentences
+from warprock.findings.sentences import peak_sentences
 
 
 def test_of_thrown_blocks_the_page_says_how_far_they_went() -> None:

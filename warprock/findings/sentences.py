@@ -8,14 +8,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from warprock.model.response import SOUND
-from warprock.report import asked
-from warprock.report.lanes import falling, lane_name, peak_ratio, standing
-from warprock.report.numbers import counted, three
-
-WITHOUT_STEP = ("housner", "two-block")
-"""Engines whose numbers do not depend on a time step."""
-_SOUND = [code.name.lower() for code in SOUND]
+from warprock.findings import asked
+from warprock.findings.accuracy import accuracy_sentences
+from warprock.findings.lanes import falling, lane_name, peak_ratio, standing
+from warprock.findings.numbers import counted, three
 
 
 def run_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
@@ -74,37 +70,6 @@ def way_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
             f"; the last of those that came to rest lies still after {three(float(rest.max()))} s"
         )
     return [f"{text}."]
-
-
-def accuracy_sentences(facts: Mapping[str, Any]) -> list[str]:
-    """How far the numbers may be off."""
-    status, lanes = facts["status"], facts["lanes"]
-    counts, tolerance = facts.get("accuracy") or {}, facts.get("tolerance")
-    bad = {word: n for word, n in status.items() if n and word not in _SOUND}
-    flagged = ""
-    if bad:
-        parts = [f"{n:,} {word.replace('_', ' ')}" for word, n in bad.items()]
-        flagged = f" Statuses to mind: {', '.join(parts)} (see what the words mean)."
-    if tolerance is None and facts["engine"]["name"] not in WITHOUT_STEP:
-        return [
-            f"Errors were not estimated, so nothing says how far the time step matters.{flagged}"
-        ]
-    if not counts:
-        own = "The engine follows its equations without a time step, so no step adds an error."
-        return [f"{own}{flagged}"]
-    met = counts["met"]
-    who = "all" if met == lanes else f"{met:,} of the {lanes:,}"
-    text = (
-        f"By their estimated errors {who} lanes are within the tolerance, {tolerance:g} of the "
-        "slenderness angle"
-        if lanes > 1
-        else f"By its estimated error the lane is {'' if met else 'not '}within the tolerance, "
-        f"{tolerance:g} of the slenderness angle"
-    )
-    error = facts.get("rotation_error_rad")
-    if error:
-        text += f"; the largest estimate among sound lanes is {three(error['largest'])} rad"
-    return [f"{text}.{flagged}"]
 
 
 def cell_sentences(table: pd.DataFrame) -> list[str]:

@@ -1,66 +1,62 @@
-"""Numbers as a reader wants them: three digits, with a unit."""
+"""Tables to read: headings with units, and cells as text, for a terminal and for a page."""
 
 from __future__ import annotations
 
-import math
-from typing import Any
+import dataclasses
+import re
+from collections.abc import Mapping, Sequence
 
-import numpy as np
 import pandas as pd
 
-from warprock.report.content import Heading, Sheet
+from warprock.findings.numbers import three
 
-MISSING = "-"
 ROWS = 200
 """Rows of a table that a page shows; files hold all of them."""
 
+_NUMBER = re.compile(r"|-|[-+]?[\d,.]+(?:e-?\d+)?[%*]?|-?infinite")
+"""A cell that is a number, or has none."""
 
-def three(value: Any) -> str:
-    """A number with three digits; counts and words as they are, a dash where there is nothing.
 
-    >>> three(0.12345), three(123456), three(1299790.0), three(3.2e-7), three(float("nan"))
-    ('0.123', '123,456', '1.30e6', '3.20e-7', '-')
+@dataclasses.dataclass(frozen=True)
+class Heading:
+    """A column of a table.
+
+    Attributes:
+        text: Its name as a reader knows it.
+        unit: Its unit; empty where it has none.
+        meaning: What it says, in one sentence; empty where the name says all.
     """
-    if value is None or value is pd.NA or value is pd.NaT:
-        return MISSING
-    if isinstance(value, (bool, np.bool_)):
-        return "yes" if value else "no"
-    if isinstance(value, (int, np.integer)):
-        return f"{value:,}"
-    return _three(float(value)) if isinstance(value, (float, np.floating)) else str(value)
+
+    text: str
+    unit: str = ""
+    meaning: str = ""
 
 
-def _three(value: float) -> str:
-    if math.isnan(value):
-        return MISSING
-    if math.isinf(value):
-        return "infinite" if value > 0 else "-infinite"
-    size = abs(value)
-    if value == round(value) and size < 1e4:
-        return f"{value:.0f}"
-    if 1e-3 <= size < 9.995e4:
-        digits = max(0, 2 - math.floor(math.log10(size) + 1e-9))
-        return f"{value:,.{digits}f}"
-    mantissa, exponent = f"{value:.2e}".split("e")
-    return f"{mantissa}e{int(exponent)}"
+@dataclasses.dataclass(frozen=True)
+class Sheet:
+    """A table.
 
-
-def counted(count: int, thing: str, plural: str = "") -> str:
-    """A count and what is counted.
-
-    >>> counted(1, "lane"), counted(2000, "lane")
-    ('1 lane', '2,000 lanes')
+    Attributes:
+        title: What its rows are.
+        headings: Its columns.
+        rows: Texts of the cells, a row each.
+        note: What is left out, or what marks mean; empty where there is nothing to say.
+        lanes: Number of the lane of every row, where rows are lanes; empty otherwise.
+        folded: Whether the reader has to open it.
     """
-    return f"{count:,} {thing if count == 1 else plural or thing + 's'}"
 
+    title: str
+    headings: Sequence[Heading]
+    rows: Sequence[Sequence[str]]
+    note: str = ""
+    lanes: Sequence[int] = ()
+    folded: bool = False
 
-def listed(texts: list[str]) -> str:
-    """Texts in one sentence.
-
-    >>> listed(["a"]), listed(["a", "b", "c"])
-    ('a', 'a, b and c')
-    """
-    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
+    @property
+    def texts(self) -> list[bool]:
+        """Whether each column holds words, which stand to the left."""
+        columns = zip(*self.rows, strict=True) if self.rows else ([""] for _ in self.headings)
+        return [not all(_NUMBER.fullmatch(cell) for cell in column) for column in columns]
 
 
 _UNITS = {
@@ -94,10 +90,16 @@ def heading(name: str, meaning: str = "", unit: str = "") -> Heading:
     return Heading(name.replace("_", " "), "" if known == "-" else known, meaning)
 
 
+def declared(table: pd.DataFrame, columns: Mapping[str, tuple[str, str]]) -> pd.DataFrame:
+    """The table itself, whose columns now have these units and meanings, by name."""
+    named = {name: {"unit": unit, "text": text} for name, (unit, text) in columns.items()}
+    table.attrs["columns"] = table.attrs.get("columns", {}) | named
+    return table
+
+
 def sheet_of(
     title: str,
     table: pd.DataFrame,
-    meanings: dict[str, dict[str, str]] | None = None,
     *,
     note: str = "",
     file: str = "",
@@ -107,13 +109,13 @@ def sheet_of(
 
     Args:
         title: What its rows are.
-        table: The rows; those of lanes have a column `lane`.
-        meanings: Unit and text of columns, by name.
+        table: The rows; those of lanes have a column `lane`. `attrs["columns"]`, where it is
+            there, holds the unit and the meaning of columns.
         note: What marks mean.
         file: Where all rows are.
         folded: Whether the reader has to open it.
     """
-    known = meanings or {}
+    known = table.attrs.get("columns", {})
     columns = [str(name) for name in table.columns]
     headings = [
         heading(name, known.get(name, {}).get("text", ""), known.get(name, {}).get("unit", ""))
