@@ -64,7 +64,8 @@ def test_the_weakest_pulse_of_a_map_is_the_same_wherever_it_is_told(tmp_path: pa
     said = f"has {weakest['acceleration_ratio']:.3g} g tan(slenderness angle)"
     assert said in printed
     assert weakest["above"] == "with impact"
-    assert "after an impact, one-cycle sine." in printed
+    assert "the block (one-cycle sine) has" in printed
+    assert f"{weakest['frequency_hz']:g} Hz, after an impact." in printed
     modes = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))["modes"]
     counts = f"{modes['safe']} leave the block standing and {modes['without impact']} overturn it"
     assert f"Of the 48 pulses of the grid {counts} without an impact." in printed

@@ -10,8 +10,7 @@ from typing import Any, Unpack
 
 import pandas as pd
 
-from warprock.analysis.boundaries import TOLERANCE as BOUNDARY_TOLERANCE
-from warprock.analysis.boundaries import refine, require_tolerance
+from warprock.analysis.boundaries import ACCURACY, refine, require_accuracy
 from warprock.analysis.capacities import INTENSITIES, capacities, require_columns
 from warprock.analysis.fragility import INTENSITY, MOST_DOUBT, fragility_curves
 from warprock.analysis.incremental import Ladder, plan_analysis, run_analysis
@@ -239,7 +238,7 @@ def map(
     case: AnyCase,
     engine: str | None = None,
     *,
-    tolerance: float = BOUNDARY_TOLERANCE,
+    accuracy: float = ACCURACY,
     **how: Unpack[How],
 ) -> Found:
     """How pulses overturn a block: without an impact, with impacts, or not at all.
@@ -248,7 +247,7 @@ def map(
         case: The case, as in `run`, which sweeps motion.frequency and motion.amplitude; further
             axes, each with a label, make panels.
         engine: Name of the engine, as in `run`.
-        tolerance: Width of a boundary over its height at which it is narrow enough [-].
+        accuracy: Width of a boundary over its height at which it is narrow enough [-].
         **how: overrides, precision, device, workers and progress, as in `run`.
 
     Returns:
@@ -270,14 +269,14 @@ def map(
         [1.23, 2.31, 2.35]
     """
     with working(case, engine, counted=False, **how) as work:
-        return map_of(work, tolerance)
+        return map_of(work, accuracy)
 
 
-def map_of(work: Work, tolerance: float) -> Found:
-    """Runs the grid of a map, and finds the boundaries between modes to a tolerance."""
-    require_tolerance(tolerance)
+def map_of(work: Work, accuracy: float) -> Found:
+    """Runs the grid of a map, and finds the boundaries between modes to an accuracy."""
+    require_accuracy(accuracy)
     grid = run_grid(work.case, work.engine, work.options)
-    found = refine(grid, tolerance, progress=work.options.progress)
+    found = refine(grid, accuracy, progress=work.options.progress)
     return Found(
         f"{work.case.name}: overturning map with {work.engine}",
         found,

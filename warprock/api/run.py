@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import pathlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -23,7 +23,7 @@ from warprock.case.validation import refusing, validated
 from warprock.errors import InputError
 from warprock.figures.axes import plot_history, plot_peaks, require_axes
 from warprock.figures.run import draw_run
-from warprock.findings.finding import Finding
+from warprock.findings.run import find_run
 from warprock.measure.trade_choice import Choice, choose
 from warprock.model.response import Response
 from warprock.quantity import Said
@@ -32,10 +32,10 @@ from warprock.run.case_run import CaseRun, require_choice, run_case, run_lane
 from warprock.run.cells import cell_table
 from warprock.run.devices import start_warp
 from warprock.run.engine_choice import EngineChoice
-from warprock.run.lane_table import LANE_TABLE, history_table, lane_table, peak_ratio_columns
+from warprock.run.lane_table import history_table, peak_ratio_columns
 from warprock.run.options import TOLERANCE, RunOptions
-from warprock.run.provenance import count_words, provenance
-from warprock.run.results import CELL_TABLE, write_run
+from warprock.run.provenance import count_words
+from warprock.run.results import write_run
 from warprock.settings.engines import SETTINGS
 from warprock.tables.cells import print_cells
 from warprock.tables.run import print_run
@@ -74,7 +74,7 @@ class Run(Found):
     def __init__(
         self, found: CaseRun, choice: EngineChoice, accuracy: Choice | None = None
     ) -> None:
-        report = functools.partial(run_report, found)
+        report = functools.partial(find_run, found, functools.partial(_show_run, found))
         super().__init__(
             found.case.name, found, report, functools.partial(untitled, draw_run, found)
         )
@@ -280,18 +280,9 @@ def _for_accuracy(
         return found.override(chosen.overrides), chosen
 
 
-def run_report(found: CaseRun) -> Finding:
-    """What a run has to show.
-
-    Its files are the lane table, that of the cells of an ensemble, and what ran.
-    """
-    tables = {LANE_TABLE: lane_table(found.lane_set, found.response)}
-    show: Callable[[CaseRun, list[pathlib.Path]], None] = print_run
-    if found.case.ensemble is not None:
-        tables[CELL_TABLE], show = cell_table(found.lane_set, found.response), print_cells
-    facts = provenance(found)
-    shown = functools.partial(show, found, [])
-    return Finding("Run", facts, tables, [""], json=facts, show=shown)
+def _show_run(found: CaseRun) -> None:
+    """Prints a run as the command does."""
+    (print_run if found.case.ensemble is None else print_cells)(found)
 
 
 def _sampling(run: CaseRun, interval: str | None) -> CaseRun:

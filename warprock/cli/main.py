@@ -106,8 +106,10 @@ def run(
     """
     from warprock.case.lanes import require_room_for_lanes
     from warprock.case.load import load_case
+    from warprock.findings.run import run_sentences
     from warprock.run.case_run import require_histories, require_options, run_case
-    from warprock.tables.run import run_sentence
+    from warprock.run.lane_table import lane_table
+    from warprock.run.provenance import provenance
     from warprock.tables.terminal import lane_progress, print_end
 
     case, choice = load_case(case_name, overrides), None
@@ -140,7 +142,9 @@ def run(
     files = [] if folder is None else _write_run(case_run, folder, lanes)
     _show_run(case_run, files, choice, as_json)
     if not as_json:
-        print_end(run_sentence(case_run), _after_run(case_run, case_name, overrides, folder))
+        lanes_run = lane_table(case_run.lane_set, case_run.response)
+        came_out = run_sentences(provenance(case_run), lanes_run)[0]
+        print_end(came_out, _after_run(case_run, case_name, overrides, folder))
     _end(ctx, case_run, max_bad)
 
 

@@ -15,23 +15,23 @@ from warprock.cli.pages import on_case
 @click.command("map")
 @case_options
 @click.option(
-    "--tolerance",
+    "--accuracy",
     default=1e-4,
     show_default=True,
     help="Width of a boundary over its height at which it is narrow enough.",
 )
 def overturning_map(
-    folder: pathlib.Path | None, tolerance: float, as_json: bool, **asked: Any
+    folder: pathlib.Path | None, accuracy: float, as_json: bool, **asked: Any
 ) -> None:
     """How pulses overturn a block: without an impact, with impacts, or not at all.
 
     CASE sweeps motion.frequency and motion.amplitude, the grid of the map; further axes, each with
-    a label, make panels. Every change of the mode in a column is halved down to the tolerance.
+    a label, make panels. Every change of the mode in a column is halved down to the accuracy.
     """
     from warprock.api.analyses import map_of
 
     with case_work(**asked) as work:
-        found = map_of(work, tolerance)
+        found = map_of(work, accuracy)
     then = run_of(work.engine, folder, **asked)
     longer = found.found.decided_after
     if longer is not None:

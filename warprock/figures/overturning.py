@@ -88,7 +88,7 @@ def _name_modes(axes: Axes, found: OverturningMap) -> None:
     from matplotlib.patches import Rectangle
 
     for mode in Mode:
-        if np.any(found.mode == mode):
+        if np.any(found.mode == mode) or mode.text in set(found.boundaries.get("above", ())):
             patch = Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=COLORS[mode], edgecolor=GREY)
             patch.set_label(NAMES[mode])
             axes.add_patch(patch)
@@ -102,7 +102,7 @@ def _about(found: OverturningMap) -> str:
         f"{found.run.case.title}; {found.run.response.engine}, tan \N{GREEK SMALL LETTER ALPHA} = "
         f"{', '.join(tangents)}, angular velocity kept at an impact: {', '.join(eta)}\n"
         f"grid of {len(lanes):,} lanes, {len(found.boundaries):,} boundaries to "
-        f"{found.tolerance:g} of their height"
+        f"{found.accuracy:g} of their height"
     )
 
 

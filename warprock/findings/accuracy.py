@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -59,7 +60,8 @@ def _counted(
         f"{counts[REFINED]:,}, in {cost:.1f} times the steps of one run"
     )
     if error:
-        text += f"; the largest estimate among sound lanes is {three(error['largest'])} rad"
+        ends = [f"{three(math.degrees(error[name]))} deg" for name in ("median", "largest")]
+        text += f"; estimates of sound lanes: median {ends[0]}, largest {ends[1]}"
     found = [f"{text}."]
     down_to = "" if finest_step is None else f", tried down to {finest_step:.3g} s"
     if counts[MISSED]:

@@ -50,7 +50,7 @@ def map_facts(found: OverturningMap) -> dict[str, Any]:
         "grid_lanes": found.run.lane_set.lanes.lane_count,
         "lanes_run": found.lanes_run,
         "stages": found.stages,
-        "tolerance": found.tolerance,
+        "boundary_accuracy": found.accuracy,
         "modes": {mode.text: int(count) for mode, count in zip(Mode, counts, strict=True)},
         "boundaries": len(found.boundaries),
         "decided_after_s": found.decided_after,
@@ -94,7 +94,7 @@ def tell_map(facts: Facts, tables: Tables) -> Finding:
             ),
         ],
         json={**facts, "rows": boundaries.to_dict("records")},
-        asked=[("Boundaries", f"to {facts['tolerance']:g} of their strength")],
+        asked=[("Boundaries", f"to {facts['boundary_accuracy']:g} of their strength")],
         pictures=["map*.png"],
     )
 
@@ -110,8 +110,8 @@ def _sentences(facts: Facts, grid: pd.DataFrame, boundaries: pd.DataFrame) -> li
         found = ["No pulse of the map overturns the block."]
     else:
         first = weakest.iloc[int(weakest["acceleration_ratio"].argmin())]
-        where = f", {first['group']}" if first["group"] else ""
-        found = [f"The weakest pulse that overturns the block has {_pulse(first)}{where}."]
+        where = f" ({first['group']})" if first["group"] else ""
+        found = [f"The weakest pulse that overturns the block{where} has {_pulse(first)}."]
     if len(weakest) > 1:
         texts = [f"{row['group']}: {_pulse(row)}" for _, row in weakest.iterrows()]
         found.append(f"The weakest of each group: {'; '.join(texts)}.")
@@ -127,7 +127,8 @@ def _sentences(facts: Facts, grid: pd.DataFrame, boundaries: pd.DataFrame) -> li
     more = facts["lanes_run"] - facts["grid_lanes"]
     found.append(
         f"{counted(facts['boundaries'], 'boundary', 'boundaries')} between the modes were found, "
-        f"each to {facts['tolerance']:g} of its strength, by {counted(more, 'more lane')} in "
+        f"each to {facts['boundary_accuracy']:g} of its strength, by "
+        f"{counted(more, 'more lane')} in "
         f"{counted(facts['stages'], 'batch', 'batches')}."
     )
     if facts["decided_after_s"] is not None:

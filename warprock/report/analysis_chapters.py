@@ -5,14 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import pandas as pd
+
 from warprock.findings import asked
 from warprock.findings.finding import Finding, Kind
 from warprock.findings.fragility import FRAGILITY
+from warprock.findings.lanes import needed
 from warprock.findings.numbers import three
+from warprock.findings.run import tell_run
 from warprock.findings.sheets import Sheet, heading, sheet_of
 from warprock.report.content import Chapter, Picture
 from warprock.report.folder import ResultFolder
 from warprock.run.lane_table import LANE_TABLE
+from warprock.run.results import CELL_TABLE
 
 Scenes = Mapping[str, Any]
 
@@ -26,6 +31,7 @@ def chapter_of_case(
     sheets: Sequence[Sheet],
     scenes: Scenes | None = None,
     more: Sequence[tuple[str, str]] = (),
+    lanes: pd.DataFrame | None = None,
 ) -> Chapter:
     """A chapter of what one case, run by one engine, gave.
 
@@ -37,6 +43,7 @@ def chapter_of_case(
         sheets: Its tables.
         scenes: Lanes to play; None where there are none.
         more: What was asked besides.
+        lanes: Its lane table, where what was asked is told of it.
     """
     facts = folder.facts
     case, engine = facts["case"], facts.get("engine")
@@ -45,7 +52,7 @@ def chapter_of_case(
         kind=f"{kind}, {name}" if name else kind,
         title=case["title"],
         found=found,
-        asked=[*asked.asked(facts), *more],
+        asked=[*asked.asked(facts, lanes), *more],
         background=[case["source"]] if case.get("source") else [],
         scenes=scenes,
         pictures=pictures,
@@ -66,6 +73,7 @@ def finding_chapter(folder: ResultFolder, finding: Finding, scenes: Scenes | Non
         sheets=finding.sheets,
         scenes=scenes,
         more=finding.asked,
+        lanes=finding.tables.get(LANE_TABLE),
     )
 
 
@@ -123,6 +131,14 @@ def study_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:
         scenes=scenes,
         more=plans,
     )
+
+
+def run_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:
+    """The chapter of a run or an ensemble."""
+    tables = {LANE_TABLE: folder.table(LANE_TABLE, needed(folder.facts))}
+    if folder.has(CELL_TABLE):
+        tables[CELL_TABLE] = folder.table(CELL_TABLE)
+    return finding_chapter(folder, tell_run(folder.facts, tables), scenes)
 
 
 def fragility_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:

@@ -8,7 +8,7 @@ from typing import Any
 from warprock.findings import asked
 from warprock.findings.lanes import lane_sheet, needed
 from warprock.findings.numbers import counted, listed, three
-from warprock.findings.sentences import peak_sentences
+from warprock.findings.run import peak_sentences
 from warprock.findings.sheets import sheet_of
 from warprock.report.content import Chapter, Proof
 from warprock.report.folder import ResultFolder

@@ -16,6 +16,7 @@ from warprock.findings.sensitivity import SENSITIVITY
 from warprock.findings.spectrum import SPECTRUM
 from warprock.report.analysis_chapters import (
     fragility_chapter,
+    run_chapter,
     study_chapter,
     teller,
 )
@@ -30,7 +31,6 @@ from warprock.report.measured_chapters import (
     trade_chapter,
 )
 from warprock.report.page import REPORT, write_page
-from warprock.report.run_chapter import run_chapter
 from warprock.report.validation_chapter import validation_chapter
 from warprock.run.lane_table import LANE_TABLE
 from warprock.run.results import CELL_TABLE, PROVENANCE

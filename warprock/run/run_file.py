@@ -90,7 +90,7 @@ KINDS: dict[str, dict[Any, Shape]] = {
         "lanes_run": int,
         "boundaries": int,
         "stages": int,
-        "tolerance": float,
+        "boundary_accuracy": float,
         "decided_after_s": (float, None),
         "duration_s": float,
     },

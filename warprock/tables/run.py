@@ -16,13 +16,12 @@ from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
 from warprock.findings.accuracy import accuracy_sentences
 from warprock.model.drift import drift_text
-from warprock.model.ratios import peak_ratio
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
 from warprock.run.accuracy import MISSED, SENSITIVE
 from warprock.run.case_run import CaseRun
 from warprock.run.lane_table import PEAK_RATIO, lane_table
-from warprock.run.provenance import count_words, error_summary, provenance
+from warprock.run.provenance import count_words, provenance
 from warprock.tables.swept import drawn_inputs, swept_axes
 from warprock.tables.terminal import (
     cell_text,
@@ -38,14 +37,6 @@ from warprock.tables.terminal import (
 
 LANES_SHOWN = 24
 """Lanes up to which `run` prints every one; a larger run prints counts and ranges."""
-
-OUTCOMES = {
-    "at_rest": "came to rest",
-    "rocking": "still moved at the end",
-    "overturned": "overturned",
-    "slid_off": "slid off",
-}
-"""Outcome -> what is said of lanes that have it."""
 
 OUTSIDE = (
     "outside_model: there the block needs more friction than it has, and would slide, or its base "
@@ -294,52 +285,6 @@ def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
         say(out, f"friction: {run.lane_set.scene.friction_note}")
     if "friction_needed" in response.fields and response.count(Status.OUTSIDE_MODEL):
         say(out, OUTSIDE_PRESCRIBED if response.engine == "event" else OUTSIDE)
-    error = error_summary(response)
-    if error is not None:
-        median, largest = (f"{error[name] * DEGREES:.2g} deg" for name in ("median", "largest"))
-        say(
-            out,
-            f"estimated error of the rotations, lanes that are ok: median {median}, largest "
-            f"{largest}",
-        )
     for line in run_accuracy(run):
         say(out, line)
     say(out, f"wall time: {run.wall_time:.3g} s")
-
-
-FALLING = 2.0
-"""Rotation over the slenderness angle beyond which a block that still moves does not come back."""
-
-
-def run_sentence(run: CaseRun) -> str:
-    """What came out of a run, in one sentence."""
-    response = run.response
-    counts = {word: n for word, n in count_words(response, "outcome").items() if n}
-    lanes = f"{response.lane_count:,} lanes" if response.lane_count > 1 else "The block"
-    if response.lane_count > 1:
-        words = ", ".join(f"{count:,} {OUTCOMES[word]}" for word, count in counts.items())
-        said = f"Of {lanes} {words}"
-    else:
-        said = f"{'The stack' if run.lane_set.lanes.stacked else 'The block'} " + " and ".join(
-            OUTCOMES[word] for word in counts
-        )
-    if set(counts) <= {"overturned"}:
-        return f"{said}."
-    if run.lane_set.scene.thrown:
-        # It may lie on any side: rotations tell nothing of how it fared.
-        way = np.max(np.asarray(response["peak_slide"]))
-        return f"{said}; the longest way along the base is {measured(float(way))} m."
-    ratio = peak_ratio(response, run.lane_set.lanes)
-    stands = ratio.reshape(response.lane_count, -1).max(axis=1)
-    falling = (response["outcome"] < 2) & (stands > FALLING)
-    stands = np.where((response["outcome"] >= 2) | falling, np.nan, stands)
-    if falling.any() and response.lane_count > 1:
-        said += f" ({int(falling.sum()):,} lanes were falling when their run ended)"
-    if np.all(np.isnan(stands)):
-        return f"{said}."
-    lane = int(np.nanargmax(stands))
-    where = f", in lane {run.lane_set.first + lane}" if response.lane_count > 1 else ""
-    fell = falling.any() or "overturned" in counts or "slid_off" in counts
-    standing = "of those that stood " if fell else ""
-    peak = measured(float(stands[lane]))
-    return f"{said}; the largest peak {standing}is {peak} of the slenderness angle{where}."

@@ -1,8 +1,9 @@
-"""What came out of a run, in sentences made from its numbers."""
+"""What a run came to."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,51 @@ import pandas as pd
 
 from warprock.findings import asked
 from warprock.findings.accuracy import accuracy_sentences
-from warprock.findings.lanes import falling, lane_name, peak_ratio, standing
+from warprock.findings.finding import Facts, Finding, Tables
+from warprock.findings.lanes import falling, lane_name, lane_sheet, peak_ratio, standing
 from warprock.findings.numbers import counted, three
+from warprock.findings.sheets import sheet_of
+from warprock.run.case_run import CaseRun
+from warprock.run.cells import cell_table
+from warprock.run.lane_table import LANE_TABLE, lane_table
+from warprock.run.provenance import provenance
+from warprock.run.results import CELL_TABLE
+
+
+def find_run(run: CaseRun, show: Callable[[], None]) -> Finding:
+    """What a run came to.
+
+    Args:
+        run: The run.
+        show: Prints it on the terminal.
+    """
+    tables = {LANE_TABLE: lane_table(run.lane_set, run.response)}
+    if run.case.ensemble is not None:
+        tables[CELL_TABLE] = cell_table(run.lane_set, run.response)
+    return dataclasses.replace(tell_run(provenance(run), tables), show=show)
+
+
+def tell_run(facts: Facts, tables: Tables) -> Finding:
+    """What a run or an ensemble came to, of its facts and tables."""
+    lanes, cells = tables[LANE_TABLE], tables.get(CELL_TABLE)
+    kind, sentences, sheets = "Run", run_sentences(facts, lanes), []
+    if cells is not None:
+        kind, sentences = "Ensemble", [*sentences, *cell_sentences(cells)]
+        sheets.append(sheet_of("Cells of the ensemble", cells, file=CELL_TABLE))
+    sheets.append(lane_sheet(facts, lanes, file=LANE_TABLE, folded=bool(sheets)))
+    return Finding(
+        kind=kind,
+        facts=facts,
+        tables=tables,
+        sentences=sentences,
+        sheets=sheets,
+        json=facts,
+        pictures=["histories.png", "space.png", "ensemble*.png", "peaks*.png"],
+    )
 
 
 def run_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
-    """What came out of a run, in three sentences made from its numbers."""
+    """What became of the lanes with the largest rotation, and how accurate that is."""
     count, outcome = len(table), facts["outcome"]
     together = None if "shortest_duration_s" in facts else facts.get("duration_s")
     ended = asked.outcome_words(outcome, together, falling(table))
@@ -26,7 +66,8 @@ def run_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
         first = first.replace("it rocking", "its block still moved when the run ended")
         first = first.replace("it overturned", "its block overturned")
         first = first.replace("it slid off", "a block slid off")
-    return [first, *peak_sentences(facts, table), *accuracy_sentences(facts)]
+    peaks = peak_sentences(facts, table)
+    return [f"{first} {peaks[0]}", *peaks[1:], *accuracy_sentences(facts)]
 
 
 def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
