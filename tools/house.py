@@ -109,87 +109,87 @@ ROOMS = (
         "bpy mujoco newton numba numpy pybullet scipy warp",
     ),
     _room(
-        "run",
+        "running",
         """lanes in chunks over worker threads; lanes refined until within a tolerance; one run of a
         case, its lane table and its files; which engine; what there is to choose from""",
         f"{_BASE} kernels case engines programs",
         "numpy pandas pyarrow scipy warp",
     ),
     _room(
-        "sweep",
+        "sweeps",
         "plans of many lanes; chunks that are resumed, spread over machines and merged",
-        f"{_BASE} case run",
+        f"{_BASE} case running",
         "distributed pyarrow",
     ),
     _room(
         "analysis",
         """fragility functions, incremental dynamic analysis, overturning maps, rocking spectra,
         Sobol' indices""",
-        f"{_BASE} case run sweep",
+        f"{_BASE} case running sweeps",
         "numpy pandas pyarrow scipy",
     ),
     _room(
-        "compare",
+        "verification",
         """engines against Housner, the oracle, programs of others and observed tests; checks of the
         cases; studies""",
-        f"{_BASE} case engines run analysis oracle programs",
+        f"{_BASE} case engines running analysis oracle programs",
         "numpy pandas pyarrow",
     ),
     _room(
         "findings",
         """what came out, told once: sentences and tables to read, made of facts and tables as they
         are written; the terminal, a page, figures and Python show them""",
-        f"{_BASE} case run sweep analysis compare",
+        f"{_BASE} case running sweeps analysis verification",
         "numpy pandas",
     ),
     _room(
         "report",
         "the page of a folder of results: one HTML file, its template, style and player",
-        f"{_BASE} case run sweep analysis compare findings",
+        f"{_BASE} case running sweeps analysis verification findings",
         "PIL jinja2 markupsafe numpy pandas pyarrow",
     ),
     _room(
         "measure",
         "what accuracy costs (trade), the atlas of extremes, speed (bench), the machine (doctor)",
-        f"{_BASE} records case engines run compare oracle programs",
+        f"{_BASE} records case engines running verification oracle programs",
         "numpy pandas pyarrow warp",
     ),
     _room(
         "tables",
         "tables on the terminal",
-        f"{_BASE} case bodies run sweep analysis compare findings",
+        f"{_BASE} case bodies running sweeps analysis verification findings",
         "numpy pandas rich",
     ),
     _room(
         "figures",
         "figures, drawn before they are written: one style, one file a kind",
-        f"{_BASE} case bodies run analysis compare findings tables",
+        f"{_BASE} case bodies running analysis verification findings tables",
         "matplotlib numpy pandas",
     ),
     _room(
         "scenes",
         "moving pictures of a lane as files (GIF, MP4, glTF, USD), and Newton's viewers",
-        f"{_BASE} case run figures",
+        f"{_BASE} case running figures",
         "PIL imageio_ffmpeg imgui_bundle newton numpy warp",
     ),
     _room(
         "paper",
         "all that serves only the seed paper: its printed numbers, ours beside them, its conflicts",
-        f"{_BASE} case engines run report analysis compare oracle findings tables figures",
+        f"{_BASE} case engines running report analysis verification oracle findings tables figures",
         "numpy pandas rich",
     ),
     _room(
         "api",
         """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
         they find as an object with tables, figures and files""",
-        f"""{_BASE} records case bodies run sweep analysis compare measure findings tables figures
+        f"""{_BASE} records case bodies running sweeps analysis verification measure findings tables figures
         report""",
         "numpy pandas",
     ),
     _room(
         "cli",
         "the commands, one file each, and how they end",
-        f"""{_BASE} records case bodies run sweep analysis compare measure findings tables figures
+        f"""{_BASE} records case bodies running sweeps analysis verification measure findings tables figures
         scenes paper report api""",
         "click",
     ),

@@ -10,9 +10,9 @@ import pytest
 from warprock.case.load import load_case
 from warprock.findings.run import peak_sentences, run_sentences
 from warprock.model.response import Outcome
-from warprock.run.case_run import run_case
-from warprock.run.lane_table import lane_table
-from warprock.run.provenance import provenance
+from warprock.running.case_run import run_case
+from warprock.running.lane_table import lane_table
+from warprock.running.provenance import provenance
 
 SLIDING = """
 title = "a block on ice"

@@ -37,7 +37,7 @@ from warprock.findings.spectrum import find_spectrum
 from warprock.report.chosen import played_of_analysis
 from warprock.report.replays import played_beside
 from warprock.report.scenes import scenes_of
-from warprock.run.work import Work
+from warprock.running.work import Work
 
 Table = pd.DataFrame | Found | str | os.PathLike[str]
 """A lane table, what a run or a sweep found, or the path of a Parquet file or of its folder."""

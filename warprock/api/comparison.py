@@ -12,11 +12,11 @@ from warprock.api.progress import Shown, shown
 from warprock.arguments import at_the_door, several
 from warprock.case.case import Case
 from warprock.case.load import Overrides
-from warprock.compare.checks import compare as compare_engines
 from warprock.figures.poses import draw_poses
 from warprock.report.chosen import played_of_comparison
-from warprock.run.options import Progress
+from warprock.running.options import Progress
 from warprock.tables.comparison import comparison_report
+from warprock.verification.checks import compare as compare_engines
 
 
 @at_the_door

@@ -20,7 +20,7 @@ from warprock.figures.axes import require_axes
 from warprock.figures.drawing import Drawing, write_drawings
 from warprock.findings.finding import Finding
 from warprock.report.writing import write_report
-from warprock.run.results import list_results, write_results
+from warprock.running.results import list_results, write_results
 from warprock.tables.finding import print_finding
 
 if TYPE_CHECKING:

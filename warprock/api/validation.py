@@ -14,10 +14,10 @@ from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.work import HowHeld, listing_how, working
 from warprock.arguments import at_the_door, several
-from warprock.compare.validation import run_validation
 from warprock.figures.validation import draw_validation
-from warprock.run.work import Work
+from warprock.running.work import Work
 from warprock.tables.validation import validation_report
+from warprock.verification.validation import run_validation
 
 
 @listing_how

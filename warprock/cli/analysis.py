@@ -17,7 +17,7 @@ from warprock.cli.pages import asked_command, leave, on_case
 
 if TYPE_CHECKING:
     from warprock.api.found import Found
-    from warprock.run.work import Work
+    from warprock.running.work import Work
 
 
 @contextlib.contextmanager
@@ -56,7 +56,7 @@ def case_work(
         InputError: The case cannot be read, or an option is out of bounds.
     """
     from warprock.case.load import load_case
-    from warprock.run.work import Work
+    from warprock.running.work import Work
     from warprock.tables.terminal import lane_progress
 
     case = load_case(case_name, overrides)

@@ -90,7 +90,7 @@ def body(
     from warprock.api.body import BodyFound
     from warprock.bodies.body import Asked, Texts, find_body, read_asked
     from warprock.bodies.case_text import CASE_FILE, case_of
-    from warprock.run.catalogue import write_case
+    from warprock.running.catalogue import write_case
 
     texts = Texts(density, mass, tolerance, direction)
     wanted = read_asked(Asked(**asked), texts)

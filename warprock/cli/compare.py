@@ -22,9 +22,9 @@ def check(ctx: click.Context, case_name: str | None, as_json: bool) -> None:
     """Run the checks that a CASE holds, or those of all shipped cases; exit 3 if one fails."""
     from warprock.case.load import load_case
     from warprock.case.text import case_names
-    from warprock.compare import checks
     from warprock.tables.compare import print_checks
     from warprock.tables.terminal import print_json
+    from warprock.verification import checks
 
     rows = []
     for name in case_names() if case_name is None else [case_name]:

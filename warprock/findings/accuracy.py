@@ -9,8 +9,8 @@ from typing import Any
 
 from warprock.findings.numbers import counted, three
 from warprock.model.response import SOUND
-from warprock.run.accuracy import FIRST_STEPS, MET, MISSED, REFINED, SENSITIVE, TOTAL_STEPS
-from warprock.run.lane_parts import has_time_step
+from warprock.running.accuracy import FIRST_STEPS, MET, MISSED, REFINED, SENSITIVE, TOTAL_STEPS
+from warprock.running.lane_parts import has_time_step
 from warprock.settings.engines import SETTINGS
 
 FINER = 2

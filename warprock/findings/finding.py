@@ -24,7 +24,7 @@ class Finding:
     Attributes:
         kind: What it is, in a word or two: `Overturning map`.
         facts: What `run.json` holds; empty writes none.
-        tables: Tables to write, by name; see `run.results.write_results`.
+        tables: Tables to write, by name; see `running.results.write_results`.
         sentences: What came out. The first, the most important one, ends the print-out and stands
             above the figure.
         sheets: Tables to read; the terminal leaves out those that are folded on a page.

@@ -25,7 +25,7 @@ from warprock.findings.fragility import median_heading
 from warprock.findings.measures import measure
 from warprock.findings.numbers import counted, listed
 from warprock.findings.sheets import Heading, Sheet, heading, sheet_of
-from warprock.run.provenance import case_facts, surroundings
+from warprock.running.provenance import case_facts, surroundings
 
 _COUNTS = {
     "lanes": "lanes",

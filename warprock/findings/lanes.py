@@ -14,7 +14,7 @@ from warprock.findings import asked
 from warprock.findings.numbers import three
 from warprock.findings.sheets import ROWS, Heading, Sheet, heading
 from warprock.model.response import USABLE
-from warprock.run.lane_table import PEAK_RATIO
+from warprock.running.lane_table import PEAK_RATIO
 
 _USABLE = [code.name.lower() for code in USABLE]
 RESULTS = ("outcome", "status", "impact_count", "rest_time_s", "friction_needed")

@@ -13,8 +13,8 @@ from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.lanes import lane_sheet
 from warprock.findings.numbers import counted, even_selection, listed, three
 from warprock.findings.sheets import Heading, Sheet, declared, sheet_of
-from warprock.run.lane_table import lane_table
-from warprock.run.provenance import provenance
+from warprock.running.lane_table import lane_table
+from warprock.running.provenance import provenance
 from warprock.units import GRAVITY
 
 COLUMNS_SHOWN = 12

@@ -15,11 +15,11 @@ from warprock.findings.finding import Facts, Finding, Tables
 from warprock.findings.lanes import falling, lane_name, lane_sheet, peak_ratio, standing
 from warprock.findings.numbers import counted, three
 from warprock.findings.sheets import sheet_of
-from warprock.run.case_run import CaseRun
-from warprock.run.cells import cell_table
-from warprock.run.lane_table import LANE_TABLE, lane_table
-from warprock.run.provenance import provenance
-from warprock.run.results import CELL_TABLE
+from warprock.running.case_run import CaseRun
+from warprock.running.cells import cell_table
+from warprock.running.lane_table import LANE_TABLE, lane_table
+from warprock.running.provenance import provenance
+from warprock.running.results import CELL_TABLE
 
 
 def find_run(run: CaseRun, show: Callable[[], None]) -> Finding:
@@ -117,7 +117,7 @@ def cell_sentences(table: pd.DataFrame) -> list[str]:
     """The cell of an ensemble that overturns most often.
 
     Args:
-        table: What `run.cells.cell_table` gives.
+        table: What `running.cells.cell_table` gives.
     """
     if "overturned" not in table or not len(table) or table["overturned"].isna().all():
         return []

@@ -11,7 +11,7 @@ from warprock.findings.accuracy import accuracy_sentences
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.numbers import counted, listed, three
 from warprock.findings.sheets import Heading, Sheet, declared, sheet_of
-from warprock.run.provenance import provenance
+from warprock.running.provenance import provenance
 
 IDLE = 0.01
 """Share of the variance below which an input is said to change little."""

@@ -16,8 +16,8 @@ from warprock.findings.numbers import counted, even_selection, listed, three
 from warprock.findings.sheets import Heading, Sheet, declared
 from warprock.model.response import USABLE
 from warprock.model.undecided import UNDECIDED
-from warprock.run.lane_table import PEAK_RATIO, lane_table
-from warprock.run.provenance import provenance
+from warprock.running.lane_table import PEAK_RATIO, lane_table
+from warprock.running.provenance import provenance
 
 PERIODS_SHOWN = 16
 """Periods that stand in the table to read, an even selection."""

@@ -20,9 +20,9 @@ from warprock.paper.print_tables import by_target, print_target
 from warprock.paper.printed import PAPER_NAMES
 from warprock.report.content import Chapter, Proof
 from warprock.report.folder import ResultFolder
-from warprock.run.files import replacing
-from warprock.run.machine import core_count, cpu_name, kernel_hash, package_versions
-from warprock.run.provenance import PACKAGES
+from warprock.running.files import replacing
+from warprock.running.machine import core_count, cpu_name, kernel_hash, package_versions
+from warprock.running.provenance import PACKAGES
 from warprock.tables.terminal import Row
 
 FOUND = "reproduce.json"

@@ -16,8 +16,8 @@ from warprock.findings.run import tell_run
 from warprock.findings.sheets import Sheet, heading, sheet_of
 from warprock.report.content import Chapter, Picture
 from warprock.report.folder import ResultFolder
-from warprock.run.lane_table import LANE_TABLE
-from warprock.run.results import CELL_TABLE
+from warprock.running.lane_table import LANE_TABLE
+from warprock.running.results import CELL_TABLE
 
 Scenes = Mapping[str, Any]
 

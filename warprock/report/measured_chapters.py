@@ -12,10 +12,10 @@ from warprock.findings.run import peak_sentences
 from warprock.findings.sheets import sheet_of
 from warprock.report.content import Chapter, Proof
 from warprock.report.folder import ResultFolder
-from warprock.run.lane_table import LANE_TABLE
-from warprock.run.provenance import case_facts
-from warprock.sweep.chunks import sweep_state
-from warprock.sweep.plan import read_plan
+from warprock.running.lane_table import LANE_TABLE
+from warprock.running.provenance import case_facts
+from warprock.sweeps.chunks import sweep_state
+from warprock.sweeps.plan import read_plan
 
 Scenes = Mapping[str, Any]
 

@@ -14,7 +14,7 @@ from warprock.bodies.body import Body
 from warprock.bodies.footing import DIRECTIONS
 from warprock.bodies.rests import turns_over as hull_turns_over
 from warprock.findings.finding import Finding
-from warprock.run.machine import package_versions
+from warprock.running.machine import package_versions
 from warprock.tables.terminal import measured, plain_table, print_table, say, stdout
 
 RESTS_SHOWN = 8

@@ -18,10 +18,10 @@ from warprock.findings.accuracy import accuracy_sentences
 from warprock.model.drift import drift_text
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
-from warprock.run.accuracy import MISSED, SENSITIVE
-from warprock.run.case_run import CaseRun
-from warprock.run.lane_table import PEAK_RATIO, lane_table
-from warprock.run.provenance import count_words, provenance
+from warprock.running.accuracy import MISSED, SENSITIVE
+from warprock.running.case_run import CaseRun
+from warprock.running.lane_table import PEAK_RATIO, lane_table
+from warprock.running.provenance import count_words, provenance
 from warprock.tables.swept import drawn_inputs, swept_axes
 from warprock.tables.terminal import (
     cell_text,
