@@ -182,15 +182,15 @@ ROOMS = (
         "api",
         """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
         they find as an object with tables, figures and files""",
-        f"""{_BASE} records case bodies running sweeps analysis verification measure findings tables figures
-        report""",
+        f"""{_BASE} records case bodies running sweeps analysis verification measure findings tables
+        figures report""",
         "numpy pandas",
     ),
     _room(
         "cli",
         "the commands, one file each, and how they end",
-        f"""{_BASE} records case bodies running sweeps analysis verification measure findings tables figures
-        scenes paper report api""",
+        f"""{_BASE} records case bodies running sweeps analysis verification measure findings tables
+        figures scenes paper report api""",
         "click",
     ),
 )
@@ -201,14 +201,6 @@ MODULES = ("errors", "arguments", "unmodelled", "units", "processes", "reading",
 
 MAPPED = ("kernels", "cases")
 """Rooms that lie beside `warprock/` in a checkout, and in it when installed."""
-
-
-def floors() -> dict[str, int]:
-    """Floor of every room: one above the highest that it may import."""
-    found: dict[str, int] = {}
-    for room in ROOMS:
-        found[room.name] = 1 + max((found[below] for below in room.imports), default=0)
-    return found
 
 
 def readme_map() -> str:

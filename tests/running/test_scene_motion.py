@@ -10,6 +10,7 @@ import pytest
 
 from warprock.case.load import load_case
 from warprock.errors import InputError
+from warprock.model.response import Outcome
 from warprock.running.case_run import run_case, run_lane
 from warprock.running.lane_table import history_table
 from warprock.running.results import write_run
@@ -80,3 +81,21 @@ def test_a_folder_without_a_run_is_refused(folder: pathlib.Path, tmp_path: pathl
         run_of_folder(tmp_path)
     with pytest.raises(InputError, match="must be a lane from 0 to 17"):
         scene_motion(run_of_folder(folder), 18, 0.01)
+
+
+def test_a_stack_that_falls_says_when_its_model_ends(tmp_path: pathlib.Path):
+    # The amplitudes are not those that the case's check has answers for.
+    change = ["motion.amplitude=6 mm, 60 mm", "run.duration=2 s"]
+    run = run_case(load_case("stack-sine-pulse", change), "event")
+    write_run(run, tmp_path)
+    lane = int(np.flatnonzero(run.response["outcome"] == Outcome.OVERTURNED)[0])
+    stood = int(np.flatnonzero(run.response["outcome"] == Outcome.AT_REST)[0])
+    fell = scene_motion(run_of_folder(tmp_path), lane, 0.01)
+    assert fell.end is not None
+    assert 0.0 < fell.end < 2.0
+    after, places = fell.times >= fell.end, fell.position - fell.base
+    # Beside its base nothing moves from then on, and something did until then.
+    assert np.all(places[:, after] == places[:, -1:])
+    last = int(np.argmax(after)) - 1
+    assert np.any(places[:, last] != places[:, -1])
+    assert scene_motion(run_of_folder(tmp_path), stood, 0.01).end is None

@@ -85,18 +85,26 @@ class Kernel:
     """The kernel that an engine runs a scene with, and the constants it is compiled with.
 
     Attributes:
-        file: Stem of its file in the folder of kernels.
+        scheme: Package of kernels of its scheme.
+        name: Stem of its file there.
         lanes: Lanes that a thread runs side by side.
         iterations: Sweeps of its solver, or points of its springs, where they are a constant.
         friction: Law of friction where a block slides in two directions: cone or box.
         points: Contact points of a body, where they are a constant.
     """
 
-    file: str
+    scheme: ModuleType
+    name: str
     lanes: int = 1
     iterations: int = 0
     friction: str = "cone"
     points: int = 0
+
+    @property
+    def file(self) -> str:
+        """Path of its file in the folder of kernels, without its ending."""
+        folder = self.scheme.__name__.removeprefix("warprock.kernels.").replace(".", "/")
+        return f"{folder}/{self.name}"
 
     @property
     def packed(self) -> bool:

@@ -5,8 +5,8 @@ are sound, they are sound but energy grew, or they are absurd although the statu
 The last is a defect of the engine. A launch is cut to `AtlasSize.steps` steps: one at 1e-6 s covers
 20 ms of motion, enough for small blocks and small rotations to come down, not for tall ones.
 
-Every finished part (map, engine, precision) is kept, see `warprock.running.parts`; one whose file holds
-what would be run again is read, not run.
+Every finished part (map, engine, precision) is kept, see `warprock.running.parts`; one whose file
+holds what would be run again is read, not run.
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ from warprock.model.lanes import Lanes, as_stacks
 from warprock.running.case_run import CaseRun, run_lanes
 from warprock.running.lane_table import history_table, lane_table
 from warprock.running.provenance import provenance
+from warprock.running.scene_motion import last_move
 
 Array = npt.NDArray[np.float64]
 
@@ -160,6 +161,10 @@ def scene(
     if stride > 1:
         about += f" One in {stride} samples of its history is kept here."
     times = shown["time_s"].to_numpy()
+    fell = len(parts) > 1 and row["outcome"] in ("overturned", "slid_off")
+    end = float(times[last_move(np.stack([part["r"] for part in parts]))]) if fell else None
+    if end is not None:
+        about += f" The run ended at {end:.3g} s: what follows the fall is not modelled."
     spatial = any("q" in part for part in parts)
     return {
         "lane": int(row["lane"]),
@@ -168,6 +173,7 @@ def scene(
         "n": len(times),
         "dt": float(f"{times[1] - times[0]:.9g}") if len(times) > 1 else 1.0,
         "spatial": spatial,
+        **({} if end is None else {"fell": end}),
         "length": length,
         "angle": angle,
         "rate": rate,

@@ -65,6 +65,7 @@ def case_facts(case: Case) -> dict[str, Any]:
         "file": case.file,
         "folder": None if case.folder is None else str(case.folder.resolve()),
         "resolved": case.raw,
+        "overridden": sorted(case.overridden),
         **table_facts(case),
     }
 

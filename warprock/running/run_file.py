@@ -48,6 +48,7 @@ CASE = {
     "file": str,
     "folder?": (str, None),
     "resolved": RESOLVED,
+    "overridden?": [str],
     "tables?": [{"sweep": int, "file": str, "rows": int, "keys": [str], "labelled?": bool}],
 }
 ENGINE = {"name": str, "settings": {...: (float, str, bool, None, [(float, str)])}}

@@ -72,6 +72,16 @@ class SceneMotion:
     outline: Array | None = None
 
     @property
+    def end(self) -> float | None:
+        """When the lane's model ended, since one of its stacked blocks fell [s]; None of others.
+
+        Blocks then stay where they were, in the air, too: what follows is not modelled.
+        """
+        if len(self.sizes) == 1 or self.outcome not in ("overturned", "slid off"):
+            return None
+        return float(self.times[last_move(self.ratio)])
+
+    @property
     def axes(self) -> str:
         """The axes that the base may move along: all in space, in the plane x, and z if it does."""
         if self.spatial:
@@ -134,6 +144,16 @@ class SceneMotion:
         shape = (*self.position.shape[:2], arms.shape[-2], 3)
         seen = turned(self.attitude[:, :, None], np.broadcast_to(arms, shape))
         return np.asarray(seen + self.position[:, :, None])
+
+
+def last_move(rotation: Array) -> int:
+    """The first sample from which on no block turns any more.
+
+    Args:
+        rotation: Shape [block, sample], in any unit.
+    """
+    moving = np.flatnonzero(np.any(rotation != rotation[:, -1:], axis=0))
+    return int(moving[-1]) + 1 if len(moving) else 0
 
 
 def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
@@ -245,7 +265,13 @@ def _case_of(told: Mapping[str, Any]) -> tuple[Case, LaneSet]:
     folder = place if told.get("folder") else place.parent
     there = place.is_dir() or place.is_file()
     try:
-        case = build_case(told["name"], told["file"], folder if there else None, told["resolved"])
+        case = build_case(
+            told["name"],
+            told["file"],
+            folder if there else None,
+            told["resolved"],
+            frozenset(told.get("overridden", ())),
+        )
         return case, expand_lanes(case)
     except InputError as error:
         if there:

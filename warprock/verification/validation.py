@@ -142,8 +142,8 @@ def run_validation(
     Args:
         case: The case.
         engines: Names of engines and of programs, each with settings of its own or without.
-        observed: The tests, see `warprock.verification.observations`; None takes the label `observed` of
-            the case.
+        observed: The tests, see `warprock.verification.observations`; None takes the label
+            `observed` of the case.
         options: How its lanes are run.
         column: Column of the outcome in the file.
         group: Column of the file or of the lane table that says which tests share a ground motion;
