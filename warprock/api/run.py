@@ -23,6 +23,7 @@ from warprock.case.validation import refusing, validated
 from warprock.errors import InputError
 from warprock.figures.axes import plot_history, plot_peaks, require_axes
 from warprock.figures.run import draw_run
+from warprock.findings.finding import Finding
 from warprock.findings.run import find_run
 from warprock.measure.trade_choice import Choice, choose
 from warprock.model.response import Response
@@ -57,6 +58,7 @@ class Run(Found):
         found: The case, its lanes and the engine's response, `CaseRun`.
         choice: The engine, and why it was taken where none was named.
         accuracy: What an accuracy chose and what its test said; None where none was asked for.
+        kept: Lanes whose histories are written, too.
 
     Example:
         >>> import warprock as wr
@@ -79,6 +81,7 @@ class Run(Found):
             found.case.name, found, report, functools.partial(untitled, draw_run, found)
         )
         self.choice, self.accuracy = choice, accuracy
+        self.kept: tuple[int, ...] = ()
 
     @property
     def case(self) -> Case:
@@ -172,9 +175,20 @@ class Run(Found):
             run = _sampling(self.found, interval)
             return run, run_lane(run, lane)
 
+    @functools.cached_property
+    def finding(self) -> Finding:
+        """What came out, with what an accuracy chose."""
+        found = self._find()
+        if self.accuracy is None:
+            return found
+        said = {**found.facts, "choice": dataclasses.asdict(self.accuracy)}
+        return dataclasses.replace(found, said=said)
+
     def write(self, folder: pathlib.Path) -> list[pathlib.Path]:
-        """Writes the lane table, cells and `run.json`."""
-        return write_run(self.found, folder)
+        """Writes the lane table, cells, histories and `run.json`."""
+        return write_run(
+            self.found, folder, {lane: run_lane(self.found, lane) for lane in self.kept}
+        )
 
     def scenes(self) -> Mapping[str, Any]:
         """Lanes to play on the page."""

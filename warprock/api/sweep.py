@@ -109,4 +109,4 @@ class SweepFound(Found):
 def _report(facts: dict[str, Any], lanes: pd.DataFrame, folder: pathlib.Path) -> Finding:
     """What a sweep has to show: its merged table, and how far it is."""
     show = functools.partial(print_state, facts, folder)
-    return Finding("Sweep", {}, {LANE_TABLE: lanes}, [""], json=facts, show=show)
+    return Finding("Sweep", {}, {LANE_TABLE: lanes}, [""], said=facts, show=show)

@@ -15,8 +15,8 @@ from warprock.api.found import Found
 from warprock.api.work import HowHeld, listing_how, working
 from warprock.arguments import at_the_door, several
 from warprock.figures.validation import draw_validation
+from warprock.findings.validation import find_validation
 from warprock.running.work import Work
-from warprock.tables.validation import validation_report
 from warprock.verification.validation import run_validation
 
 
@@ -91,6 +91,6 @@ def validation_of(
     return Found(
         f"{work.case.name}: held to {found.tests.source}",
         found,
-        functools.partial(validation_report, found),
+        functools.partial(find_validation, found),
         functools.partial(draw_validation, found),
     )

@@ -28,13 +28,14 @@ class Finding:
         sentences: What came out. The first, the most important one, ends the print-out and stands
             above the figure.
         sheets: Tables to read; the terminal leaves out those that are folded on a page.
-        json: What `--json` prints, but for the files that were written.
+        rows: Key of what `--json` prints -> the table whose rows it has.
+        said: What `--json` prints besides; None prints the facts.
         asked: What was asked besides what all analyses ask: names and texts.
         pictures: Patterns of the names of its figures.
         texts: Texts to write, by the name of their file.
         beside: Whether it was made from the results in a folder, which stay when it is written.
         then: The command to try next, once the results are in a folder.
-        show: Prints it on the terminal; None prints its sheets and sentences.
+        show: Prints its tables on the terminal; None prints those of its sheets that are open.
     """
 
     kind: str
@@ -42,13 +43,20 @@ class Finding:
     tables: Tables
     sentences: Sequence[str]
     sheets: Sequence[Sheet] = ()
-    json: Facts = dataclasses.field(default_factory=dict)
+    rows: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    said: Facts | None = None
     asked: Sequence[tuple[str, str]] = ()
     pictures: Sequence[str] = ()
     texts: Mapping[str, str] = dataclasses.field(default_factory=dict)
     beside: bool = False
     then: str = ""
     show: Callable[[], None] | None = None
+
+    @property
+    def json(self) -> dict[str, Any]:
+        """What `--json` prints, but for the files that were written."""
+        rows = {key: self.tables[name].to_dict("records") for key, name in self.rows.items()}
+        return {**(self.facts if self.said is None else self.said), **rows}
 
     @property
     def headline(self) -> str:

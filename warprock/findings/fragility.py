@@ -43,15 +43,14 @@ def find_fragility(
             "run ended, but still moved or were still shaken; they count as standing, with the "
             "peaks so far."
         )
-    json = {
+    said_json = {
         "table": source,
         "intensity": intensity,
         "undecided": undecided,
         "rule": RULE,
         "warnings": said,
-        "curves": rows.to_dict("records"),
     }
-    return dataclasses.replace(found, json=json, sentences=[*found.sentences, *notes])
+    return dataclasses.replace(found, said=said_json, sentences=[*found.sentences, *notes])
 
 
 def tell_fragility(_facts: Facts, tables: Tables) -> Finding:
@@ -87,6 +86,7 @@ def tell_fragility(_facts: Facts, tables: Tables) -> Finding:
             ("Function", "lognormal, of greatest likelihood; bands over records"),
         ],
         pictures=["fragility*.png"],
+        rows={"curves": CURVES},
         beside=True,
     )  # fmt: skip
 

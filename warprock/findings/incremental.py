@@ -74,15 +74,14 @@ def find_analysis(
         "curves": run_rows(found, intensity),
         "fragility": capacity_rows(groups),
     }
-    groups_json = tables["fragility"].to_dict("records")
     return tell_analysis(
         {"case": case_facts(case), **facts, "intensity": intensity, **surroundings(case)},
         tables,
-        {"case": case.name, "intensity": intensity, **facts, "groups": groups_json},
+        {"case": case.name, "intensity": intensity, **facts},
     )
 
 
-def tell_analysis(facts: Facts, tables: Tables, json: Facts | None = None) -> Finding:
+def tell_analysis(facts: Facts, tables: Tables, said: Facts | None = None) -> Finding:
     """What an incremental analysis came to, of its facts and tables."""
     lanes, rows, intensity = tables["capacities"], tables["fragility"], str(facts["intensity"])
     groups = list(map(str, rows.columns[: list(rows.columns).index("lanes")]))
@@ -104,7 +103,8 @@ def tell_analysis(facts: Facts, tables: Tables, json: Facts | None = None) -> Fi
             sheet_of("Capacities of lanes", shown, file="capacities.csv", folded=len(shown) > 1),
             sheet_of("All numbers of groups", rows.dropna(axis="columns", how="all"), folded=True),
         ],
-        json=json or facts,
+        rows={"groups": "fragility"},
+        said=said,
         asked=[
             ("Intensity measure", intensity),
             (

@@ -93,7 +93,7 @@ def tell_map(facts: Facts, tables: Tables) -> Finding:
                 folded=True,
             ),
         ],
-        json={**facts, "rows": boundaries.to_dict("records")},
+        rows={"rows": "boundaries"},
         asked=[("Boundaries", f"to {facts['boundary_accuracy']:g} of their strength")],
         pictures=["map*.png"],
     )

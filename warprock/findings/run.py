@@ -32,13 +32,15 @@ def find_run(run: CaseRun, show: Callable[[], None]) -> Finding:
     tables = {LANE_TABLE: lane_table(run.lane_set, run.response)}
     if run.case.ensemble is not None:
         tables[CELL_TABLE] = cell_table(run.lane_set, run.response)
-    return dataclasses.replace(tell_run(provenance(run), tables), show=show)
+    facts = provenance(run)
+    finest = float(run.response["time_step"].min()) if "time_step" in run.response.fields else None
+    return dataclasses.replace(tell_run(facts, tables, finest), show=show)
 
 
-def tell_run(facts: Facts, tables: Tables) -> Finding:
-    """What a run or an ensemble came to, of its facts and tables."""
+def tell_run(facts: Facts, tables: Tables, finest_step: float | None = None) -> Finding:
+    """What a run or an ensemble came to, of its facts and tables, and of its finest step [s]."""
     lanes, cells = tables[LANE_TABLE], tables.get(CELL_TABLE)
-    kind, sentences, sheets = "Run", run_sentences(facts, lanes), []
+    kind, sentences, sheets = "Run", run_sentences(facts, lanes, finest_step), []
     if cells is not None:
         kind, sentences = "Ensemble", [*sentences, *cell_sentences(cells)]
         sheets.append(sheet_of("Cells of the ensemble", cells, file=CELL_TABLE))
@@ -49,12 +51,14 @@ def tell_run(facts: Facts, tables: Tables) -> Finding:
         tables=tables,
         sentences=sentences,
         sheets=sheets,
-        json=facts,
+        rows={"rows": LANE_TABLE if cells is None else CELL_TABLE},
         pictures=["histories.png", "space.png", "ensemble*.png", "peaks*.png"],
     )
 
 
-def run_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
+def run_sentences(
+    facts: Mapping[str, Any], table: pd.DataFrame, finest_step: float | None = None
+) -> list[str]:
     """What became of the lanes with the largest rotation, and how accurate that is."""
     count, outcome = len(table), facts["outcome"]
     together = None if "shortest_duration_s" in facts else facts.get("duration_s")
@@ -67,7 +71,7 @@ def run_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
         first = first.replace("it overturned", "its block overturned")
         first = first.replace("it slid off", "a block slid off")
     peaks = peak_sentences(facts, table)
-    return [f"{first} {peaks[0]}", *peaks[1:], *accuracy_sentences(facts)]
+    return [f"{first} {peaks[0]}", *peaks[1:], *accuracy_sentences(facts, finest_step)]
 
 
 def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:

@@ -54,7 +54,7 @@ def tell_sensitivity(facts: Facts, tables: Tables) -> Finding:
             *(_index_sheet(group["group"], rows, facts["of"]) for group, rows in groups),
             sheet_of("All numbers", table, file="sensitivity.csv", folded=True),
         ],
-        json={**facts, "rows": table.to_dict("records")},
+        rows={"rows": "sensitivity"},
         asked=[("Result", facts["of"])],
         pictures=["sensitivity*.png"],
     )

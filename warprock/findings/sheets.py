@@ -31,6 +31,11 @@ class Heading:
     unit: str = ""
     meaning: str = ""
 
+    @property
+    def label(self) -> str:
+        """Its name with the unit in brackets: `peak time [s]`."""
+        return f"{self.text} [{self.unit}]" if self.unit else self.text
+
 
 @dataclasses.dataclass(frozen=True)
 class Sheet:

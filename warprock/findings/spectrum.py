@@ -57,7 +57,7 @@ def tell_spectrum(facts: Facts, tables: Tables) -> Finding:
             *(_curve_sheet(str(group), rows, facts["curves"]) for group, rows in groups),
             lane_sheet(facts, table, besides=(CURVE, "period_s"), file="spectrum.csv", folded=True),
         ],
-        json={**facts, "rows": table.to_dict("records")},
+        rows={"rows": "spectrum"},
         pictures=["spectrum*.png"],
     )
 

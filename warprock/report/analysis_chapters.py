@@ -11,9 +11,8 @@ from warprock.findings import asked
 from warprock.findings.finding import Finding, Kind
 from warprock.findings.fragility import FRAGILITY
 from warprock.findings.lanes import needed
-from warprock.findings.numbers import three
 from warprock.findings.run import tell_run
-from warprock.findings.sheets import Sheet, heading, sheet_of
+from warprock.findings.sheets import Sheet, heading
 from warprock.report.content import Chapter, Picture
 from warprock.report.folder import ResultFolder
 from warprock.running.lane_table import LANE_TABLE
@@ -86,51 +85,6 @@ def teller(kind: Kind) -> Callable[[ResultFolder, Scenes | None], Chapter]:
         return finding_chapter(folder, kind.tell(folder.facts, tables), scenes)
 
     return make
-
-
-def study_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:
-    """The chapter of a study of settings."""
-    facts, table = folder.facts, folder.table("study.parquet")
-    found = []
-    for engine, rows in table.groupby("engine", sort=False):
-        error = rows["error_run_ratio"]
-        own, worst = rows[rows["baseline"]], rows.iloc[int(error.argmax())]
-        unit = "" if worst["unit"] == "-" else f" {worst['unit']}"
-        found.append(
-            f"{engine} at the case's own settings differs from Housner by at most "
-            f"{three(float(own['error_run_ratio'].max()))} of the slenderness angle; the largest "
-            f"error of all, {three(float(error.max()))}, is that of {worst['setting']} "
-            f"{three(float(worst['value']))}{unit}."
-        )
-    cost = table["cpu_s"]
-    dear, cheap = (table.iloc[int(at)] for at in (cost.argmax(), cost.argmin()))
-    found.append(
-        f"The dearest run, {dear['setting']} {dear['value']:g} of {dear['engine']}, took "
-        f"{three(float(dear['cpu_s'] / cheap['cpu_s']))} times the CPU time of the cheapest, "
-        f"{cheap['setting']} {cheap['value']:g} of {cheap['engine']}."
-    )
-    wanted = ["engine", "setting", "value", "unit", "baseline", "lane_name", "time_step_s"]
-    wanted += ["error_5s_ratio", "error_run_ratio", "baseline_difference_ratio"]
-    wanted += ["peak_rotation_ratio", "rest_time_error_s", "cpu_s", "status", "why"]
-    shown = table[[name for name in wanted if name in table]]
-    sheets = [sheet_of("Runs", shown, file="study.csv")]
-    plans = [
-        (
-            f"Settings of {plan['engine']}" if "engine" in plan else "Settings",
-            ", ".join(f"{row['setting']} {row['baseline']:g}" for row in plan["vary"])
-            + ", one varied at a time",
-        )
-        for plan in facts["study"]
-    ]
-    return chapter_of_case(
-        folder,
-        "Study",
-        found,
-        pictures=folder.pictures("study*.png", "histories*.png"),
-        sheets=sheets,
-        scenes=scenes,
-        more=plans,
-    )
 
 
 def run_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:

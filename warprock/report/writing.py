@@ -14,10 +14,11 @@ from warprock.findings.incremental import INCREMENTAL
 from warprock.findings.overturning import MAP
 from warprock.findings.sensitivity import SENSITIVITY
 from warprock.findings.spectrum import SPECTRUM
+from warprock.findings.study import STUDIES
+from warprock.findings.validation import VALIDATION
 from warprock.report.analysis_chapters import (
     fragility_chapter,
     run_chapter,
-    study_chapter,
     teller,
 )
 from warprock.report.body_chapter import body_chapter
@@ -31,7 +32,6 @@ from warprock.report.measured_chapters import (
     trade_chapter,
 )
 from warprock.report.page import REPORT, write_page
-from warprock.report.validation_chapter import validation_chapter
 from warprock.running.lane_table import LANE_TABLE
 from warprock.running.results import CELL_TABLE, PROVENANCE
 from warprock.running.run_file import RUN, require_shape
@@ -64,9 +64,9 @@ _BY_FACT: dict[str, Make] = {
     "modes": teller(MAP),
     "curves": teller(SPECTRUM),
     "incremental": teller(INCREMENTAL),
-    "study": study_chapter,
+    "study": teller(STUDIES),
     "of": teller(SENSITIVITY),
-    "validation": validation_chapter,
+    "validation": teller(VALIDATION),
     "body": body_chapter,
     "asked": comparison_chapter,
 }

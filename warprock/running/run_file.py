@@ -82,6 +82,13 @@ _OF_CASE = {"case": CASE, "engine": ENGINE, "lanes": int, "status": COUNTS, "out
 RUN = {**_OF_CASE, "precision": str, "device": str}
 """What a run says."""
 _ROWS = [{...: (str, float, bool, None, [object])}]
+
+
+def _banded(*names: str) -> dict[str, Shape]:
+    """Numbers, each with the ends of its band."""
+    return {f"{name}{end}": (float, None) for name in names for end in ("", "_p05", "_p95")}
+
+
 _FACTORS = {"lowest": float, "highest": float, "count": int, "accuracy": float}
 KINDS: dict[str, dict[Any, Shape]] = {
     "modes": {
@@ -132,7 +139,7 @@ KINDS: dict[str, dict[Any, Shape]] = {
             "unobserved": int,
             "rules": [str],
         },
-        "engines": [{"name": str}],
+        "engines": [{"name": str, "left_out": int, "left_out_lanes": COUNTS}],
         "sentence": str,
         "pairs": [
             {
@@ -141,6 +148,8 @@ KINDS: dict[str, dict[Any, Shape]] = {
                 "first_only_right": int,
                 "second_only_right": int,
                 "p_value": float,
+                "tests": int,
+                **_banded("brier_difference"),
             }
         ],
         "medians": [
@@ -148,10 +157,35 @@ KINDS: dict[str, dict[Any, Shape]] = {
                 "source": str,
                 "over_observed": (float, None),
                 "intensity": str,
-                "median": (float, None),
+                "verdict": str,
+                **_banded("median", "dispersion"),
             }
         ],
-        **dict.fromkeys(("scores", "by_status", "measured", "reliability"), _ROWS),
+        "scores": [
+            {
+                "predictor": str,
+                "threshold": (float, None),
+                **dict.fromkeys(("tests", "hits", "misses", "false_alarms"), int),
+                "correct_rejections": int,
+                **_banded("accuracy", "balanced_accuracy", "auc", "brier"),
+            }
+        ],
+        "by_status": [{"engine": str, "status": str, "lanes": int, "right": (float, None)}],
+        "measured": [
+            {
+                **dict.fromkeys(("engine", "what", "unit"), str),
+                "tests": int,
+                **dict.fromkeys(("median_difference", "median_error"), (float, None)),
+                "rank_correlation": (float, None),
+            }
+        ],
+        "reliability": [
+            {
+                "engine": str,
+                "tests": int,
+                **dict.fromkeys(("from", "to", "predicted", "observed"), float),
+            }
+        ],
     },
     "body": {
         "body": {

@@ -153,7 +153,6 @@ def body_report(body: Body, case: str = "CASE") -> Finding:
     facts = body_facts(body)
     return Finding(
         kind="Body",
-        json=facts,
         tables={"directions": direction_table(body)},
         facts=facts,
         show=lambda: print_body(body),

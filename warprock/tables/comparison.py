@@ -11,13 +11,13 @@ import pandas as pd
 
 from warprock.case.case import Case
 from warprock.findings.finding import Finding
+from warprock.findings.plain import plain
 from warprock.running.provenance import case_facts, surroundings
 from warprock.tables.cells import print_cell_comparison
 from warprock.tables.compare import nearest, print_comparison
 from warprock.tables.peers import print_costs
 from warprock.tables.poses import print_pose_comparison
 from warprock.tables.stack import print_stack_comparison
-from warprock.tables.terminal import plain
 from warprock.verification.settings import plain_name
 
 
@@ -41,7 +41,7 @@ def comparison_report(case: Case, found: Mapping[str, Any]) -> Finding:
     where = case.name if case.folder is None else case.file
     then = f"warprock run {shlex.quote(where)} -e {plain_name(engine)} -o results"
     show = functools.partial(_show, case, found)
-    return Finding("Comparison", facts, tables, [said], json=found, then=then, show=show)
+    return Finding("Comparison", facts, tables, [said], said=found, then=then, show=show)
 
 
 def _show(case: Case, found: Mapping[str, Any]) -> None:

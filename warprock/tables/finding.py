@@ -21,19 +21,23 @@ def print_finding(finding: Finding, console: Console | None = None) -> None:
         finding: The finding.
         console: Where to; the terminal if not given.
     """
-    if finding.show is not None:
-        finding.show()
-        return
     out = console or stdout()
+    if finding.show is None:
+        _print_sheets(finding, out)
+    else:
+        finding.show()
+    for sentence in finding.sentences[1:]:
+        say(out, sentence)
+
+
+def _print_sheets(finding: Finding, out: Console) -> None:
     case, engine = finding.facts.get("case"), finding.facts.get("engine")
     name = engine["name"] if isinstance(engine, dict) else engine
-    about = ", ".join([case["name"], name]) if case and name else ""
+    about = ", ".join(filter(None, (case["name"] if case else "", name)))
     out.print(": ".join(filter(None, (finding.kind, about))), style="bold", highlight=False)
     for sheet in finding.sheets:
         if not sheet.folded:
             print_sheet(sheet, out)
-    for sentence in finding.sentences[1:]:
-        say(out, sentence)
 
 
 def print_sheet(sheet: Sheet, out: Console) -> None:
@@ -46,7 +50,7 @@ def print_sheet(sheet: Sheet, out: Console) -> None:
     texts = sheet.texts
     heads = []
     for number, heading in enumerate(sheet.headings):
-        name = f"{heading.text} [{heading.unit}]" if heading.unit else heading.text
+        name = heading.label
         widest = max([LEAST, *(len(row[number]) for row in sheet.rows)])
         lines = textwrap.wrap(name, max(widest, *map(len, name.split())), break_long_words=False)
         heads.append("\n".join(lines))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -14,14 +13,12 @@ from rich.table import Table
 from warprock.case.axes import lane_indices
 from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
-from warprock.findings.accuracy import accuracy_sentences
 from warprock.model.drift import drift_text
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
-from warprock.running.accuracy import MISSED, SENSITIVE
 from warprock.running.case_run import CaseRun
 from warprock.running.lane_table import PEAK_RATIO, lane_table
-from warprock.running.provenance import count_words, provenance
+from warprock.running.provenance import count_words
 from warprock.tables.swept import drawn_inputs, swept_axes
 from warprock.tables.terminal import (
     cell_text,
@@ -30,7 +27,6 @@ from warprock.tables.terminal import (
     number,
     plain_table,
     print_table,
-    print_written,
     say,
     stdout,
 )
@@ -115,14 +111,11 @@ class Column(NamedTuple):
     left: bool = False
 
 
-def print_run(
-    run: CaseRun, files: Sequence[pathlib.Path] = (), console: Console | None = None
-) -> None:
+def print_run(run: CaseRun, console: Console | None = None) -> None:
     """Prints a run: every lane of a small one, counts and ranges of a large one.
 
     Args:
         run: The run.
-        files: Files that were written.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
@@ -136,10 +129,8 @@ def print_run(
         _print_lanes(out, title, run, table)
     else:
         _print_ranges(out, title, table)
-        if not files:
-            say(out, "every lane is written with -o DIR")
+        say(out, "every lane is in the files of -o DIR")
     _print_notes(out, run, table)
-    print_written(files, out)
 
 
 def _shown(table: pd.DataFrame) -> Iterator[tuple[Result, str, str]]:
@@ -255,18 +246,6 @@ def _print_ranges(out: Console, title: str, table: pd.DataFrame) -> None:
     print_table(out, made)
 
 
-def run_accuracy(run: CaseRun) -> list[str]:
-    """What is said of the accuracy of a run, and which option counts its bad lanes."""
-    response = run.response
-    finest = float(response["time_step"].min()) if "time_step" in response.fields else None
-    facts = provenance(run)
-    found = accuracy_sentences(facts, finest)
-    counts = facts["accuracy"]
-    if counts and (counts[MISSED] or counts[SENSITIVE]):
-        found.append("--max-bad SHARE ends with exit code 4 where more lanes than that are so.")
-    return found
-
-
 def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
     """Counts of outcomes and statuses, and what limits the numbers."""
     response = run.response
@@ -285,6 +264,4 @@ def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
         say(out, f"friction: {run.lane_set.scene.friction_note}")
     if "friction_needed" in response.fields and response.count(Status.OUTSIDE_MODEL):
         say(out, OUTSIDE_PRESCRIBED if response.engine == "event" else OUTSIDE)
-    for line in run_accuracy(run):
-        say(out, line)
     say(out, f"wall time: {run.wall_time:.3g} s")

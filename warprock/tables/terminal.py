@@ -7,7 +7,6 @@ chosen columns and headings, `print_rows` prints rows as they are, a column a ke
 from __future__ import annotations
 
 import contextlib
-import enum
 import json
 import math
 import pathlib
@@ -23,6 +22,8 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
+
+from warprock.findings.plain import plain
 
 Row = Mapping[str, Any]
 
@@ -129,21 +130,6 @@ def print_table(out: Console, table: Table) -> None:
         out.print(table)
     finally:
         out.width = width
-
-
-def plain(value: Any) -> Any:
-    """The same value from types that JSON has; NaN and infinities become null."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple, set, np.ndarray)):
-        return [plain(item) for item in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, (enum.Enum, pathlib.PurePath)):
-        return str(value)
-    return value
 
 
 def print_json(found: Mapping[str, Any]) -> None:
