@@ -13,9 +13,10 @@ from warprock.arguments import at_the_door, several
 from warprock.case.case import Case
 from warprock.case.load import Overrides
 from warprock.figures.poses import draw_poses
+from warprock.findings.comparison import find_comparison
 from warprock.report.chosen import played_of_comparison
 from warprock.running.options import Progress
-from warprock.tables.comparison import comparison_report
+from warprock.tables.comparison import print_any_comparison
 from warprock.verification.checks import compare as compare_engines
 
 
@@ -69,7 +70,9 @@ def compare_of(
     return Comparison(
         f"{case.name}: {', '.join(engines)}",
         found,
-        functools.partial(comparison_report, case, found),
+        functools.partial(
+            find_comparison, case, found, functools.partial(print_any_comparison, case, found)
+        ),
         functools.partial(untitled, draw),
         play=functools.partial(played_of_comparison, case, found),
     )

@@ -10,21 +10,21 @@ from typing import Any
 from warprock import __version__
 from warprock.errors import InputError
 from warprock.findings import asked
+from warprock.findings.comparison import COMPARISON
 from warprock.findings.incremental import INCREMENTAL
 from warprock.findings.overturning import MAP
 from warprock.findings.sensitivity import SENSITIVITY
 from warprock.findings.spectrum import SPECTRUM
 from warprock.findings.study import STUDIES
 from warprock.findings.validation import VALIDATION
-from warprock.report.analysis_chapters import (
+from warprock.report.body_chapter import body_chapter
+from warprock.report.content import Chapter, Page
+from warprock.report.earlier import earlier_scenes
+from warprock.report.finding_chapters import (
     fragility_chapter,
     run_chapter,
     teller,
 )
-from warprock.report.body_chapter import body_chapter
-from warprock.report.comparison_chapter import comparison_chapter
-from warprock.report.content import Chapter, Page
-from warprock.report.earlier import earlier_scenes
 from warprock.report.folder import Drawn, ResultFolder
 from warprock.report.measured_chapters import (
     stability_chapter,
@@ -68,7 +68,7 @@ _BY_FACT: dict[str, Make] = {
     "of": teller(SENSITIVITY),
     "validation": teller(VALIDATION),
     "body": body_chapter,
-    "asked": comparison_chapter,
+    "asked": teller(COMPARISON),
 }
 """What only one kind of results says in `run.json`, and its chapter; a run has none of these."""
 FITS = "fragility.csv"

@@ -204,7 +204,13 @@ KINDS: dict[str, dict[Any, Shape]] = {
         "rests": _ROWS,
         "by_tolerance": _ROWS,
     },
-    "asked": {"asked": CASE, "engines": [str], "costs?": _ROWS},
+    "asked": {
+        "asked": CASE,
+        "engines": [str],
+        "costs?": _ROWS,
+        **dict.fromkeys(("stacked", "spatial"), bool),
+        "rows": _ROWS,
+    },
 }
 """What only one kind of results says in `run.json`, by which it is known, and what goes with it."""
 

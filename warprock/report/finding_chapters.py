@@ -1,19 +1,17 @@
-"""Chapters of the analyses of a case: overturning maps, spectra, Sobol' indices, studies."""
+"""Chapters of findings: what a command came to, as its folder tells it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
-
-import pandas as pd
 
 from warprock.findings import asked
 from warprock.findings.finding import Finding, Kind
 from warprock.findings.fragility import FRAGILITY
 from warprock.findings.lanes import needed
 from warprock.findings.run import tell_run
-from warprock.findings.sheets import Sheet, heading
-from warprock.report.content import Chapter, Picture
+from warprock.findings.sheets import heading
+from warprock.report.content import Chapter
 from warprock.report.folder import ResultFolder
 from warprock.running.lane_table import LANE_TABLE
 from warprock.running.results import CELL_TABLE
@@ -21,58 +19,31 @@ from warprock.running.results import CELL_TABLE
 Scenes = Mapping[str, Any]
 
 
-def chapter_of_case(
-    folder: ResultFolder,
-    kind: str,
-    found: Sequence[str],
-    *,
-    pictures: Sequence[Picture],
-    sheets: Sequence[Sheet],
-    scenes: Scenes | None = None,
-    more: Sequence[tuple[str, str]] = (),
-    lanes: pd.DataFrame | None = None,
-) -> Chapter:
-    """A chapter of what one case, run by one engine, gave.
+def finding_chapter(folder: ResultFolder, finding: Finding, scenes: Scenes | None) -> Chapter:
+    """The chapter of what a command came to.
 
     Args:
-        folder: Its folder, which holds `run.json`.
-        kind: What it is.
-        found: What came out.
-        pictures: Its figures.
-        sheets: Its tables.
+        folder: Its folder.
+        finding: What it came to.
         scenes: Lanes to play; None where there are none.
-        more: What was asked besides.
-        lanes: Its lane table, where what was asked is told of it.
     """
     facts = folder.facts
+    if not isinstance(facts.get("case"), Mapping):
+        facts = {**facts, "case": facts["asked"]}
     case, engine = facts["case"], facts.get("engine")
     name = engine.get("name", "") if isinstance(engine, Mapping) else engine
     return Chapter(
-        kind=f"{kind}, {name}" if name else kind,
+        kind=f"{finding.kind}, {name}" if name else finding.kind,
         title=case["title"],
-        found=found,
-        asked=[*asked.asked(facts, lanes), *more],
+        found=finding.sentences,
+        asked=[*asked.asked(facts, finding.tables.get(LANE_TABLE)), *finding.asked],
         background=[case["source"]] if case.get("source") else [],
         scenes=scenes,
-        pictures=pictures,
-        sheets=sheets,
+        pictures=folder.pictures(*finding.pictures),
+        sheets=finding.sheets,
         words=asked.words(facts),
         provenance=asked.provenance_pairs(facts),
         citations=asked.citations(facts),
-    )
-
-
-def finding_chapter(folder: ResultFolder, finding: Finding, scenes: Scenes | None) -> Chapter:
-    """The chapter of what an analysis came to."""
-    return chapter_of_case(
-        folder,
-        finding.kind,
-        finding.sentences,
-        pictures=folder.pictures(*finding.pictures),
-        sheets=finding.sheets,
-        scenes=scenes,
-        more=finding.asked,
-        lanes=finding.tables.get(LANE_TABLE),
     )
 
 
