@@ -19,6 +19,7 @@ from warprock.errors import InputError
 from warprock.figures.axes import require_axes
 from warprock.figures.drawing import Drawing, write_drawings
 from warprock.findings.finding import Finding
+from warprock.findings.numbers import three
 from warprock.report.writing import write_report
 from warprock.running.results import list_results, write_results
 from warprock.tables.finding import print_finding
@@ -229,14 +230,10 @@ class Found:
 def _rows_html(table: pd.DataFrame) -> str:
     """The first rows of a table as HTML, three digits a number."""
     rows = table.head(ROWS_SHOWN)
-    text = rows.to_html(index=False, border=0, float_format=_three_digits, na_rep="")
+    text = rows.to_html(index=False, border=0, float_format=three, na_rep="")
     left = len(table) - len(rows)
     more = f"<p>and {left:,} more rows in .table</p>" if left else ""
     return f'<div style="overflow-x: auto">{text}</div>{more}'
-
-
-def _three_digits(value: float) -> str:
-    return f"{value:,.0f}" if 1000.0 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
 def _picture(drawing: Drawing) -> str:

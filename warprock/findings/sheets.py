@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from warprock.findings.numbers import three
+from warprock.units import split_unit
 
 ROWS = 200
 """Rows of a table that a page shows; files hold all of them."""
@@ -64,35 +65,16 @@ class Sheet:
         return [not all(_NUMBER.fullmatch(cell) for cell in column) for column in columns]
 
 
-_UNITS = {
-    "_rad": "rad",
-    "_rad_s": "rad/s",
-    "_m_s2": "m/s²",
-    "_m_s": "m/s",
-    "_kg_m3": "kg/m³",
-    "_deg": "deg",
-    "_hz": "Hz",
-    "_mm": "mm",
-    "_m": "m",
-    "_s": "s",
-    "_j": "J",
-    "_J": "J",
-    "_pct": "%",
-}
-"""Endings of column names that are units."""
-
-
 def heading(name: str, meaning: str = "", unit: str = "") -> Heading:
     """A column as a reader knows it, of its name in a file: `peak_time_s` is `peak time [s]`."""
-    for axis in "yz":
-        if name.endswith(f"_{axis}") and name.removesuffix(f"_{axis}").endswith(tuple(_UNITS)):
-            along = heading(name.removesuffix(f"_{axis}"), meaning)
-            return Heading(f"{along.text} along {axis}", along.unit, meaning)
-    for ending in sorted(_UNITS, key=len, reverse=True):
-        if name.endswith(ending) and len(name) > len(ending):
-            return Heading(name.removesuffix(ending).replace("_", " "), _UNITS[ending], meaning)
-    known = unit.replace("^2", "²").replace("^3", "³")
-    return Heading(name.replace("_", " "), "" if known == "-" else known, meaning)
+    stem, known = split_unit(name)
+    along = name[-2:] if name[-2:] in ("_y", "_z") else ""
+    if along and split_unit(name.removesuffix(along))[1]:
+        (stem, known), along = split_unit(name.removesuffix(along)), f" along {along[1]}"
+    else:
+        along = ""
+    unit = (known or unit).replace("^2", "²").replace("^3", "³")
+    return Heading(stem.replace("_", " ") + along, "" if unit == "-" else unit, meaning)
 
 
 def declared(table: pd.DataFrame, columns: Mapping[str, tuple[str, str]]) -> pd.DataFrame:

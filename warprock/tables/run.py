@@ -13,6 +13,8 @@ from rich.table import Table
 from warprock.case.axes import lane_indices
 from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
+from warprock.findings.numbers import three
+from warprock.findings.sheets import heading
 from warprock.model.drift import drift_text
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
@@ -22,14 +24,13 @@ from warprock.running.provenance import count_words
 from warprock.tables.swept import drawn_inputs, swept_axes
 from warprock.tables.terminal import (
     cell_text,
-    heading_text,
-    measured,
     number,
     plain_table,
     print_table,
     say,
     stdout,
 )
+from warprock.units import ending, split_unit
 
 LANES_SHOWN = 24
 """Lanes up to which `run` prints every one; a larger run prints counts and ranges."""
@@ -61,7 +62,7 @@ class Result(NamedTuple):
 
     column: str
     heading: str
-    text: Callable[[Any], str] = measured
+    text: Callable[[Any], str] = three
     per_block: bool = False
     size: float = 1.0
 
@@ -71,7 +72,7 @@ DEGREES, MILLIMETRES = 180.0 / np.pi, 1e3
 
 def _slide(value: float) -> str:
     """A slide in mm; what is below a nanometre is round-off."""
-    return "0" if abs(value) < 1e-6 else measured(value)
+    return "0" if abs(value) < 1e-6 else three(value)
 
 
 def _whole(value: Any) -> str:
@@ -141,18 +142,10 @@ def _shown(table: pd.DataFrame) -> Iterator[tuple[Result, str, str]]:
             yield result, result.column, result.heading
         elif result.per_block:
             for block in range(1, 7):
-                stem, unit = _split(result.column)
-                column = f"{stem}_{block}{unit}"
+                stem, unit = split_unit(result.column)
+                column = f"{stem}_{block}{ending(unit)}"
                 if column in names:
                     yield result, column, f"block {block}\n{result.heading}"
-
-
-def _split(column: str) -> tuple[str, str]:
-    """The name of a column and the end that is its unit."""
-    for unit in ("_rad", "_m", "_s"):
-        if column.endswith(unit):
-            return column.removesuffix(unit), unit
-    return column, ""
 
 
 def _cells(result: Result, values: pd.Series[Any]) -> list[str]:
@@ -196,18 +189,18 @@ def _inputs(run: CaseRun, table: pd.DataFrame) -> list[Column]:
     for axis in swept_axes(run.case):
         at = positions[axis.number]
         words = axis.texts
-        for heading, texts in axis.columns().items():
-            left = bool(words) and "[" not in heading
-            found.append(Column(heading, [texts[place] for place in at], left))
+        for label, texts in axis.columns().items():
+            left = bool(words) and "[" not in label
+            found.append(Column(label, [texts[place] for place in at], left))
     for drawn in drawn_inputs(run.case):
         for name in columns_of(drawn.key) & set(map(str, table.columns)):
-            heading = heading_text(name).replace(" [", "\n[")
-            found.append(Column(heading, [_drawn(value) for value in table[name]]))
+            label = heading(name).label.replace(" [", "\n[")
+            found.append(Column(label, [_drawn(value) for value in table[name]]))
     return found
 
 
 def _drawn(value: Any) -> str:
-    return measured(value) if isinstance(value, float) else cell_text(value)
+    return three(value) if isinstance(value, float) else cell_text(value)
 
 
 def _table(title: str, columns: Sequence[Column]) -> Table:
