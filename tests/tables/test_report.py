@@ -345,7 +345,7 @@ def test_a_narrow_terminal_cuts_no_word_and_no_number(width: int, monkeypatch: p
         "rest_time_s": 12.3456,
         "rotation_error_rad": 1.23e-5,
     }
-    words = ("12", "block", "0.123456", "overturned", "12.3456", "1.23e-5")
+    words = ("12", "block", "0.123456", "overturned", "12.3456", "1.23e-05")
     measured = ("12", "block", "0.123", "overturned", "12.3", "1.23e-5", "rotation", "[rad]")
     table = terminal.plain_table("A title", row, ["label"])
     table.add_row(*map(str, row.values()))

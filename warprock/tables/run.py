@@ -156,8 +156,8 @@ def _cells(result: Result, values: pd.Series[Any]) -> list[str]:
 def _print_one(out: Console, title: str, table: pd.DataFrame) -> None:
     """A run of one lane: a line for each result."""
     out.print(title, style="bold", highlight=False)
-    for result, column, heading in _shown(table):
-        name = " ".join(heading.replace("slend.", "slenderness").split())
+    for result, column, head in _shown(table):
+        name = " ".join(head.replace("slend.", "slenderness").split())
         text = _cells(result, table[column])[0]
         say(out, f"  {name:<30} {text}")
 
@@ -166,10 +166,10 @@ def _print_lanes(out: Console, title: str, run: CaseRun, table: pd.DataFrame) ->
     """A small run: a row a lane, with as many results as there is room for."""
     inputs = [Column("lane", [str(lane) for lane in table["lane"]]), *_inputs(run, table)]
     results = []
-    for result, column, heading in _shown(table):
+    for result, column, head in _shown(table):
         if column == "status" and (table[column] == "ok").all():
             continue
-        results.append(Column(heading, _cells(result, table[column]), result.size == 0.0))
+        results.append(Column(head, _cells(result, table[column]), result.size == 0.0))
     shown = list(results)
     while len(shown) > 1 and _width(made := _table(title, [*inputs, *shown])) > out.width:
         shown.pop()
@@ -227,12 +227,12 @@ def _print_ranges(out: Console, title: str, table: pd.DataFrame) -> None:
     """A large run: least, median and largest of every result, and the lane of the largest."""
     headings = ["", "least", "median", "largest", "in lane"]
     made = plain_table(title, headings, headings[:1])
-    for result, column, heading in _shown(table):
+    for result, column, head in _shown(table):
         values = table[column]
         apart = result.size == 0.0 or column.startswith(("friction_needed", "rotation_error"))
         if apart or not values.notna().any():
             continue
-        name = " ".join(heading.replace("slend.", "slenderness").split())
+        name = " ".join(head.replace("slend.", "slenderness").split())
         part = pd.Series([values.min(), values.median(), values.max()])
         most = int(np.nanargmax(values.to_numpy(dtype=float)))
         made.add_row(name, *_cells(result, part), str(table["lane"].iloc[most]))
