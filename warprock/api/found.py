@@ -216,10 +216,12 @@ class Found:
         return f"{type(self).__name__}({self.title}: {len(self.table):,} rows)"
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: what was run, the first rows, and a picture."""
+        """What a notebook shows: what was run, what came out, the first rows, and a picture."""
         drawings = self.figures()
         pictures = "".join(_picture(drawing) for drawing in drawings[:1])
         head = f"<p><b>{html.escape(repr(self))}</b></p>"
+        if self.finding.headline:
+            head += f"<p>{html.escape(self.finding.sentences[0])}</p>"
         return head + _rows_html(self._shown()) + pictures
 
     def _shown(self) -> pd.DataFrame:

@@ -19,6 +19,7 @@ from warprock.model.drift import drift_text
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
 from warprock.running.case_run import CaseRun
+from warprock.running.lane_parts import has_time_step
 from warprock.running.lane_table import PEAK_RATIO, lane_table
 from warprock.running.provenance import count_words
 from warprock.tables.swept import drawn_inputs, swept_axes
@@ -253,7 +254,7 @@ def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
     for note in (cut_text(motions, run.lane_set.ends), drift_text(motions)):
         if note:
             say(out, note)
-    if run.lane_set.scene.friction_note and response.engine not in ("housner", "two-block"):
+    if run.lane_set.scene.friction_note and has_time_step(run.settings):
         say(out, f"friction: {run.lane_set.scene.friction_note}")
     if "friction_needed" in response.fields and response.count(Status.OUTSIDE_MODEL):
         say(out, OUTSIDE_PRESCRIBED if response.engine == "event" else OUTSIDE)
