@@ -49,7 +49,7 @@ def calls(run: wr.Run) -> dict[Any, dict[str, Any]]:
         wr.run: {"case": "free-b0", **HELD, "accuracy": None},
         wr.fragility: {**fitted, "max_doubt": 1.0},
         wr.ida: {"case": "free-b0", **HELD, **ladder, "folder": None},
-        wr.map: {"case": "free-b0", **HELD},
+        wr.map: {"case": "free-b0", **HOW, "engine": "housner", "accuracy": 0.1},
         wr.spectrum: {"case": "free-b0", **HELD},
         wr.sensitivity: {"case": "free-b0", **HELD, "of": "x", "resamples": 10},
         wr.study: {"case": "free-b0", **HOW, "engine": "direct"},

@@ -136,9 +136,16 @@ ROOMS = (
         "numpy pandas pyarrow",
     ),
     _room(
+        "findings",
+        """what came out, told once: sentences and tables to read, made of facts and tables as they
+        are written; the terminal, a page, figures and Python show them""",
+        f"{_BASE} case running sweeps analysis verification",
+        "numpy pandas",
+    ),
+    _room(
         "report",
         "the page of a folder of results: one HTML file, its template, style and player",
-        f"{_BASE} case running sweeps analysis verification",
+        f"{_BASE} case running sweeps analysis verification findings",
         "PIL jinja2 markupsafe numpy pandas pyarrow",
     ),
     _room(
@@ -150,13 +157,13 @@ ROOMS = (
     _room(
         "tables",
         "tables on the terminal",
-        f"{_BASE} case bodies running analysis verification",
+        f"{_BASE} case bodies running sweeps analysis verification findings",
         "numpy pandas rich",
     ),
     _room(
         "figures",
         "figures, drawn before they are written: one style, one file a kind",
-        f"{_BASE} case bodies running analysis verification tables",
+        f"{_BASE} case bodies running analysis verification findings tables",
         "matplotlib numpy pandas",
     ),
     _room(
@@ -168,22 +175,22 @@ ROOMS = (
     _room(
         "paper",
         "all that serves only the seed paper: its printed numbers, ours beside them, its conflicts",
-        f"{_BASE} case engines running report analysis verification oracle tables figures",
+        f"{_BASE} case engines running report analysis verification oracle findings tables figures",
         "numpy pandas rich",
     ),
     _room(
         "api",
         """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
         they find as an object with tables, figures and files""",
-        f"""{_BASE} records case bodies running sweeps analysis verification measure tables figures
-        report""",
+        f"""{_BASE} records case bodies running sweeps analysis verification measure findings tables
+        figures report""",
         "numpy pandas",
     ),
     _room(
         "cli",
         "the commands, one file each, and how they end",
-        f"""{_BASE} records case bodies running sweeps analysis verification measure tables figures
-        scenes paper report""",
+        f"""{_BASE} records case bodies running sweeps analysis verification measure findings tables
+        figures scenes paper report api""",
         "click",
     ),
 )

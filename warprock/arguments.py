@@ -147,3 +147,13 @@ def _many(hint: Any) -> str:
     return {str: "texts", float: "numbers", int: "whole numbers"}.get(hint) or (
         "values" if hint is Any else _allowed(hint)
     )
+
+
+def require_within(name: str, value: float, least: float, most: float) -> None:
+    """Refuses a number that is out of bounds, or none.
+
+    Raises:
+        InputError: It is.
+    """
+    if not least <= value <= most:
+        raise InputError(name, "", value, f"must be from {least} to {most}")

@@ -20,7 +20,15 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from warprock.errors import did_you_mean, is_plain
-from warprock.units import UNITS, Dimension, Quantity, allowed_text, parse_any, parse_quantity
+from warprock.units import (
+    UNITS,
+    Dimension,
+    Quantity,
+    allowed_text,
+    ending,
+    parse_any,
+    parse_quantity,
+)
 
 if TYPE_CHECKING:
     from pydantic_core import CoreSchema
@@ -53,8 +61,7 @@ class Column(NamedTuple):
 
     def named(self, number: str = "") -> str:
         """Its full name, such as `chamfer_2_mm` for the number "_2"."""
-        unit = self.unit.lower().translate({ord("/"): "_", ord(" "): "_", ord("^"): None})
-        return f"{self.name}{number}{'' if unit in ('', '-') else f'_{unit}'}"
+        return f"{self.name}{number}{ending(self.unit)}"
 
 
 @dataclasses.dataclass(frozen=True)

@@ -231,3 +231,47 @@ def format_quantity(value: float, dimension: Dimension | str, unit: str | None =
     sizes = UNITS[Dimension(dimension)]
     unit = next(iter(sizes)) if unit is None else unit
     return f"{value / float(sizes[unit]):.12g} {unit}".rstrip()
+
+
+ENDINGS = {
+    "m/s^2": "_m_s2",
+    "kg/m^3": "_kg_m3",
+    "rad/s": "_rad_s",
+    "1/s": "_per_s",
+    "m/s": "_m_s",
+    "deg": "_deg",
+    "rad": "_rad",
+    "mm": "_mm",
+    "Hz": "_hz",
+    "GB": "_gb",
+    "kg": "_kg",
+    "m": "_m",
+    "s": "_s",
+    "J": "_J",
+    "%": "_pct",
+}
+"""Unit -> end of the names of columns in it, longer ends before those that they end with."""
+
+
+def ending(unit: str) -> str:
+    """The end of the name of a column in a unit; empty without one.
+
+    >>> ending("m/s^2"), ending("kg m^2"), ending("-")
+    ('_m_s2', '_kg_m2', '')
+    """
+    if unit in ("", "-"):
+        return ""
+    plain = unit.lower().translate({ord("/"): "_", ord(" "): "_", ord("^"): None})
+    return ENDINGS.get(unit, f"_{plain}")
+
+
+def split_unit(column: str) -> tuple[str, str]:
+    """The name of a column without its unit, and the unit; empty where its name ends in none.
+
+    >>> split_unit("peak_time_s"), split_unit("outcome")
+    (('peak_time', 's'), ('outcome', ''))
+    """
+    for unit, end in ENDINGS.items():
+        if len(column) > len(end) and column.lower().endswith(end.lower()):
+            return column[: -len(end)], unit
+    return column, ""

@@ -26,7 +26,9 @@ from warprock.analysis.lognormal import Verdict, fit_lognormal, observe
 from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.figures.fragility import draw_curves, gathered
-from warprock.tables.fragility import fit_cells, fragility_report, print_curves
+from warprock.findings.fits import fit_cells
+from warprock.findings.fragility import find_fragility
+from warprock.tables.finding import print_finding
 from warprock.tables.terminal import plain_console
 
 Array = npt.NDArray[np.float64]
@@ -181,8 +183,8 @@ def test_a_table_says_beyond_what_a_limit_lies():
     limits = read_limits(["0.0001", "99"])
     rows = curve_rows(fragility_curves(table, source="t", limits=limits))
     least, most = table["peak_acceleration_m_s2"].min(), table["peak_acceleration_m_s2"].max()
-    assert fit_cells(rows.iloc[0]) == (f"below {least:.4g}", "none: everything reached it")
-    assert fit_cells(rows.iloc[1]) == (f"above {most:.4g}", "none: nothing reached it")
+    assert fit_cells(rows.iloc[0]) == [f"below {least:.4g}", "none: everything reached it"]
+    assert fit_cells(rows.iloc[1]) == [f"above {most:.4g}", "none: nothing reached it"]
 
 
 def test_a_stack_reaches_a_limit_with_its_worst_block():
@@ -238,17 +240,18 @@ def test_many_groups_are_summed_up_and_their_names_stand_once_in_the_figure():
     limits = read_limits(["overturning"])
     table = many_groups(12)
     curves = fragility_curves(table, source="t", intensity="im", limits=limits, by=["size"])
-    report = fragility_report(table, curves, "t", "im")
-    assert report.came_out == "In none of 12 groups a function of overturning was fitted."
+    finding = find_fragility(table, curves, "t", "im")
+    none = "In none of 12 groups a function of overturning could be fitted: no lane reached it or "
+    assert finding.headline == f"{none}the data are parted"
     console = plain_console(width=80, record=True, file=io.StringIO())
-    print_curves(curve_rows(curves), "im", (), console)
+    print_finding(finding, console)
     text = " ".join(console.export_text().split())
     assert "12 groups" in text
     assert "overturning 0 - - - 6 6 0" in text
-    (drawing,) = draw_curves(curves, "im")
-    assert "in any of 12 groups: no lane reached it or the data are parted" in drawing.title
+    (drawing,) = draw_curves(curves, "im", finding.headline)
+    assert drawing.title == finding.headline
     few = fragility_curves(many_groups(2), source="t", intensity="im", limits=limits, by=["size"])
-    print_curves(curve_rows(few), "im", (), console)
+    print_finding(find_fragility(many_groups(2), few, "t", "im"), console)
     assert "2 groups" not in (text := console.export_text())
     assert "dispersion" in text
 

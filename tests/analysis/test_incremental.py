@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 import json
 import pathlib
 
@@ -16,7 +15,6 @@ from warprock.analysis import incremental
 from warprock.analysis.capacities import (
     FRACTILES,
     capacities,
-    capacity_rows,
     fractile_curves,
     run_curves,
 )
@@ -32,10 +30,9 @@ from warprock.case.case import Case
 from warprock.case.load import load_case
 from warprock.cli.main import main
 from warprock.errors import InputError
+from warprock.findings.incremental import find_analysis
 from warprock.model import rocking
 from warprock.records import fema_p695
-from warprock.tables.incremental import print_analysis
-from warprock.tables.terminal import plain_console
 
 Array = np.ndarray
 
@@ -165,10 +162,8 @@ def test_lanes_without_a_number_are_left_out_and_few_records_have_no_band(case: 
     curves.loc[curves["lane"] == 1, "status"] = "nonfinite"
     (group,) = capacities(dataclasses.replace(found, curves=curves), **options)
     assert (group.left_out, group.band) == (2, None)
-    stream = io.StringIO()
-    rows = capacity_rows([group])
-    print_analysis(found, rows, "factor", plain_console(file=stream, width=120))
-    assert "left out: 2 lanes whose numbers cannot be used" in stream.getvalue()
+    said = find_analysis(found, case, [group], "factor").sentences
+    assert "Left out: 2 lanes whose numbers cannot be used." in said
 
 
 def test_a_lane_does_not_know_which_others_run_beside_it(case: Case, tmp_path: pathlib.Path):

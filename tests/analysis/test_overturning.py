@@ -227,7 +227,7 @@ def test_pulses_of_any_family_make_a_map(tmp_path: pathlib.Path):
 def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path, request: pytest.FixtureRequest):
     written(tmp_path, count=15)
     out = tmp_path / "out"
-    arguments = ["map", str(tmp_path), "-o", str(out), "--tolerance", "1e-3"]
+    arguments = ["map", str(tmp_path), "-o", str(out), "--accuracy", "1e-3"]
     result = CliRunner().invoke(main, [*arguments, "--json"])
     assert result.exit_code == 0, result.output
     found = json.loads(result.stdout)
@@ -236,7 +236,7 @@ def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path, request: pyte
     grid = pd.read_parquet(out / "grid.parquet")
     assert len(grid) == found["grid_lanes"] == sum(found["modes"].values())
     assert set(grid["mode"]) == {"safe", "with impact", "without impact"}
-    assert json.loads((out / "run.json").read_text())["tolerance"] == 1e-3
+    assert json.loads((out / "run.json").read_text())["boundary_accuracy"] == 1e-3
     assert (out / "map.png").read_bytes()[:4] == b"\x89PNG"
     request.getfixturevalue("unrendered")
     printed = CliRunner().invoke(main, arguments).stdout
@@ -248,7 +248,7 @@ def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path, request: pyte
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--tolerance", "0.5"], ["--tolerance", "from 1e-09 to 0.1"]),
+        (["--accuracy", "0.5"], ["--accuracy", "from 1e-09 to 0.1"]),
         (["-e", "hous"], ["--engine", "allowed"]),
         (["-s", "motion.frequency=1 Hz"], ["motion.frequency", "must be swept"]),
         (["-s", "motion.amplitude=1 g"], ["motion.amplitude", "must be swept"]),
@@ -332,7 +332,7 @@ def test_a_check_is_of_one_column(tmp_path: pathlib.Path):
     ratio = 2.0 * np.pi / p
     for where, at, count in (({}, ratio, 2), ({"pulse": "half sine"}, 1.1 * ratio, 0)):
         with pytest.raises(InputError, match=f"one column of the map; {count} have it"):
-            overturning_boundaries.boundaries_at(case, "housner", where, at, tolerance=0.1)
+            overturning_boundaries.boundaries_at(case, "housner", where, at, accuracy=0.1)
 
 
 @pytest.mark.parametrize("body", ["column", "2 m x 9 m x 2 m"])

@@ -18,10 +18,11 @@ from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.cli.main import main
 from warprock.errors import InputError
+from warprock.findings.spectrum import find_spectrum
 from warprock.model import rocking
 from warprock.model.response import Outcome, SampleTimes, Status
 from warprock.oracle.block import oracle_response
-from warprock.tables.spectrum import print_spectrum
+from warprock.tables.finding import print_finding
 from warprock.tables.terminal import plain_console
 
 Array = np.ndarray
@@ -189,7 +190,7 @@ def test_the_table_says_which_blocks_fell_and_which_have_no_number(tmp_path: pat
     assert found.run.response["outcome"][first] == Outcome.OVERTURNED
     found.run.response.fields["status"][last] = Status.NONFINITE
     stream = io.StringIO()
-    print_spectrum(found, plain_console(file=stream, width=100))
+    print_finding(find_spectrum(found), plain_console(file=stream, width=100))
     cells = dict(line.split() for line in stream.getvalue().splitlines() if len(line.split()) == 2)
     assert (cells["1.5"], cells["6"]) == ("fell", "-")
     middle = int(found.lanes[0, 0, 16])

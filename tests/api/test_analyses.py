@@ -44,7 +44,7 @@ def of_command(folder: pathlib.Path, name: str, case: wr.Case, *options: str) ->
     ("name", "case", "changes", "asked", "options"),
     [
         ("spectrum", "rocking-spectrum", SPECTRUM, {}, ()),
-        ("map", "overturning-map", MAP, {"tolerance": 0.01}, ("--tolerance", "0.01")),
+        ("map", "overturning-map", MAP, {"accuracy": 0.01}, ("--accuracy", "0.01")),
         ("sensitivity", "sobol-single-block", SAMPLE, {"resamples": 10}, ("--resamples", "10")),
         (
             "ida",

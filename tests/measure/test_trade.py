@@ -23,7 +23,7 @@ from warprock.errors import InputError
 from warprock.figures import trade as plots_trade
 from warprock.measure import trade
 from warprock.measure.trade import Entry, all_entries, run_trade
-from warprock.measure.trade_choice import WITHOUT_SLIDING, Choice, choose, shipped_trade
+from warprock.measure.trade_choice import Choice, choose, shipped_trade
 from warprock.measure.trade_knobs import TRADE_KNOBS
 from warprock.measure.trade_scenes import (
     FINE_STEP,
@@ -371,10 +371,11 @@ def test_shipped_table_is_that_of_the_engines() -> None:
     table = shipped_trade()
     for row in table.to_dict("records"):
         build_settings(row["engine"], json.loads(row["settings"]), "shipped")
-    sliding = table[~table["engine"].isin(WITHOUT_SLIDING)]
+    fixed = table["engine"].isin([name for name, each in ENGINES.items() if not each.slides])
+    sliding = table[~fixed]
     for name in TRADE_SCENES:
         assert len(trade.cheapest(sliding[sliding["scene"] == name], 1e-3)) > 0, name
-    references = table[table["engine"].isin(WITHOUT_SLIDING) & (table["precision"] == "float64")]
+    references = table[fixed & (table["precision"] == "float64")]
     assert set(references["scene"]) == set(TRADE_SCENES)
     # Where blocks slide neither of them holds, and says so.
     slides = [TRADE_SCENES[name].solve is fine_response for name in references["scene"]]

@@ -12,6 +12,7 @@ import pytest
 from warprock.figures import study as plots_study
 from warprock.figures.drawing import write_drawings
 from warprock.figures.sheet import style
+from warprock.findings.sheets import heading
 from warprock.paper import conflicts, plots_forced, plots_free, print_tables
 from warprock.paper.printed import (
     INFERRED_NAMES,
@@ -345,7 +346,7 @@ def test_a_narrow_terminal_cuts_no_word_and_no_number(width: int, monkeypatch: p
         "rotation_error_rad": 1.23e-5,
     }
     words = ("12", "block", "0.123456", "overturned", "12.3456", "1.23e-05")
-    measured = ("12", "block", "0.123", "overturned", "12.3", "1.23e-05", "rotation", "[rad]")
+    measured = ("12", "block", "0.123", "overturned", "12.3", "1.23e-5", "rotation", "[rad]")
     table = terminal.plain_table("A title", row, ["label"])
     table.add_row(*map(str, row.values()))
     stream = io.StringIO()
@@ -363,25 +364,6 @@ def test_a_narrow_terminal_cuts_no_word_and_no_number(width: int, monkeypatch: p
     assert max(map(len, printed.splitlines())) <= max(width, len("12  overturned"))
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0.5, "0.500"),
-        (123.4, "123"),
-        (1.29979e7, "13.0 million"),
-        (1234.5, "1,230"),
-        (2.0e9, "2.00 billion"),
-        (1.06e-5, "1.06e-05"),
-        (999.7, "1,000"),
-        (0.0, "0"),
-        (float("nan"), "-"),
-        (float("inf"), "inf"),
-    ],
-)
-def test_measured_numbers_have_three_digits(value: float, text: str):
-    assert terminal.measured(value) == text
-
-
 def test_headings_are_words_with_units():
     headings = {"peak_time_s": "peak time [s]", "frequency_hz": "frequency [Hz]", "lane": "lane"}
-    assert {name: terminal.heading_text(name) for name in headings} == headings
+    assert {name: heading(name).label for name in headings} == headings

@@ -329,12 +329,11 @@ def test_where_housner_does_not_hold_is_said(study, case):
     assert "5.0e-01" in text
 
 
-def test_the_whole_print_names_the_case_and_the_files(study, case):
+def test_the_whole_print_names_the_case(study, case):
     console = plain_console(file=io.StringIO(), width=100)
-    print_study_run(study.rows, case, 1.5, ["out/study.csv"], console)
+    print_study_run(study, console)
     text = console.file.getvalue()
     assert text.startswith(f"{case.name}: {case.title}")
-    assert "wrote out/study.csv" in text
 
 
 def test_explain_says_what_will_be_run(file):

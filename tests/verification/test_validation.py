@@ -15,9 +15,9 @@ from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.cli.main import main
 from warprock.errors import InputError
+from warprock.findings.validation import find_validation, validation_facts
 from warprock.model.response import INTEGER_FIELDS, LANE_FIELDS, Outcome, Response, Status
 from warprock.running.options import RunOptions
-from warprock.tables.validation import validation_facts, validation_report
 from warprock.verification import checks
 from warprock.verification.checks import run_checks
 from warprock.verification.measured import predicted
@@ -132,9 +132,9 @@ def test_a_validation_counts_what_it_should(validation):
 
 def test_the_text_has_every_number(validation):
     _, _, found = validation
-    report = validation_report(found)
+    report = find_validation(found)
     text = report.texts["validation.md"]
-    assert report.came_out in text
+    assert report.sentences[0] in text
     for title in ("Scores", "Right by status", "Fragility", "Paired tests", "Reliability"):
         assert f"## {title}" in text
     table = report.tables["validation"]

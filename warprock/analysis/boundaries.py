@@ -1,7 +1,7 @@
 """Boundaries of an overturning map: where in a column of its grid the mode of overturning changes.
 
 In each column of the grid every change of the mode from one lane to the next is halved, all columns
-in one batch, down to a tolerance. A third mode in the middle makes two boundaries of one. What is
+in one batch, down to an accuracy. A third mode in the middle makes two boundaries of one. What is
 narrower than the grid and lies between two lanes of the same mode is not seen.
 """
 
@@ -31,9 +31,9 @@ from warprock.errors import InputError
 from warprock.model.response import SampleTimes
 from warprock.running.batch import run_batch
 
-TOLERANCE = 1e-4
+ACCURACY = 1e-4
 """Width of a boundary's bracket over its strength, where none is asked for."""
-LEAST_TOLERANCE, MOST_TOLERANCE = 1e-9, 0.1
+LEAST_ACCURACY, MOST_ACCURACY = 1e-9, 0.1
 SAME_FREQUENCY = 1e-3
 """Two frequency ratios that differ by less, relatively, are one column."""
 
@@ -57,7 +57,7 @@ class _Brackets:
 
 def refine(
     found: OverturningMap,
-    tolerance: float = TOLERANCE,
+    accuracy: float = ACCURACY,
     *,
     chosen: npt.NDArray[np.bool_] | None = None,
     progress: Callable[[int], None] | None = None,
@@ -66,7 +66,7 @@ def refine(
 
     Args:
         found: The grid.
-        tolerance: Width of a bracket over its strength, from 1e-9 to 0.1.
+        accuracy: Width of a bracket over its strength, from 1e-9 to 0.1.
         chosen: Which columns to look at, shape [group, frequency]; None is all.
         progress: Called with the lanes run so far, those of the grid included.
 
@@ -77,15 +77,15 @@ def refine(
         modes `below` and `above`.
 
     Raises:
-        InputError: The tolerance is out of bounds.
+        InputError: The accuracy is out of bounds.
     """
-    require_tolerance(tolerance)
+    require_accuracy(accuracy)
     started = time.perf_counter()
     brackets = _first_brackets(found, chosen)
     ready = [brackets.take(np.zeros(len(brackets.lane), dtype=np.bool_))]
     stages, lanes_run = 0, found.lanes_run
     while len(brackets.lane):
-        wide = brackets.high - brackets.low > tolerance * brackets.high
+        wide = brackets.high - brackets.low > accuracy * brackets.high
         ready.append(brackets.take(~wide))
         brackets = brackets.take(wide)
         if not len(brackets.lane):
@@ -99,7 +99,7 @@ def refine(
     return dataclasses.replace(
         found,
         boundaries=_boundary_table(found, ready),
-        tolerance=tolerance,
+        accuracy=accuracy,
         lanes_run=lanes_run,
         stages=stages,
         wall_time=found.wall_time + time.perf_counter() - started,
@@ -124,15 +124,15 @@ def _middle_modes(found: OverturningMap, brackets: _Brackets, middle: Array) -> 
     return modes(response, blocks, motions, duration)
 
 
-def require_tolerance(tolerance: float) -> None:
-    """Refuses a tolerance that is out of bounds.
+def require_accuracy(accuracy: float) -> None:
+    """Refuses an accuracy that is out of bounds.
 
     Raises:
         InputError: It is not from 1e-9 to 0.1.
     """
-    if not LEAST_TOLERANCE <= tolerance <= MOST_TOLERANCE:
-        allowed = f"must be from {LEAST_TOLERANCE:g} to {MOST_TOLERANCE:g}"
-        raise InputError("--tolerance", "", tolerance, allowed)
+    if not LEAST_ACCURACY <= accuracy <= MOST_ACCURACY:
+        allowed = f"must be from {LEAST_ACCURACY:g} to {MOST_ACCURACY:g}"
+        raise InputError("--accuracy", "", accuracy, allowed)
 
 
 def _first_brackets(found: OverturningMap, chosen: npt.NDArray[np.bool_] | None) -> _Brackets:
@@ -196,7 +196,7 @@ def boundaries_at(
     where: Mapping[str, str],
     frequency_ratio: float,
     *,
-    tolerance: float,
+    accuracy: float,
 ) -> Array:
     """Strengths at which the mode changes in one column of a map, weakest first.
 
@@ -205,7 +205,7 @@ def boundaries_at(
         engine: Name of the engine.
         where: Label -> value that selects the group.
         frequency_ratio: omega_p / p of the column.
-        tolerance: Width of a bracket over its strength.
+        accuracy: Width of a bracket over its strength.
 
     Raises:
         InputError: The case is no map, or there is not exactly one such column.
@@ -217,5 +217,5 @@ def boundaries_at(
     if chosen.sum() != 1:
         allowed = f"must be that of one column of the map; {chosen.sum()} have it"
         raise InputError(case.file, "check.frequency_ratio", frequency_ratio, allowed)
-    found = refine(grid, tolerance, chosen=chosen)
+    found = refine(grid, accuracy, chosen=chosen)
     return found.boundaries["acceleration_ratio"].to_numpy()

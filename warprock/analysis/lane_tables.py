@@ -17,6 +17,7 @@ from warprock.model.response import USABLE, Outcome, Status
 from warprock.model.undecided import UNDECIDED
 from warprock.reading import reason, require_plain
 from warprock.running.lane_table import LANE_TABLE
+from warprock.units import ENDINGS
 
 PEAK_RATIO = re.compile(r"peak_rotation_ratio(_[1-9])?$")
 """Columns of the peak rotation / slenderness angle: one, or one for each block of a stack."""
@@ -25,7 +26,7 @@ MEASURES = {"pga": "peak_acceleration_m_s2", "pgv": "peak_velocity_m_s"}
 """Columns of intensity measures by the short names that the field has for them."""
 
 _UPLIFT_TIME = "uplift_time_s"
-_MEASURED = ("_rad", "_m", "_s", "_ratio", "_m_s", "_m_s2")
+_MEASURED = (*ENDINGS.values(), "_ratio")
 """Ends of names of columns that hold numbers."""
 _WORDS: dict[str, type[enum.IntEnum]] = {"status": Status, "outcome": Outcome}
 

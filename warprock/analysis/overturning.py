@@ -88,7 +88,7 @@ class OverturningMap:
         groups: Labels of every group of lanes, a panel each.
         lanes: Numbers of the lanes, weakest first, shape [group, frequency, amplitude].
         boundaries: One row a boundary; see `boundaries.refine`.
-        tolerance: Width of a boundary's bracket over its strength; None before it was refined.
+        accuracy: Width of a boundary's bracket over its strength; None before it was refined.
         lanes_run: Lanes that were run, those of the grid included.
         stages: Batches after that of the grid.
         wall_time: Time that all took [s].
@@ -98,7 +98,7 @@ class OverturningMap:
     groups: tuple[str, ...]
     lanes: npt.NDArray[np.intp]
     boundaries: pd.DataFrame
-    tolerance: float | None
+    accuracy: float | None
     lanes_run: int
     stages: int
     wall_time: float
@@ -189,7 +189,7 @@ def run_grid(
         groups=groups,
         lanes=lanes,
         boundaries=pd.DataFrame(),
-        tolerance=None,
+        accuracy=None,
         lanes_run=lanes.size,
         stages=0,
         wall_time=run.wall_time,

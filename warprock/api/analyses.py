@@ -5,13 +5,12 @@ from __future__ import annotations
 import functools
 import os
 import pathlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Unpack
 
 import pandas as pd
 
-from warprock.analysis.boundaries import TOLERANCE as BOUNDARY_TOLERANCE
-from warprock.analysis.boundaries import refine, require_tolerance
+from warprock.analysis.boundaries import ACCURACY, refine, require_accuracy
 from warprock.analysis.capacities import INTENSITIES, capacities, require_columns
 from warprock.analysis.fragility import INTENSITY, MOST_DOUBT, fragility_curves
 from warprock.analysis.incremental import Ladder, plan_analysis, run_analysis
@@ -24,22 +23,21 @@ from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.work import How, HowHeld, listing_how, working
-from warprock.arguments import at_the_door, several
-from warprock.errors import InputError
+from warprock.arguments import at_the_door, require_within, several
 from warprock.figures.fragility import draw_curves, groups_of, plot_curves
 from warprock.figures.incremental import draw_analysis, plot_analysis
 from warprock.figures.overturning import draw_map, plot_map
 from warprock.figures.sensitivity import draw_sensitivity, plot_sensitivity
 from warprock.figures.spectrum import draw_spectrum, plot_spectrum
+from warprock.findings.fragility import find_fragility
+from warprock.findings.incremental import find_analysis
+from warprock.findings.overturning import find_map
+from warprock.findings.sensitivity import find_sensitivity
+from warprock.findings.spectrum import find_spectrum
 from warprock.report.chosen import played_of_analysis
 from warprock.report.replays import played_beside
 from warprock.report.scenes import scenes_of
 from warprock.running.work import Work
-from warprock.tables.fragility import fragility_report
-from warprock.tables.incremental import analysis_report
-from warprock.tables.overturning import map_report
-from warprock.tables.sensitivity import sensitivity_report
-from warprock.tables.spectrum import spectrum_report
 
 Table = pd.DataFrame | Found | str | os.PathLike[str]
 """A lane table, what a run or a sweep found, or the path of a Parquet file or of its folder."""
@@ -88,29 +86,57 @@ def fragility(
         >>> found.table["reached"].tolist() == [int((run.table["outcome"] == "overturned").sum())]
         True
     """
-    _require_within("max_doubt", max_doubt, 0.0, 1.0)
-    groups, slides = several(by), several(limit_slide)
     with python_names():
         lanes, source = _lanes_of(table)
-        im = measure_named(im, lanes.columns.astype(str))
         texts = [each if isinstance(each, str) else f"{each:g}" for each in several(limit)]
-        chosen = read_limits(texts or (() if slides else DEFAULT_LIMITS), slides)
-        how: dict[str, Any] = {"limits": chosen, "by": groups, "most_doubt": max_doubt}
-        curves = fragility_curves(lanes, source=source, intensity=im, **how)
+        play = functools.partial(_played_of_table, table, lanes)
+        return fragility_of(
+            lanes, source, im, texts, several(limit_slide), several(by), max_doubt, play
+        )
+
+
+def fragility_of(
+    lanes: pd.DataFrame,
+    source: str,
+    im: str,
+    limits: Sequence[str],
+    slides: Sequence[str],
+    by: Sequence[str],
+    most_doubt: float,
+    play: Callable[[str], Mapping[str, Any] | None],
+) -> Found:
+    """Fits fragility functions to a lane table.
+
+    Args:
+        lanes: The lane table.
+        source: What errors name as its source.
+        im: Column of the intensity measure, or one of its names.
+        limits: Limit states as texts; where these and the slides are empty, the usual ones.
+        slides: Limit states that are a peak slide.
+        by: Columns that make groups of lanes.
+        most_doubt: Share of a group's lanes that may be left out or in doubt [-].
+        play: Lanes to play, of the column of the intensity measure; None where there are none.
+    """
+    require_within("--max-doubt", most_doubt, 0.0, 1.0)
+    chosen = read_limits(limits or (() if slides else DEFAULT_LIMITS), slides)
+    im = measure_named(im, lanes.columns.astype(str))
+    curves = fragility_curves(
+        lanes, source=source, intensity=im, limits=chosen, by=by, most_doubt=most_doubt
+    )
     return Found(
         f"fragility over {im}",
         curves,
-        functools.partial(fragility_report, lanes, curves, source, im),
+        functools.partial(find_fragility, lanes, curves, source, im),
         functools.partial(draw_curves, curves, im),
         (len(groups_of(curves)), functools.partial(plot_curves, curves=curves, intensity=im)),
-        functools.partial(_played_of_table, table, lanes, im),
+        functools.partial(play, im),
     )
 
 
 def _played_of_table(table: Table, lanes: pd.DataFrame, intensity: str) -> Mapping[str, Any] | None:
     """Lanes to play of the run that a table is of; None where it is not known."""
     if isinstance(table, Found):
-        return table._scenes()
+        return table.scenes()
     if isinstance(table, pd.DataFrame):
         return None
     return played_beside(lanes, pathlib.Path(table), intensity)
@@ -179,30 +205,30 @@ def ida(
     with python_names():
         ladder.judge()
     with working(case, engine, counted=False, factors=ladder.factors.tolist(), **how) as work:
-        place = None if folder is None else pathlib.Path(folder)
-        return _ida(work, ladder, measure_named(im, INTENSITIES), several(by), place)
+        return ida_of(
+            work, ladder, im, several(by), None if folder is None else pathlib.Path(folder)
+        )
 
 
-def _ida(
-    work: Work, ladder: Ladder, intensity: str, by: Sequence[str], folder: pathlib.Path | None
+def ida_of(
+    work: Work, ladder: Ladder, im: str, by: Sequence[str], folder: pathlib.Path | None
 ) -> Found:
     """Plans and runs an incremental dynamic analysis; stages are kept in the folder."""
-    options = work.options
-    plan = plan_analysis(work.case, work.engine, ladder, options)
-    require_columns(work.case, intensity, by)
+    case, options, intensity = work.case, work.options, measure_named(im, INTENSITIES)
+    plan = plan_analysis(case, work.engine, ladder, options)
+    require_columns(case, intensity, by)
     found = run_analysis(
-        work.case, plan, ladder, folder, workers=options.workers, progress=options.progress
+        case, plan, ladder, folder, workers=options.workers, progress=options.progress
     )
     groups = capacities(found, intensity=intensity, by=by)
     draw = functools.partial(plot_analysis, found=found, groups=groups, intensity=intensity)
-    quiet = options.without_progress()
     return Found(
-        f"{work.case.name}: incremental dynamic analysis with {work.engine}",
+        f"{case.name}: incremental dynamic analysis with {work.engine}",
         found,
-        functools.partial(analysis_report, found, work.case, groups, intensity),
+        functools.partial(find_analysis, found, case, groups, intensity),
         functools.partial(draw_analysis, found, groups, intensity),
         (len(groups), draw),
-        functools.partial(played_of_analysis, work.case, work.engine, quiet, found),
+        functools.partial(played_of_analysis, case, work.engine, options.without_progress(), found),
     )
 
 
@@ -212,7 +238,7 @@ def map(
     case: AnyCase,
     engine: str | None = None,
     *,
-    tolerance: float = BOUNDARY_TOLERANCE,
+    accuracy: float = ACCURACY,
     **how: Unpack[How],
 ) -> Found:
     """How pulses overturn a block: without an impact, with impacts, or not at all.
@@ -221,7 +247,7 @@ def map(
         case: The case, as in `run`, which sweeps motion.frequency and motion.amplitude; further
             axes, each with a label, make panels.
         engine: Name of the engine, as in `run`.
-        tolerance: Width of a boundary over its height at which it is narrow enough [-].
+        accuracy: Width of a boundary over its height at which it is narrow enough [-].
         **how: overrides, precision, device, workers and progress, as in `run`.
 
     Returns:
@@ -243,13 +269,18 @@ def map(
         [1.23, 2.31, 2.35]
     """
     with working(case, engine, counted=False, **how) as work:
-        require_tolerance(tolerance)
-        grid = run_grid(work.case, work.engine, work.options)
-        found = refine(grid, tolerance, progress=work.options.progress)
+        return map_of(work, accuracy)
+
+
+def map_of(work: Work, accuracy: float) -> Found:
+    """Runs the grid of a map, and finds the boundaries between modes to an accuracy."""
+    require_accuracy(accuracy)
+    grid = run_grid(work.case, work.engine, work.options)
+    found = refine(grid, accuracy, progress=work.options.progress)
     return Found(
         f"{work.case.name}: overturning map with {work.engine}",
         found,
-        functools.partial(map_report, found),
+        functools.partial(find_map, found),
         functools.partial(draw_map, found),
         (len(found.groups), functools.partial(plot_map, found=found)),
         functools.partial(scenes_of, found.run),
@@ -290,11 +321,16 @@ def spectrum(
         [2.0, 4.0]
     """
     with working(case, engine, **how) as work:
-        found = run_spectrum(work.case, work.engine, work.options)
+        return spectrum_of(work)
+
+
+def spectrum_of(work: Work) -> Found:
+    """Runs all blocks of rocking spectra."""
+    found = run_spectrum(work.case, work.engine, work.options)
     return Found(
         f"{work.case.name}: rocking spectrum with {work.engine}",
         found,
-        functools.partial(spectrum_report, found),
+        functools.partial(find_spectrum, found),
         functools.partial(draw_spectrum, found),
         (len(found.groups), functools.partial(plot_spectrum, found=found)),
         functools.partial(scenes_of, found.run),
@@ -338,23 +374,19 @@ def sensitivity(
         >>> len(found.table)
         12
     """
-    _require_within("resamples", resamples, 10, 10_000)
     with working(case, engine, counted=False, **how) as work:
-        found = run_sensitivity(work.case, work.engine, work.options, of=of, resamples=resamples)
+        return sensitivity_of(work, of, resamples)
+
+
+def sensitivity_of(work: Work, of: str, resamples: int) -> Found:
+    """Runs Saltelli's design of a case, and finds the indices."""
+    require_within("--resamples", resamples, 10, 10_000)
+    found = run_sensitivity(work.case, work.engine, work.options, of=of, resamples=resamples)
     return Found(
         f"{work.case.name}: Sobol' indices of {of} with {work.engine}",
         found,
-        functools.partial(sensitivity_report, found),
+        functools.partial(find_sensitivity, found),
         functools.partial(draw_sensitivity, found),
         (len(found.groups), functools.partial(plot_sensitivity, found=found)),
+        functools.partial(scenes_of, found.run),
     )
-
-
-def _require_within(argument: str, value: float, least: float, most: float) -> None:
-    """Refuses a number that is out of bounds, or none.
-
-    Raises:
-        InputError: It is.
-    """
-    if not least <= value <= most:
-        raise InputError(argument, "", value, f"must be from {least} to {most}")

@@ -8,7 +8,7 @@ import pathlib
 import tomllib
 
 from warprock.api.case import Case
-from warprock.api.found import Found
+from warprock.api.found import Found, untitled
 from warprock.api.names import python_names
 from warprock.arguments import at_the_door
 from warprock.bodies.body import Asked, Body, Texts, find_body, read_asked
@@ -79,7 +79,7 @@ class BodyFound(Found):
 
     def __init__(self, found: Body, start: Start) -> None:
         report = functools.partial(body_report, found)
-        draw = functools.partial(draw_body, found)
+        draw = functools.partial(untitled, draw_body, found)
         super().__init__(f"{found.name}: a body", found, report, draw)
         self._start = start
 
@@ -88,5 +88,8 @@ class BodyFound(Found):
         """Its case, on a pulse, as `run` takes it."""
         return Case.from_dict(tomllib.loads(self._start.text), name=self.found.name)
 
-    def _write(self, folder: pathlib.Path) -> list[pathlib.Path]:
-        return [*write_case(self._start, folder / CASE_FILE, "folder"), *super()._write(folder)]
+    def save(self, folder: str | os.PathLike[str]) -> list[pathlib.Path]:
+        """Writes all of it, as in `Found.save`, and the case."""
+        with python_names():
+            case = write_case(self._start, pathlib.Path(folder) / CASE_FILE, "--output")
+        return [*case, *super().save(folder)]

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from warprock.api.case import AnyCase, any_case
-from warprock.api.found import Found
+from warprock.api.found import Found, untitled
 from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
 from warprock.arguments import at_the_door, several
+from warprock.case.case import Case
 from warprock.case.load import Overrides
-from warprock.figures.drawing import Drawing
 from warprock.figures.poses import draw_poses
+from warprock.findings.comparison import find_comparison
 from warprock.report.chosen import played_of_comparison
-from warprock.tables.comparison import comparison_report
+from warprock.running.options import Progress
+from warprock.tables.comparison import print_any_comparison
 from warprock.verification.checks import compare as compare_engines
 
 
@@ -53,21 +55,26 @@ def compare(
         >>> bool((found.table["error_5s_ratio"] < 1e-9).all())
         True
     """
-    engines = several(engine)
     with python_names():
         work = any_case(case, overrides).judged
         with shown(progress, work.name, None) as report:
-            found = compare_engines(work, engines, workers, report)
-    title = f"{work.name}: {', '.join(engines)}"
-    draw: Callable[[], list[Drawing]] = list
-    if "observed" in found:
-        draw = functools.partial(draw_poses, found)
+            return compare_of(work, several(engine), workers, report)
+
+
+def compare_of(
+    case: Case, engines: Sequence[str], workers: int | None, progress: Progress
+) -> Comparison:
+    """Runs engines on a case, and holds them against one another."""
+    found = compare_engines(case, list(engines), workers, progress)
+    draw = functools.partial(draw_poses, found) if "observed" in found else list
     return Comparison(
-        title,
+        f"{case.name}: {', '.join(engines)}",
         found,
-        functools.partial(comparison_report, work, found),
-        draw,
-        play=functools.partial(played_of_comparison, work, found),
+        functools.partial(
+            find_comparison, case, found, functools.partial(print_any_comparison, case, found)
+        ),
+        functools.partial(untitled, draw),
+        play=functools.partial(played_of_comparison, case, found),
     )
 
 

@@ -18,18 +18,25 @@ from warprock.arguments import at_the_door
 from warprock.errors import InputError
 from warprock.figures.axes import require_axes
 from warprock.figures.drawing import Drawing, write_drawings
+from warprock.findings.finding import Finding
+from warprock.findings.numbers import three
 from warprock.report.writing import write_report
 from warprock.running.results import list_results, write_results
+from warprock.tables.finding import print_finding
 
 if TYPE_CHECKING:
     from warprock.figures.axes import Axes
-    from warprock.tables.report import Report
 
 Panel = tuple[int, Callable[..., None]]
 """Groups of lanes, and what draws one, `group`, on axes."""
 
 ROWS_SHOWN = 8
 """Rows of a table that a notebook shows."""
+
+
+def untitled(draw: Callable[..., Sequence[Drawing]], *args: Any) -> Sequence[Drawing]:
+    """Draws figures that have titles of their own: without that of the finding, the last one."""
+    return draw(*args[:-1])
 
 
 class Found:
@@ -53,23 +60,24 @@ class Found:
         self,
         title: str,
         found: Any,
-        report: Callable[[], Report],
-        draw: Callable[[], Sequence[Drawing]],
+        find: Callable[[], Finding],
+        draw: Callable[[str], Sequence[Drawing]],
         panel: Panel | None = None,
         play: Callable[[], Mapping[str, Any] | None] | None = None,
     ) -> None:
         self.title, self.found = title, found
-        self._reported, self._draw, self._panel, self._play = report, draw, panel, play
+        self._find, self._draw, self._panel, self._play = find, draw, panel, play
         self._saved: pathlib.Path | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         """What a pickle keeps: what was found; tables and figures are made of it again."""
-        made = ("_report", "_drawings")
+        made = ("finding", "_drawings")
         return {name: value for name, value in self.__dict__.items() if name not in made}
 
     @functools.cached_property
-    def _report(self) -> Report:
-        return self._reported()
+    def finding(self) -> Finding:
+        """What came out: its sentences tell it, the first in short."""
+        return self._find()
 
     @property
     def table(self) -> pd.DataFrame:
@@ -83,12 +91,12 @@ class Found:
     @property
     def tables(self) -> Mapping[str, pd.DataFrame]:
         """All tables, by the name of their file."""
-        return self._report.tables
+        return self.finding.tables
 
     @property
     def facts(self) -> Mapping[str, Any]:
         """What ran and what came of it, ready for JSON: the content of `run.json`."""
-        return self._report.json if self._report.facts is None else self._report.facts
+        return self.finding.facts or self.finding.json
 
     def figures(self) -> list[Drawing]:
         """Its figures.
@@ -101,7 +109,7 @@ class Found:
 
     @functools.cached_property
     def _drawings(self) -> Sequence[Drawing]:
-        return self._draw()
+        return self._draw(self.finding.headline)
 
     @at_the_door
     def plot(self, *, ax: Any = None, group: int = 0) -> Any:
@@ -148,7 +156,7 @@ class Found:
 
     def show(self) -> None:
         """Prints it as the command does."""
-        self._report.show()
+        print_finding(self.finding)
 
     @at_the_door
     def save(self, folder: str | os.PathLike[str]) -> list[pathlib.Path]:
@@ -165,9 +173,9 @@ class Found:
         """
         place = pathlib.Path(folder)
         with python_names():
-            files = self._write(place)
+            files = self.write(place)
             files += write_drawings(self.figures(), place)
-        list_results(place, files, beside=self._report.beside)
+        list_results(place, files, beside=self.finding.beside)
         self._saved = place
         return [*files, self._write_page(place)] if self._saves_page else files
 
@@ -191,27 +199,29 @@ class Found:
 
     def _write_page(self, folder: pathlib.Path) -> pathlib.Path:
         """Writes the page of a folder that it was saved to."""
-        page = write_report(folder, scenes=self._scenes(), drawings=self.figures())
+        page = write_report(folder, scenes=self.scenes(), drawings=self.figures())
         list_results(folder, [page], beside=True)
         return page
 
-    def _scenes(self) -> Mapping[str, Any] | None:
+    def scenes(self) -> Mapping[str, Any] | None:
         """Lanes to play on the page; None where there are none."""
         return None if self._play is None else self._play()
 
-    def _write(self, folder: pathlib.Path) -> list[pathlib.Path]:
-        """Writes all but the figures."""
-        report = self._report
-        return write_results(folder, report.tables, report.facts, report.texts)
+    def write(self, folder: pathlib.Path) -> list[pathlib.Path]:
+        """Writes all but the figures and the page."""
+        finding = self.finding
+        return write_results(folder, finding.tables, finding.facts or None, finding.texts)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.title}: {len(self.table):,} rows)"
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: what was run, the first rows, and a picture."""
+        """What a notebook shows: what was run, what came out, the first rows, and a picture."""
         drawings = self.figures()
         pictures = "".join(_picture(drawing) for drawing in drawings[:1])
         head = f"<p><b>{html.escape(repr(self))}</b></p>"
+        if self.finding.headline:
+            head += f"<p>{html.escape(self.finding.sentences[0])}</p>"
         return head + _rows_html(self._shown()) + pictures
 
     def _shown(self) -> pd.DataFrame:
@@ -222,14 +232,10 @@ class Found:
 def _rows_html(table: pd.DataFrame) -> str:
     """The first rows of a table as HTML, three digits a number."""
     rows = table.head(ROWS_SHOWN)
-    text = rows.to_html(index=False, border=0, float_format=_three_digits, na_rep="")
+    text = rows.to_html(index=False, border=0, float_format=three, na_rep="")
     left = len(table) - len(rows)
     more = f"<p>and {left:,} more rows in .table</p>" if left else ""
     return f'<div style="overflow-x: auto">{text}</div>{more}'
-
-
-def _three_digits(value: float) -> str:
-    return f"{value:,.0f}" if 1000.0 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
 def _picture(drawing: Drawing) -> str:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import dataclasses
 import functools
 import pathlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from warprock.api.case import AnyCase, Case, any_case
-from warprock.api.found import Found
+from warprock.api.found import Found, untitled
 from warprock.api.names import python_names
 from warprock.api.progress import Shown
 from warprock.api.work import HowHeld, working
@@ -23,6 +23,8 @@ from warprock.case.validation import refusing, validated
 from warprock.errors import InputError
 from warprock.figures.axes import plot_history, plot_peaks, require_axes
 from warprock.figures.run import draw_run
+from warprock.findings.finding import Finding
+from warprock.findings.run import find_run
 from warprock.measure.trade_choice import Choice, choose
 from warprock.model.response import Response
 from warprock.quantity import Said
@@ -31,13 +33,12 @@ from warprock.running.case_run import CaseRun, require_choice, run_case, run_lan
 from warprock.running.cells import cell_table
 from warprock.running.devices import start_warp
 from warprock.running.engine_choice import EngineChoice
-from warprock.running.lane_table import LANE_TABLE, history_table, lane_table, peak_ratio_columns
+from warprock.running.lane_table import history_table, peak_ratio_columns
 from warprock.running.options import TOLERANCE, RunOptions
-from warprock.running.provenance import count_words, provenance
-from warprock.running.results import CELL_TABLE, write_run
+from warprock.running.provenance import count_words
+from warprock.running.results import write_run
 from warprock.settings.engines import SETTINGS
 from warprock.tables.cells import print_cells
-from warprock.tables.report import Report
 from warprock.tables.run import print_run
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ class Run(Found):
         found: The case, its lanes and the engine's response, `CaseRun`.
         choice: The engine, and why it was taken where none was named.
         accuracy: What an accuracy chose and what its test said; None where none was asked for.
+        kept: Lanes whose histories are written, too.
 
     Example:
         >>> import warprock as wr
@@ -74,9 +76,12 @@ class Run(Found):
     def __init__(
         self, found: CaseRun, choice: EngineChoice, accuracy: Choice | None = None
     ) -> None:
-        report = functools.partial(run_report, found)
-        super().__init__(found.case.name, found, report, functools.partial(draw_run, found))
+        report = functools.partial(find_run, found, functools.partial(_show_run, found))
+        super().__init__(
+            found.case.name, found, report, functools.partial(untitled, draw_run, found)
+        )
         self.choice, self.accuracy = choice, accuracy
+        self.kept: tuple[int, ...] = ()
 
     @property
     def case(self) -> Case:
@@ -170,10 +175,23 @@ class Run(Found):
             run = _sampling(self.found, interval)
             return run, run_lane(run, lane)
 
-    def _write(self, folder: pathlib.Path) -> list[pathlib.Path]:
-        return write_run(self.found, folder)
+    @functools.cached_property
+    def finding(self) -> Finding:
+        """What came out, with what an accuracy chose."""
+        found = self._find()
+        if self.accuracy is None:
+            return found
+        said = {**found.facts, "choice": dataclasses.asdict(self.accuracy)}
+        return dataclasses.replace(found, said=said)
 
-    def _scenes(self) -> Mapping[str, Any]:
+    def write(self, folder: pathlib.Path) -> list[pathlib.Path]:
+        """Writes the lane table, cells, histories and `run.json`."""
+        return write_run(
+            self.found, folder, {lane: run_lane(self.found, lane) for lane in self.kept}
+        )
+
+    def scenes(self) -> Mapping[str, Any]:
+        """Lanes to play on the page."""
         return scenes_of(self.found)
 
     def _shown(self) -> pd.DataFrame:
@@ -276,17 +294,9 @@ def _for_accuracy(
         return found.override(chosen.overrides), chosen
 
 
-def run_report(found: CaseRun) -> Report:
-    """What a run has to show.
-
-    Its files are the lane table, that of the cells of an ensemble, and what ran.
-    """
-    tables = {LANE_TABLE: lane_table(found.lane_set, found.response)}
-    show: Callable[[CaseRun, list[pathlib.Path]], None] = print_run
-    if found.case.ensemble is not None:
-        tables[CELL_TABLE], show = cell_table(found.lane_set, found.response), print_cells
-    facts = provenance(found)
-    return Report(facts, tables, facts, functools.partial(show, found, []))
+def _show_run(found: CaseRun) -> None:
+    """Prints a run as the command does."""
+    (print_run if found.case.ensemble is None else print_cells)(found)
 
 
 def _sampling(run: CaseRun, interval: str | None) -> CaseRun:

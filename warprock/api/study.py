@@ -10,14 +10,15 @@ from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
 from warprock.arguments import at_the_door
+from warprock.case.case import Case
 from warprock.case.load import Overrides
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing
 from warprock.figures.study import draw_histories, draw_study
+from warprock.findings.study import find_study
 from warprock.quantity import NOTHING
 from warprock.report.chosen import played_of_study
-from warprock.running.options import RunOptions
-from warprock.tables.report import Report
+from warprock.running.options import Progress, RunOptions
 from warprock.tables.study import print_study_run
 from warprock.verification import study as studies
 
@@ -62,38 +63,37 @@ def study(
     """
     with python_names():
         work = any_case(case, overrides).judged
-        if work.study is None:
-            raise InputError(work.file, "study", NOTHING, "must be given: what is varied")
         options = RunOptions(precision, device, workers, None)
-        total = studies.run_count(work, engine) * work.lane_count
+        total = studies.run_count(work, engine) * work.lane_count if work.study else None
         with shown(progress, work.name, total) as report:
-            done = 0
+            return study_of(work, engine, options, report)
 
-            def finished(count: int) -> None:
-                nonlocal done
-                done += count
-                report(done)
 
-            found = studies.run_study(work, engine, options, finished=finished)
+def study_of(case: Case, engine: str | None, options: RunOptions, progress: Progress) -> Found:
+    """Runs the engines and settings of a study; progress is called with the lanes finished."""
+    if case.study is None:
+        raise InputError(case.file, "study", NOTHING, "must be given: what is varied")
+    done = 0
+
+    def finished(count: int) -> None:
+        nonlocal done
+        done += count
+        progress(done)
+
+    found = studies.run_study(case, engine, options, finished=finished)
     return Found(
-        f"{work.name}: study",
+        f"{case.name}: study",
         found,
-        functools.partial(_report, found),
+        functools.partial(find_study, found, functools.partial(print_study_run, found)),
         functools.partial(_draw, found),
         play=functools.partial(played_of_study, found),
     )
 
 
-def _report(found: studies.StudyRun) -> Report:
-    facts = studies.study_provenance(found)
-    show = functools.partial(print_study_run, found.rows, found.case, found.wall_time, [])
-    return Report(facts, {studies.STUDY: found.table}, facts, show)
-
-
-def _draw(found: studies.StudyRun) -> Sequence[Drawing]:
+def _draw(found: studies.StudyRun, said: str) -> Sequence[Drawing]:
     title, last = found.case.title, found.table["lane_name"].iloc[-1]
     duration, curves = found.case.sample_times.duration, (found.times, found.reference)
     return [
-        draw_study("study", found.rows, title, duration),
+        draw_study("study", found.rows, title, duration, said),
         draw_histories("histories", f"{title}, {last}", *curves, found.histories),
     ]

@@ -12,15 +12,15 @@ import pandas as pd
 
 from warprock.analysis.lane_tables import read_lanes
 from warprock.api.case import AnyCase
-from warprock.api.found import Found
+from warprock.api.found import Found, untitled
 from warprock.api.work import HowHeld, listing_how, working
 from warprock.arguments import at_the_door
 from warprock.errors import InputError
+from warprock.findings.finding import Finding
 from warprock.running.lane_table import LANE_TABLE
 from warprock.sweeps.chunks import merge, sweep_state
 from warprock.sweeps.plan import CHUNK_LANES, Plan, make_plan, write_plan
 from warprock.sweeps.run import Shard, chunks_to_run, run_here
-from warprock.tables.report import Report
 from warprock.tables.sweeps import print_state
 
 
@@ -79,7 +79,12 @@ class SweepFound(Found):
     def __init__(self, title: str, plan: Plan, folder: pathlib.Path) -> None:
         # Read now, so that they stay when the folder goes.
         facts, lanes = sweep_state(plan, folder), read_lanes(folder)
-        super().__init__(title, plan, functools.partial(_report, facts, lanes, folder), list)
+        super().__init__(
+            title,
+            plan,
+            functools.partial(_report, facts, lanes, folder),
+            functools.partial(untitled, list),
+        )
         self.folder = folder
 
     @at_the_door
@@ -101,6 +106,7 @@ class SweepFound(Found):
         return self._write_page(self.folder)
 
 
-def _report(facts: dict[str, Any], lanes: pd.DataFrame, folder: pathlib.Path) -> Report:
+def _report(facts: dict[str, Any], lanes: pd.DataFrame, folder: pathlib.Path) -> Finding:
     """What a sweep has to show: its merged table, and how far it is."""
-    return Report(facts, {LANE_TABLE: lanes}, None, functools.partial(print_state, facts, folder))
+    show = functools.partial(print_state, facts, folder)
+    return Finding("Sweep", {}, {LANE_TABLE: lanes}, [""], said=facts, show=show)

@@ -15,7 +15,8 @@ from warprock.api.found import Found
 from warprock.api.work import HowHeld, listing_how, working
 from warprock.arguments import at_the_door, several
 from warprock.figures.validation import draw_validation
-from warprock.tables.validation import validation_report
+from warprock.findings.validation import find_validation
+from warprock.running.work import Work
 from warprock.verification.validation import run_validation
 
 
@@ -73,11 +74,23 @@ def validate(
         table = observed if isinstance(observed, pd.DataFrame) else pathlib.Path(observed)
     engines = several(engine)
     with working(case, engines[0] if engines else None, counted=False, **how) as work:
-        names = engines or [work.engine]
-        found = run_validation(work.case, names, table, work.options, column=column, group=group)
+        return validation_of(work, engines or [work.engine], table, column, group)
+
+
+def validation_of(
+    work: Work,
+    engines: Sequence[str],
+    observed: pd.DataFrame | pathlib.Path | None,
+    column: str | None,
+    group: str | None,
+) -> Found:
+    """Runs the lanes of a case by engines, and holds them to observed outcomes."""
+    found = run_validation(
+        work.case, list(engines), observed, work.options, column=column, group=group
+    )
     return Found(
         f"{work.case.name}: held to {found.tests.source}",
         found,
-        functools.partial(validation_report, found),
+        functools.partial(find_validation, found),
         functools.partial(draw_validation, found),
     )

@@ -1,7 +1,7 @@
 """What the commands of analyses share: the case and its options, the wait, and what comes of it.
 
-An analysis is computed in `warprock.analysis`; its module in `warprock.tables` makes a `Report` of
-it, its module in `warprock.figures` draws it, and its command here hands one to the other.
+A command is the Python function of the same name: both call one function of `warprock.api`, which
+gives a `Found`; here it is shown and saved.
 """
 
 from __future__ import annotations
@@ -9,38 +9,18 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import pathlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from warprock.cli.options import asked_options, engine_for, say_engine
 from warprock.cli.pages import asked_command, leave, on_case
 
 if TYPE_CHECKING:
-    from warprock.figures.drawing import Drawing
-    from warprock.running.case_run import CaseRun
-    from warprock.running.options import RunOptions
+    from warprock.api.found import Found
     from warprock.running.work import Work
-    from warprock.tables.report import Report
 
 
 @contextlib.contextmanager
-def running(work: Work, total: int | None) -> Iterator[RunOptions]:
-    """Shows how far the block is, and says which engine ran once it is done.
-
-    Args:
-        work: The case that it runs.
-        total: Lanes that it will run; None if that is not known.
-
-    Yields:
-        How lanes are run, with the progress to report.
-    """
-    from warprock.tables.terminal import lane_progress
-
-    with lane_progress(work.case.name, total) as progress:
-        yield dataclasses.replace(work.options, progress=progress)
-    say_engine(work.choice)
-
-
 def case_work(
     case_name: str,
     engine: str | None,
@@ -51,8 +31,11 @@ def case_work(
     tolerance: float | None = None,
     estimate: bool = True,
     factors: Sequence[float] = (1.0,),
-) -> Work:
-    """The case that `case_options` and `estimate_options` ask for.
+    runs: int = 0,
+) -> Iterator[Work]:
+    """The case that `case_options` and `estimate_options` ask for, and how far it is.
+
+    Says which engine ran once the block is done.
 
     Args:
         case_name: The case asked for.
@@ -64,58 +47,64 @@ def case_work(
         tolerance: Of `--tolerance`; None where it was left out.
         estimate: Whether errors are estimated at all.
         factors: On the motion of the case: those at which it will run.
+        runs: How often all lanes will run; 0 where that is not known.
+
+    Yields:
+        The case, its engine, and how lanes are run, with the progress to report.
 
     Raises:
         InputError: The case cannot be read, or an option is out of bounds.
     """
     from warprock.case.load import load_case
     from warprock.running.work import Work
+    from warprock.tables.terminal import lane_progress
 
     case = load_case(case_name, overrides)
     options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
-    return Work(case, engine_for(case, engine, factors), options)
+    choice = engine_for(case, engine, factors)
+    with lane_progress(case.name, runs * case.lane_count or None) as progress:
+        yield Work(case, choice, dataclasses.replace(options, progress=progress))
+    say_engine(choice)
 
 
 def finish(
-    report: Report,
-    draw: Callable[[], Sequence[Drawing]],
+    found: Found,
     folder: pathlib.Path | None,
     *,
     as_json: bool,
     then: str = "",
-    run: CaseRun | None = None,
-    play: Callable[[], Mapping[str, Any] | None] | None = None,
+    always: bool = False,
+    output: str = "results",
+    first: Sequence[pathlib.Path] = (),
 ) -> None:
-    """Writes an analysis where a folder is given, and prints it.
+    """Writes what a command found where a folder is given, and prints it.
 
     Args:
-        report: What it has to show.
-        draw: Draws its figures.
+        found: What the command found.
         folder: Where to write; None writes nothing.
         as_json: Whether to print one JSON object.
         then: The command to try next, once the results are in the folder.
-        run: What it ran, of which its page plays lanes; None where that is no run of a case.
-        play: What runs lanes for its page again in that case.
+        always: Whether to try that next where there is no folder, too.
+        output: The folder that a command to try next writes to where there is none.
+        first: What the command has written before, which stays whatever comes after it.
     """
-    from warprock.report.scenes import scenes_of
-    from warprock.running.results import write_results
+    from warprock.tables.finding import print_finding
     from warprock.tables.terminal import print_end, print_json, print_written
 
-    files: list[pathlib.Path] = []
+    finding, files = found.finding, list(first)
     if folder is not None:
-        files = write_results(folder, report.tables, report.facts, report.texts)
-        scenes: Mapping[str, Any] | None = None
-        if run is not None:
-            scenes = scenes_of(run)
-        elif play is not None:
-            scenes = play()
-        files = leave(folder, files, drawings=draw(), scenes=scenes, beside=report.beside)
+        written, drawings = found.write(folder), found.figures()
+        files += leave(
+            folder, written, drawings=drawings, scenes=found.scenes(), beside=finding.beside
+        )
     if as_json:
-        print_json({**report.json, "files": files})
+        print_json({**finding.json, "files": files})
     else:
-        report.show()
+        print_finding(finding)
         print_written(files)
-        print_end(report.came_out, then if folder is not None else f"{asked_command()} -o results")
+        typed = then if folder is not None or always else f"{asked_command()} -o {output}"
+        if finding.sentences[0]:
+            print_end(finding.sentences[0], typed)
 
 
 def run_of(

@@ -5,19 +5,14 @@ from __future__ import annotations
 import functools
 import pathlib
 import shlex
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from warprock.cli import completion
+from warprock.cli.analysis import finish
 from warprock.cli.exits import waited_for
 from warprock.cli.options import json_option, output_to
-from warprock.cli.pages import asked_command, leave
-
-if TYPE_CHECKING:
-    from warprock.bodies.body import Body
-    from warprock.case.template import Start
-    from warprock.tables.report import Report
 
 
 @click.command()
@@ -92,38 +87,19 @@ def body(
 
     For example: warprock body statue.ply --density "2700 kg/m^3" -o statue
     """
+    from warprock.api.body import BodyFound
     from warprock.bodies.body import Asked, Texts, find_body, read_asked
-    from warprock.bodies.case_text import case_of
-    from warprock.tables.bodies import body_report
-    from warprock.tables.terminal import print_end, print_json, print_written
+    from warprock.bodies.case_text import CASE_FILE, case_of
+    from warprock.running.catalogue import write_case
 
     texts = Texts(density, mass, tolerance, direction)
     wanted = read_asked(Asked(**asked), texts)
     found = waited_for(functools.partial(find_body, mesh, wanted), f"body: looking at {mesh}")
     start = case_of(found, record)
-    report = body_report(found, "CASE" if folder is None else shlex.quote(str(folder)))
-    files: list[pathlib.Path] = []
-    if folder is not None:
-        files = _write(found, start, report, folder)
-    if as_json:
-        print_json({**report.json, "files": files})
-    else:
-        report.show()
-        print_written(files)
-        then = report.then if folder is not None else f"{asked_command()} -o mine"
-        print_end(report.came_out, then)
-
-
-def _write(found: Body, start: Start, report: Report, folder: pathlib.Path) -> list[pathlib.Path]:
-    """Writes the case of a body, what was found, and the page."""
-    from warprock.bodies.case_text import CASE_FILE
-    from warprock.figures.body import draw_body
-    from warprock.running.catalogue import write_case
-    from warprock.running.results import write_results
-
-    files = write_case(start, folder / CASE_FILE, "--output")
-    results = write_results(folder, report.tables, report.facts)
-    return [*files, *leave(folder, results, drawings=draw_body(found))]
+    files = [] if folder is None else write_case(start, folder / CASE_FILE, "--output")
+    then = f"warprock run {shlex.quote(str(folder))} -o results"
+    made = BodyFound(found, start)
+    finish(made, folder, as_json=as_json, then=then, output="mine", first=files)
 
 
 COMMANDS = (body,)

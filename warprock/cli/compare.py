@@ -9,9 +9,9 @@ import shlex
 import click
 
 from warprock.cli import completion
+from warprock.cli.analysis import finish
 from warprock.cli.exits import EXIT_CHECK
 from warprock.cli.options import case_argument, json_option, output_option, set_option
-from warprock.cli.pages import leave
 
 
 @click.command()
@@ -65,30 +65,19 @@ def compare(
     (newton-xpbd, mujoco, bullet, blender, ...; `list` has them) run beside. Settings of one run
     come behind its name: `-e event@time_step=1e-3`.
     """
+    from warprock.api.comparison import compare_of
     from warprock.case.load import load_case
-    from warprock.figures.poses import draw_poses
-    from warprock.report.chosen import played_of_comparison
-    from warprock.running.results import write_results
-    from warprock.tables.comparison import comparison_report
-    from warprock.tables.terminal import lane_progress, print_end, print_json, print_written
-    from warprock.verification import checks
+    from warprock.tables.terminal import lane_progress, print_json
 
     case = load_case(case_name, overrides)
     with lane_progress(case.name, None) as progress:
-        found = checks.compare(case, list(engines), progress=progress)
-    report, files = comparison_report(case, found), []
-    if folder is not None:
-        files = write_results(folder, report.tables, report.facts)
-        drawings = draw_poses(found) if "observed" in found else []
-        files = leave(folder, files, drawings=drawings, scenes=played_of_comparison(case, found))
-    if as_json:
-        print_json({**found, "files": files} if files else found)
-        return
-    report.show()
-    print_written(files)
-    if report.came_out:
-        settings = [part for text in overrides for part in ("-s", text)]
-        print_end(report.came_out, shlex.join([*shlex.split(report.then), *settings]))
+        found = compare_of(case, engines, None, progress)
+    settings = [part for text in overrides for part in ("-s", text)]
+    if as_json and folder is None:
+        print_json(found.finding.json)
+    else:
+        then = shlex.join([*shlex.split(found.finding.then), *settings])
+        finish(found, folder, as_json=as_json, then=then, always=True)
 
 
 COMMANDS = (check, compare)

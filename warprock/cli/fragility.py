@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import pathlib
+from collections.abc import Mapping
 from typing import Any
 
 import click
@@ -14,7 +14,6 @@ from warprock.cli.options import (
     intensity_option,
     json_option,
     output_option,
-    require_within,
 )
 from warprock.cli.pages import on_case
 from warprock.errors import InputError
@@ -69,36 +68,20 @@ def fragility(
     it counts by its finest run, and bands reach around those in which all such lanes reached the
     limit, or none.
     """
-    from warprock.analysis.fragility import fragility_curves
-    from warprock.analysis.lane_tables import measure_named, read_lanes
-    from warprock.analysis.limits import DEFAULT_LIMITS, read_limits
-    from warprock.figures.fragility import draw_curves
-    from warprock.tables.fragility import fragility_report
+    from warprock.analysis.lane_tables import read_lanes
+    from warprock.api.analyses import fragility_of
 
-    require_within("--max-doubt", most_doubt, 0.0, 1.0)
-    chosen = read_limits(limits or (() if slides else DEFAULT_LIMITS), slides)
-    lanes = read_lanes(table)
-    intensity = measure_named(intensity, map(str, lanes.columns))
-    curves = fragility_curves(
-        lanes,
-        source=str(table),
-        intensity=intensity,
-        limits=chosen,
-        by=by,
-        most_doubt=most_doubt,
-    )
-    report = fragility_report(lanes, curves, str(table), intensity)
-
-    draw = functools.partial(draw_curves, curves, intensity)
     source = table if table.is_dir() else table.parent
 
-    def play() -> dict[str, Any] | None:
+    def play(intensity: str) -> Mapping[str, Any] | None:
         from warprock.report.replays import played_beside
 
         beside = folder is not None and folder.resolve() == source.resolve()
         return None if beside else played_beside(lanes, table, intensity)
 
-    finish(report, draw, folder, as_json=as_json, then=_then(source, folder), play=play)
+    lanes = read_lanes(table)
+    found = fragility_of(lanes, str(table), intensity, limits, slides, by, most_doubt, play)
+    finish(found, folder, as_json=as_json, then=_then(source, folder))
 
 
 def _then(source: pathlib.Path, folder: pathlib.Path | None) -> str:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import click
 
+from warprock.arguments import require_within
 from warprock.cli.exits import EXIT_FAILED
-from warprock.cli.options import json_option, require_within, workers_option
+from warprock.cli.options import json_option, workers_option
 from warprock.cli.sweep import bench_sweep
 
 

@@ -23,6 +23,7 @@ import click
 import warprock.cli
 from warprock import __version__
 from warprock.cli import completion
+from warprock.cli.analysis import finish
 from warprock.cli.exits import EXIT_INTERRUPTED
 from warprock.cli.options import (
     EXIT_BAD_LANES,
@@ -40,7 +41,7 @@ from warprock.cli.options import (
     set_option,
     workers_option,
 )
-from warprock.cli.pages import add_page, asked_command, leave, on_case
+from warprock.cli.pages import add_page, asked_command, on_case
 from warprock.cli.sections import Main
 from warprock.cli.study import run_study_of
 from warprock.cli.sweep import EXIT_RESUMABLE
@@ -49,7 +50,6 @@ from warprock.errors import InputError, written_as
 
 if TYPE_CHECKING:
     from warprock.figures.drawing import Drawing
-    from warprock.measure.trade_choice import Choice
     from warprock.running.case_run import CaseRun
 
 
@@ -104,11 +104,11 @@ def run(
     Every lane runs at half the step, and again, until its rotations are within the tolerance by
     their estimate; lanes that do not get there say so.
     """
+    from warprock.api.run import Run
     from warprock.case.lanes import require_room_for_lanes
     from warprock.case.load import load_case
     from warprock.running.case_run import require_histories, require_options, run_case
-    from warprock.tables.run import run_sentence
-    from warprock.tables.terminal import lane_progress, print_end
+    from warprock.tables.terminal import lane_progress
 
     case, choice = load_case(case_name, overrides), None
     if case.study is not None:
@@ -137,10 +137,12 @@ def run(
         counted = dataclasses.replace(options, progress=progress)
         case_run = run_case(case, taken.engine, counted, histories=False)
     say_engine(taken)
-    files = [] if folder is None else _write_run(case_run, folder, lanes)
-    _show_run(case_run, files, choice, as_json)
-    if not as_json:
-        print_end(run_sentence(case_run), _after_run(case_run, case_name, overrides, folder))
+    found = Run(case_run, taken, choice)
+    found.kept = lanes
+    if choice is not None and not as_json:
+        click.echo(f"{choice.why}\n{choice.test}\n{choice.advice}")
+    then = _after_run(case_run, case_name, overrides, folder)
+    finish(found, folder, as_json=as_json, then=then)
     _end(ctx, case_run, max_bad)
 
 
@@ -178,51 +180,10 @@ def _end(ctx: click.Context, case_run: CaseRun, max_bad: float | None) -> None:
         ctx.exit(EXIT_BAD_LANES)
 
 
-def _write_run(
-    case_run: CaseRun, folder: pathlib.Path, lanes: tuple[int, ...]
-) -> list[pathlib.Path]:
-    """Writes a run, with histories of some lanes, and its figures."""
-    from warprock.figures.run import draw_run
-    from warprock.report.scenes import scenes_of
-    from warprock.running.case_run import run_lane
-    from warprock.running.results import write_run
-
-    histories = {lane: run_lane(case_run, lane) for lane in lanes}
-    files: list[pathlib.Path] = write_run(case_run, folder, histories)
-    drawings = draw_run(case_run)
-    return leave(folder, files, drawings=drawings, scenes=scenes_of(case_run))
-
-
 def _is_default(option: str) -> bool:
     """Whether an option of the command that runs was left out."""
     source = click.get_current_context().get_parameter_source(option)
     return source is click.core.ParameterSource.DEFAULT
-
-
-def _show_run(
-    case_run: CaseRun, files: list[pathlib.Path], choice: Choice | None, as_json: bool
-) -> None:
-    """Prints a run and, where an accuracy chose its engine, why."""
-    from warprock.running.cells import cell_table
-    from warprock.running.lane_table import lane_table
-    from warprock.running.provenance import provenance
-    from warprock.tables.cells import print_cells
-    from warprock.tables.run import print_run
-    from warprock.tables.terminal import print_json
-
-    case = case_run.case
-    if as_json:
-        tabulate = lane_table if case.ensemble is None else cell_table
-        table = tabulate(case_run.lane_set, case_run.response)
-        summary = provenance(case_run) | {"rows": table.to_dict("records")}
-        if choice is not None:
-            summary["choice"] = dataclasses.asdict(choice)
-        print_json(summary | {"files": files})
-    else:
-        show = print_run if case.ensemble is None else print_cells
-        if choice is not None:
-            click.echo(f"{choice.why}\n{choice.test}\n{choice.advice}")
-        show(case_run, files)
 
 
 @main.command()

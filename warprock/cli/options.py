@@ -304,13 +304,3 @@ def intensity_option(meaning: str) -> Callable[[Command], Command]:
         metavar="COLUMN",
         help=meaning,
     )
-
-
-def require_within(option: str, value: float, least: float, most: float) -> None:
-    """Refuses a number that is out of bounds, or none.
-
-    Raises:
-        InputError: It is.
-    """
-    if not least <= value <= most:
-        raise InputError(option, "", value, f"must be from {least} to {most}")

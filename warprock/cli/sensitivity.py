@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 import pathlib
 from typing import Any
 
 import click
 
-from warprock.cli.analysis import case_work, finish, run_of, running
-from warprock.cli.options import case_options, estimate_options, require_within
+from warprock.cli.analysis import case_work, finish, run_of
+from warprock.cli.options import case_options, estimate_options
 
 
 @click.command()
@@ -31,17 +30,11 @@ def sensitivity(
     sample.lanes, a power of 2, is the size of the two samples that are compared; with d inputs
     (d + 2) times as many lanes run. Axes of the sweep, each with a label, make panels.
     """
-    from warprock.analysis.sensitivity import run_sensitivity
-    from warprock.figures.sensitivity import draw_sensitivity
-    from warprock.tables.sensitivity import sensitivity_report
+    from warprock.api.analyses import sensitivity_of
 
-    require_within("--resamples", resamples, 10, 10_000)
-    work = case_work(**asked)
-    with running(work, None) as options:
-        found = run_sensitivity(work.case, work.engine, options, of=of, resamples=resamples)
-    then = run_of(work.engine, folder, **asked)
-    draw = functools.partial(draw_sensitivity, found=found)
-    finish(sensitivity_report(found), draw, folder, as_json=as_json, then=then, run=found.run)
+    with case_work(**asked) as work:
+        found = sensitivity_of(work, of, resamples)
+    finish(found, folder, as_json=as_json, then=run_of(work.engine, folder, **asked))
 
 
 COMMANDS = (sensitivity,)

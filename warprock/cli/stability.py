@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from warprock.cli.options import json_option, output_to, require_within, workers_option
+from warprock.arguments import require_within
+from warprock.cli.options import json_option, output_to, workers_option
 from warprock.cli.pages import add_page
 from warprock.errors import InputError
 

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
-import functools
 import pathlib
 from typing import Any
 
 import click
 
 from warprock.cli import completion
-from warprock.cli.analysis import finish
+from warprock.cli.analysis import case_work, finish
 from warprock.cli.options import (
-    asked_options,
     case_argument,
-    engine_for,
     estimate_options,
     json_option,
     output_option,
     run_options,
-    say_engine,
     set_option,
 )
 
@@ -76,22 +71,12 @@ def validate(
     Words of an outcome: overturned, fell, 1, true, yes, or stood, standing, 0, false, no; an empty
     cell was not seen. Columns such as peak_rotation_deg and peak_slide_mm are held against peaks.
     """
-    from warprock.case.load import load_case
-    from warprock.figures.validation import draw_validation
-    from warprock.tables.terminal import lane_progress
-    from warprock.tables.validation import validation_report
-    from warprock.verification.validation import run_validation
+    from warprock.api.validation import validation_of
 
-    case, options = load_case(case_name, overrides), asked_options(**how)
-    choice = engine_for(case, None) if not engines else None
-    names = [choice.engine] if choice is not None else list(engines)
-    with lane_progress(case.name, len(names) * case.lane_count) as progress:
-        counted = dataclasses.replace(options, progress=progress)
-        found = run_validation(case, names, observed, counted, column=column, group=group)
-    if choice is not None:
-        say_engine(choice)
-    draw = functools.partial(draw_validation, found)
-    finish(validation_report(found), draw, folder, as_json=as_json)
+    first = engines[0] if engines else None
+    with case_work(case_name, first, overrides, **how, runs=max(1, len(engines))) as work:
+        found = validation_of(work, engines or [work.engine], observed, column, group)
+    finish(found, folder, as_json=as_json, then=found.finding.then)
 
 
 COMMANDS = (validate,)

@@ -10,12 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.analysis.fragility import Curve
-from warprock.analysis.limits import OVERTURNING, Limit
+from warprock.analysis.limits import Limit
 from warprock.analysis.lognormal import Observations
 from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, VIOLET
-from warprock.figures.scales import Measure, logarithmic, measure
+from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, style, subplots
+from warprock.findings.measures import Measure, measure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,12 +40,13 @@ WHY_NONE = {
 """Why there is no function, in words."""
 
 
-def draw_curves(curves: Sequence[Curve], intensity: str) -> list[Drawing]:
+def draw_curves(curves: Sequence[Curve], intensity: str, title: str) -> list[Drawing]:
     """Draws every fragility function in a panel of its own, so that no band hides another.
 
     Args:
         curves: The curves, those of a group behind one another.
         intensity: Column of the intensity measure.
+        title: What it says: the first sentence of their finding.
 
     Returns:
         One drawing: a row of panels a group, a column a limit state.
@@ -68,7 +70,6 @@ def draw_curves(curves: Sequence[Curve], intensity: str) -> list[Drawing]:
                 _draw_panel(axes, mine, at, measured)
                 if number == len(shown) - 1 and at + columns >= len(mine):
                     axes.set_xlabel(textwrap.fill(measured.label, int(LETTERS * wide)))
-        title = _message(curves, measured)
         more = "" if len(shown) == len(groups) else f"; {len(shown)} of {len(groups)} groups"
         headline(figure, title, f"{_explained(curves)}{more}")
     medians = ", ".join(
@@ -125,25 +126,6 @@ def _median(curve: Curve, measured: Measure) -> str:
     if not fit.dispersion > 0.0:
         return f"no function: {WHY_NONE.get(fit.verdict.value, fit.verdict.value)}"
     return f"median {measured.text(fit.median)}, dispersion {fit.dispersion:.2f}"
-
-
-def _message(curves: Sequence[Curve], measured: Measure) -> str:
-    """At which intensity half of the lanes reach the worst limit state, by group."""
-    limits = {curve.limit.name: curve.limit for curve in curves}
-    worst = limits.get(OVERTURNING, curves[-1].limit)
-    mine = [curve for curve in curves if curve.limit == worst]
-    fitted = sorted((c for c in mine if c.fit.dispersion > 0.0), key=lambda c: c.fit.median)
-    what = "overturn" if worst.name == OVERTURNING else f"reach {_name(worst)}"
-    if not fitted:
-        reasons = {WHY_NONE.get(c.fit.verdict.value, c.fit.verdict.value) for c in mine}
-        where = f" in any of {len(mine)} groups" if len(mine) > 1 else ""
-        return f"No fragility function for {_name(worst)}{where}: {' or '.join(sorted(reasons))}"
-    low, high = fitted[0], fitted[-1]
-    at = measured.text(low.fit.median)
-    if len(fitted) > 1:
-        last = measured.text(high.fit.median)
-        return f"Half of the lanes {what} at {at} ({low.group_text}) to {last} ({high.group_text})"
-    return f"Half of the lanes {what} at {at}, {measured.name}"
 
 
 def _explained(curves: Sequence[Curve]) -> str:

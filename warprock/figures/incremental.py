@@ -18,8 +18,9 @@ from warprock.analysis.capacities import (
 from warprock.analysis.incremental import Analysis
 from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLACK, BLUE, GREY, ORANGE
-from warprock.figures.scales import Measure, logarithmic, measure
+from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, legend_below, style, subplots
+from warprock.findings.measures import Measure, measure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,13 +39,16 @@ POINTS = 200
 _STYLES: dict[float, Any] = {0.16: (0, (4, 2)), 0.5: "-", 0.84: (0, (1.5, 1.2))}
 
 
-def draw_analysis(found: Analysis, groups: Sequence[Capacities], intensity: str) -> list[Drawing]:
+def draw_analysis(
+    found: Analysis, groups: Sequence[Capacities], intensity: str, title: str
+) -> list[Drawing]:
     """Draws a row of two panels a group, the intensity across both.
 
     Args:
         found: The analysis.
         groups: Its capacities.
         intensity: The intensity measure.
+        title: What it says: the first sentence of its finding.
 
     Returns:
         One drawing.
@@ -67,7 +71,6 @@ def draw_analysis(found: Analysis, groups: Sequence[Capacities], intensity: str)
         for axes in grid[-1]:
             axes.set_xlabel(measured.label)
         legend_below(figure, *grid[0], columns=3)
-        title = _message(found, groups, measured)
         more = "" if len(shown) == len(groups) else f"; {len(shown)} of {len(groups)} groups"
         about = (
             f"{found.plan.content['case']['name']}, {found.plan.engine}: {len(found.curves):,} "
@@ -100,18 +103,6 @@ def plot_analysis(
     axes.set(xlabel=measured.label, ylabel="largest rotation / slenderness angle [-]")
     axes.set_title(f"{mine.group_text or 'all lanes'}: {_size(mine)}")
     axes.legend()
-
-
-def _message(found: Analysis, groups: Sequence[Capacities], measured: Measure) -> str:
-    """At which intensities the blocks fall first."""
-    fallen = np.concatenate([group.high[np.isfinite(group.high)] for group in groups])
-    count = sum(len(group.lanes) for group in groups)
-    if not len(fallen):
-        return f"None of {count:,} lanes falls, however strong the motion"
-    low, high = measured.text(fallen.min()), measured.text(fallen.max())
-    at = f"at {low}" if low == high else f"between {low} and {high}"
-    who = f"All {count:,}" if len(fallen) == count else f"{len(fallen):,} of {count:,}"
-    return f"{who} lanes first fall {at}, {measured.name}" if count > 1 else f"The block falls {at}"
 
 
 def _distribution(group: Capacities, measured: Measure) -> str:

@@ -28,7 +28,6 @@ NAMES: dict[Mode, str] = {
     Mode.NO_NUMBER: "no usable number",
     Mode.UNDECIDED: "undecided: the run is too short",
 }
-FATAL = (Mode.WITH_IMPACT.text, Mode.WITHOUT_IMPACT.text)
 ROWS = 600
 """Cells up a panel: finer than what is printed."""
 COLUMNS = 3
@@ -41,11 +40,12 @@ LABELS = (
 """What is drawn across and up."""
 
 
-def draw_map(found: OverturningMap) -> list[Drawing]:
+def draw_map(found: OverturningMap, title: str) -> list[Drawing]:
     """Draws the modes of every group in a panel of its own.
 
     Args:
         found: A map whose boundaries have been found.
+        title: What it says: the first sentence of its finding.
 
     Returns:
         One drawing.
@@ -64,7 +64,7 @@ def draw_map(found: OverturningMap) -> list[Drawing]:
             _draw_group(axes, found, number)
         _name_modes(panels[0, 0], found)
         legend_below(figure, *panels.flat[:count], columns=2 if count > 1 else 1)
-        title, about = _message(found), _about(found)
+        about = _about(found)
         headline(figure, title, about)
     return [Drawing("map", figure, title, f"Overturning map. {title}. {about}.")]
 
@@ -88,26 +88,10 @@ def _name_modes(axes: Axes, found: OverturningMap) -> None:
     from matplotlib.patches import Rectangle
 
     for mode in Mode:
-        if np.any(found.mode == mode):
+        if np.any(found.mode == mode) or mode.text in set(found.boundaries.get("above", ())):
             patch = Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=COLORS[mode], edgecolor=GREY)
             patch.set_label(NAMES[mode])
             axes.add_patch(patch)
-
-
-def _message(found: OverturningMap) -> str:
-    """Share of the grid that overturns, and the weakest pulse that does it."""
-    falls = np.isin(found.mode, (Mode.WITH_IMPACT, Mode.WITHOUT_IMPACT))
-    if not falls.any():
-        return f"None of {found.mode.size:,} pulses overturns the block"
-    lanes = found.run.lane_set.inputs
-    low = float(found.strength[falls].min())
-    edges = found.boundaries[found.boundaries["above"].isin(FATAL)]
-    low = min([low, *edges["acceleration_ratio"]])
-    with_impact = int(np.sum(found.mode == Mode.WITH_IMPACT))
-    return (
-        f"{falls.mean():.0%} of {len(lanes):,} pulses overturn the block, {with_impact:,} of them "
-        f"after an impact; the weakest that does has {low:.3g} g tan \N{GREEK SMALL LETTER ALPHA}"
-    )
 
 
 def _about(found: OverturningMap) -> str:
@@ -118,7 +102,7 @@ def _about(found: OverturningMap) -> str:
         f"{found.run.case.title}; {found.run.response.engine}, tan \N{GREEK SMALL LETTER ALPHA} = "
         f"{', '.join(tangents)}, angular velocity kept at an impact: {', '.join(eta)}\n"
         f"grid of {len(lanes):,} lanes, {len(found.boundaries):,} boundaries to "
-        f"{found.tolerance:g} of their height"
+        f"{found.accuracy:g} of their height"
     )
 
 

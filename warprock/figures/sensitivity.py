@@ -20,11 +20,12 @@ _BARS = (
 )
 
 
-def draw_sensitivity(found: Sensitivity) -> list[Drawing]:
+def draw_sensitivity(found: Sensitivity, title: str) -> list[Drawing]:
     """Draws the indices of every group as bars, with their bands.
 
     Args:
         found: The indices.
+        title: What it says: the first sentence of their finding.
 
     Returns:
         One drawing.
@@ -42,7 +43,6 @@ def draw_sensitivity(found: Sensitivity) -> list[Drawing]:
         for axes, group in zip(panels.flat, groups["group"], strict=False):
             _draw_group(axes, found, str(group), inputs)
         legend_below(figure, panels.flat[0], columns=2)
-        title = _message(found)
         lanes = int(groups["lanes"].iloc[0])
         about = (
             f"{found.run.case.title}\nSobol' indices of {found.of}; {found.run.response.engine}, "
@@ -67,19 +67,6 @@ def plot_sensitivity(axes: Any, found: Sensitivity, group: int = 0) -> None:
     _draw_group(axes, found, str(found.groups["group"].iloc[group]), inputs)
     axes.set_xlabel("share of the variance [-]")
     axes.legend()
-
-
-def _message(found: Sensitivity) -> str:
-    """The input that explains most, in each of the first groups."""
-    parts = []
-    for group, rows in found.rows.groupby("group", sort=False):
-        first = int(rows["total"].to_numpy(float).argmax())
-        share = f"{float(rows['total'].iloc[first]):.0%} of the variance"
-        where = f"{group!s}: {share}" if group else share
-        parts.append(f"{rows['input'].iloc[first]} ({where})")
-    more = f" and {len(parts) - 3} more" if len(parts) > 3 else ""
-    of = found.of.replace("_", " ")
-    return f"{of[:1].upper()}{of[1:]} depends most on {', '.join(parts[:3])}{more}"
 
 
 def _draw_group(axes: Any, found: Sensitivity, group: str, inputs: list[str]) -> None:

@@ -23,11 +23,12 @@ LABELS = ("2π / p [s]: larger blocks to the right", "peak rotation / slendernes
 """What is drawn across and up."""
 
 
-def draw_spectrum(found: Spectrum) -> list[Drawing]:
+def draw_spectrum(found: Spectrum, title: str) -> list[Drawing]:
     """Draws every group of curves in a panel of its own.
 
     Args:
         found: The spectra.
+        title: What it says: the first sentence of their finding.
 
     Returns:
         One drawing.
@@ -45,7 +46,6 @@ def draw_spectrum(found: Spectrum) -> list[Drawing]:
         for number, axes in enumerate(panels.flat[:count]):
             _draw_group(axes, found, number)
         legend_below(figure, panels.flat[0], columns=3 * min(COLUMNS, count))
-        title = _message(found)
         about = (
             f"{found.run.case.title}; {found.run.response.engine}, {len(found.period):,} blocks, "
             "a curve a slenderness angle; angular velocity kept at an impact: "
@@ -66,16 +66,6 @@ def plot_spectrum(axes: Axes, found: Spectrum, group: int = 0) -> None:
     _draw_group(axes, found, group)
     axes.set(xlabel=LABELS[0], ylabel=LABELS[1])
     axes.legend()
-
-
-def _message(found: Spectrum) -> str:
-    """How many blocks overturn, and which is the largest of them."""
-    fell = found.run.response["outcome"] == Outcome.OVERTURNED
-    count = f"{len(found.period):,} blocks"
-    if not fell.any():
-        return f"None of {count} overturns"
-    last = float(found.period[fell].max())
-    return f"{int(fell.sum()):,} of {count} overturn, none with 2π / p above {last:.3g} s"
 
 
 def _restitution(found: Spectrum) -> str:

@@ -44,7 +44,7 @@ LATE = 0.6
 
 
 def draw_study(
-    name: str, rows: Sequence[Mapping[str, Any]], title: str, duration: float
+    name: str, rows: Sequence[Mapping[str, Any]], title: str, duration: float, said: str
 ) -> Drawing:
     """Errors above, CPU time below, a column of panels a setting.
 
@@ -53,6 +53,7 @@ def draw_study(
         rows: Those of `study.StudyRun.table`; the larger error of the lanes is drawn.
         title: Title of the case.
         duration: Length of the run [s].
+        said: What it says: the first sentence of its finding.
     """
     settings = list(dict.fromkeys((row["setting"], row["unit"]) for row in rows))
     engines = list(dict.fromkeys(row["engine"] for row in rows))
@@ -66,30 +67,12 @@ def draw_study(
         grid[0, 0].set_ylabel("largest |rotation - Housner's| /\nslenderness angle [-]")
         grid[1, 0].set_ylabel(f"CPU time for {duration:g} s of\none lane on one core [s]")
         legend_below(figure, grid[0, 0], columns=2)
-        said = _message(rows)
         about = (
             f"{title}\nAll other settings stay where the case has them (dotted line). Error "
             "against Housner, the largest of the lanes where he holds; CPU time"
         )
         headline(figure, said, about)
     return Drawing(name, figure, said, f"{title}. {said}.")
-
-
-def _message(rows: Sequence[Mapping[str, Any]]) -> str:
-    """The setting that changes the error most, by how much."""
-    column, best = ERRORS[0][0], ("", "", 1.0)
-    for engine, setting in dict.fromkeys((row["engine"], row["setting"]) for row in rows):
-        mine = [r for r in rows if (r["engine"], r["setting"]) == (engine, setting)]
-        errors = [
-            _largest([r for r in mine if r["value"] == value], column)
-            for value in dict.fromkeys(r["value"] for r in mine)
-        ]
-        known = [error for error in errors if error > 0.0]
-        if known and max(known) / min(known) > best[2]:
-            best = (engine, setting, max(known) / min(known))
-    if not best[0]:
-        return "No setting changes the error"
-    return f"{best[1]} changes the error most: that of {best[0]} by a factor of {best[2]:.3g}"
 
 
 def _draw_setting(

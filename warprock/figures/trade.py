@@ -13,11 +13,13 @@ from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLACK, engine_marks
 from warprock.figures.scales import logarithmic, plain
 from warprock.figures.sheet import headline, style, subplots
+from warprock.running.lane_parts import has_time_step
+from warprock.settings.engines import SETTINGS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ANALYTICAL = ("housner", "two-block")
+ANALYTICAL = [name for name, settings in SETTINGS.items() if not has_time_step(settings)]
 """Engines without a step, whose blocks do not slide; the band is that of all others."""
 
 ERROR_LIMITS = (1e-8, 2.0)

@@ -14,8 +14,9 @@ from warprock.analysis.scores import reliability
 from warprock.figures.drawing import Drawing
 from warprock.figures.fragility import gathered
 from warprock.figures.palette import DARK, GREY, ORANGE, engine_marks
-from warprock.figures.scales import logarithmic, measure
+from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, legend_below, style, subplots
+from warprock.findings.measures import measure
 from warprock.running.cells import wilson_interval
 from warprock.verification.settings import plain_name
 from warprock.verification.validation import Judged, Shaking, Validation
@@ -34,37 +35,29 @@ DASHES = ("-", "--", ":", "-.")
 """Lines of engines that share a colour: one engine with several settings."""
 
 
-def draw_validation(found: Validation) -> list[Drawing]:
+def draw_validation(found: Validation, title: str) -> list[Drawing]:
     """Draws a validation.
 
     Args:
         found: The validation.
+        title: What the scores say: the first sentence of its finding.
 
     Returns:
         The scores with the reliability diagram, and the fragility functions where there are any.
     """
-    drawings = [_draw_scores(found)]
+    drawings = [_draw_scores(found, title)]
     if found.shakings:
         drawings.append(_draw_fragility(found))
     return drawings
 
 
-def _draw_scores(found: Validation) -> Drawing:
+def _draw_scores(found: Validation, title: str) -> Drawing:
     """Accuracy of every predictor with its band, beside the reliability diagram."""
     everyone = (*found.engines, *found.baselines)
     with style():
         figure, grid = subplots(1, 2, (8.4, max(2.6, 1.6 + 0.42 * len(everyone))))
         _draw_accuracy(grid[0, 0], everyone, len(found.engines))
         _draw_reliability(grid[0, 1], found)
-        best = max(found.engines, key=lambda each: each.scores.right)
-        share = 100.0 * best.scores.values["accuracy"]
-        title = f"{best.name} says {share:.1f} % of {best.scores.tests:,} outcomes rightly"
-        left = len(found.tests.names) - best.scores.tests
-        title += f" and nothing of {left:,} others" if left else ""
-        if found.baselines:
-            base = max(found.baselines, key=lambda each: each.scores.values["accuracy"])
-            against = 100.0 * base.scores.values["accuracy"]
-            title += f", a threshold on {base.name} alone {against:.1f} %"
         numbers = "; small numbers count tests" if len(found.engines) == 1 else ""
         about = (
             "Left, filled: accuracy; open: balanced accuracy; bars: 5th to 95th percentile over "

@@ -42,9 +42,6 @@ TRIALS = 6
 
 FALLEN = (Outcome.OVERTURNED, Outcome.SLID_OFF)
 
-WITHOUT_SLIDING = ("housner", "two-block")
-"""Engines whose blocks do not slide, whatever the friction."""
-
 
 @dataclasses.dataclass(frozen=True)
 class Choice:
@@ -153,7 +150,7 @@ def _usable_rows(table: pd.DataFrame, name: str, lane_set: LaneSet) -> pd.DataFr
     fit = []
     for engine in table["engine"].unique():
         known = engine in SETTINGS and engine_class(engine).supports(lane_set.scene) is None
-        if known and (engine not in WITHOUT_SLIDING or _sticks(lane_set)):
+        if known and (engine_class(engine).slides or _sticks(lane_set)):
             fit.append(engine)
     return table[(table["scene"] == name) & table["engine"].isin(fit)]
 

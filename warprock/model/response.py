@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.errors import InputError
+from warprock.units import ending
 
 
 class Outcome(enum.IntEnum):
@@ -107,7 +108,7 @@ class Field:
 
     @property
     def _suffix(self) -> str:
-        return {"-": "", "m/s": "_m_s", "m/s^2": "_m_s2"}.get(self.unit, f"_{self.unit}")
+        return ending(self.unit)
 
     @property
     def label(self) -> str:

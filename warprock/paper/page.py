@@ -12,13 +12,14 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from warprock.findings import asked
+from warprock.findings.numbers import counted, three
+from warprock.findings.sheets import Heading, Sheet
 from warprock.paper.print_families import FAMILIES
 from warprock.paper.print_tables import by_target, print_target
 from warprock.paper.printed import PAPER_NAMES
-from warprock.report import asked
-from warprock.report.content import Chapter, Heading, Proof, Sheet
+from warprock.report.content import Chapter, Proof
 from warprock.report.folder import ResultFolder
-from warprock.report.numbers import counted, three
 from warprock.running.files import replacing
 from warprock.running.machine import core_count, cpu_name, kernel_hash, package_versions
 from warprock.running.provenance import PACKAGES

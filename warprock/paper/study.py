@@ -9,6 +9,7 @@ import pandas as pd
 
 from warprock.figures import study as plots_study
 from warprock.figures.drawing import Drawing
+from warprock.findings.study import study_headline
 from warprock.paper.conflict_texts import Conflict
 from warprock.paper.printed import paper_table
 from warprock.verification.study import StudyRun
@@ -32,6 +33,7 @@ def draw_figures(study: StudyRun) -> list[Drawing]:
             study.rows,
             "Free rocking of B0, one setting of Table 2 at a time",
             study.lane_set.times.duration,
+            study_headline(study.table).removesuffix("."),
         ),
     ]
 

@@ -7,10 +7,11 @@ from typing import Any
 
 import pandas as pd
 
-from warprock.report.asked import citations, provenance_pairs
+from warprock.findings.asked import citations, provenance_pairs
+from warprock.findings.numbers import three
+from warprock.findings.sheets import sheet_of
 from warprock.report.content import Chapter
 from warprock.report.folder import ResultFolder
-from warprock.report.numbers import sheet_of, three
 
 
 def body_chapter(folder: ResultFolder, scenes: Mapping[str, Any] | None) -> Chapter:

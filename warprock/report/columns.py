@@ -12,6 +12,7 @@ from warprock.model.response import USABLE, Outcome, Status
 from warprock.quantity import Said
 from warprock.running.lane_table import LANE_TABLE, PEAK_RATIO
 from warprock.running.results import CELL_TABLE
+from warprock.units import ENDINGS
 
 TEXT, NUMBER, FLAG = "text", "numbers", "true or false"
 LANE = "*"
@@ -19,7 +20,7 @@ LANE = "*"
 
 _USABLE = [code.name.lower() for code in USABLE]
 _WORDS = {"outcome": Outcome, "status": Status}
-_MEASURED = ("_rad", "_deg", "_s", "_m", "_mm", "_m_s", "_m_s2", "_kg_m3", "_hz", "_ratio", "_J")
+_MEASURED = (*ENDINGS.values(), "_ratio")
 """Ends of names of columns that hold numbers."""
 
 _FITS = {

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-_NUMBER = re.compile(r"|-|[-+]?[\d,.]+(?:e-?\d+)?[%*]?|-?infinite")
-"""A cell that is a number, or has none."""
+from warprock.findings.sheets import Sheet
 
 
 @dataclasses.dataclass(frozen=True)
@@ -28,48 +26,6 @@ class Picture:
     alt: str
     source: str
     digest: str = ""
-
-
-@dataclasses.dataclass(frozen=True)
-class Heading:
-    """A column of a table.
-
-    Attributes:
-        text: Its name as a reader knows it.
-        unit: Its unit; empty where it has none.
-        meaning: What it says, in one sentence; empty where the name says all.
-    """
-
-    text: str
-    unit: str = ""
-    meaning: str = ""
-
-
-@dataclasses.dataclass(frozen=True)
-class Sheet:
-    """A table.
-
-    Attributes:
-        title: What its rows are.
-        headings: Its columns.
-        rows: Texts of the cells, a row each.
-        note: What is left out, or what marks mean; empty where there is nothing to say.
-        lanes: Number of the lane of every row, where rows are lanes; empty otherwise.
-        folded: Whether the reader has to open it.
-    """
-
-    title: str
-    headings: Sequence[Heading]
-    rows: Sequence[Sequence[str]]
-    note: str = ""
-    lanes: Sequence[int] = ()
-    folded: bool = False
-
-    @property
-    def texts(self) -> list[bool]:
-        """Whether each column holds words, which stand to the left."""
-        columns = zip(*self.rows, strict=True) if self.rows else ([""] for _ in self.headings)
-        return [not all(_NUMBER.fullmatch(cell) for cell in column) for column in columns]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from warprock.report import asked
+from warprock.findings import asked
+from warprock.findings.lanes import lane_sheet, needed
+from warprock.findings.numbers import counted, listed, three
+from warprock.findings.run import peak_sentences
+from warprock.findings.sheets import sheet_of
 from warprock.report.content import Chapter, Proof
 from warprock.report.folder import ResultFolder
-from warprock.report.lanes import lane_sheet, needed
-from warprock.report.numbers import counted, listed, sheet_of, three
-from warprock.report.sentences import peak_sentences
 from warprock.running.lane_table import LANE_TABLE
 from warprock.running.provenance import case_facts
 from warprock.sweeps.chunks import sweep_state
@@ -44,7 +45,7 @@ def trade_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
         title="What accuracy costs: every engine over its own settings",
         found=found,
         pictures=folder.pictures("trade*.png"),
-        sheets=[sheet_of("Settings", table, table.attrs["columns"], file="trade.csv")],
+        sheets=[sheet_of("Settings", table, file="trade.csv")],
         citations=asked.citations(folder.facts),
     )
 

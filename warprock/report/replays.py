@@ -17,8 +17,8 @@ import pandas as pd
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.errors import InputError
+from warprock.findings.lanes import lane_name, needed, peak_ratio, standing
 from warprock.report.folder import ResultFolder
-from warprock.report.lanes import lane_name, needed, peak_ratio, standing
 from warprock.report.scenes import SOME, choose, outlines_of, sampled, scene
 from warprock.running.case_run import run_lane_set
 from warprock.running.devices import start_warp

@@ -11,8 +11,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case.case import Case
+from warprock.findings.lanes import lane_name, peak_ratio, standing
 from warprock.model.lanes import Lanes, as_stacks
-from warprock.report.lanes import lane_name, peak_ratio, standing
 from warprock.running.case_run import CaseRun, run_lanes
 from warprock.running.lane_table import history_table, lane_table
 from warprock.running.provenance import provenance

@@ -9,19 +9,22 @@ from typing import Any
 
 from warprock import __version__
 from warprock.errors import InputError
-from warprock.report import asked
-from warprock.report.analysis_chapters import (
-    fragility_chapter,
-    incremental_chapter,
-    map_chapter,
-    sensitivity_chapter,
-    spectrum_chapter,
-    study_chapter,
-)
+from warprock.findings import asked
+from warprock.findings.comparison import COMPARISON
+from warprock.findings.incremental import INCREMENTAL
+from warprock.findings.overturning import MAP
+from warprock.findings.sensitivity import SENSITIVITY
+from warprock.findings.spectrum import SPECTRUM
+from warprock.findings.study import STUDIES
+from warprock.findings.validation import VALIDATION
 from warprock.report.body_chapter import body_chapter
-from warprock.report.comparison_chapter import comparison_chapter
 from warprock.report.content import Chapter, Page
 from warprock.report.earlier import earlier_scenes
+from warprock.report.finding_chapters import (
+    fragility_chapter,
+    run_chapter,
+    teller,
+)
 from warprock.report.folder import Drawn, ResultFolder
 from warprock.report.measured_chapters import (
     stability_chapter,
@@ -29,8 +32,6 @@ from warprock.report.measured_chapters import (
     trade_chapter,
 )
 from warprock.report.page import REPORT, write_page
-from warprock.report.run_chapter import run_chapter
-from warprock.report.validation_chapter import validation_chapter
 from warprock.running.lane_table import LANE_TABLE
 from warprock.running.results import CELL_TABLE, PROVENANCE
 from warprock.running.run_file import RUN, require_shape
@@ -60,14 +61,14 @@ def _makers(folder: ResultFolder) -> Iterator[Make]:
 
 
 _BY_FACT: dict[str, Make] = {
-    "modes": map_chapter,
-    "curves": spectrum_chapter,
-    "incremental": incremental_chapter,
-    "study": study_chapter,
-    "of": sensitivity_chapter,
-    "validation": validation_chapter,
+    "modes": teller(MAP),
+    "curves": teller(SPECTRUM),
+    "incremental": teller(INCREMENTAL),
+    "study": teller(STUDIES),
+    "of": teller(SENSITIVITY),
+    "validation": teller(VALIDATION),
     "body": body_chapter,
-    "asked": comparison_chapter,
+    "asked": teller(COMPARISON),
 }
 """What only one kind of results says in `run.json`, and its chapter; a run has none of these."""
 FITS = "fragility.csv"

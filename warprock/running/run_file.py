@@ -15,6 +15,7 @@ from typing import Any
 from warprock.errors import InputError
 from warprock.quantity import Said
 from warprock.reading import read_bytes, reason
+from warprock.running.accuracy import FIRST_STEPS, MET, MISSED, REFINED, SENSITIVE, TOTAL_STEPS
 
 Shape = Any
 """What a value may be: a type of `_NAMES`; a tuple of shapes, any of them; `[shape]`, a list of
@@ -50,8 +51,9 @@ CASE = {
     "overridden?": [str],
     "tables?": [{"sweep": int, "file": str, "rows": int, "keys": [str], "labelled?": bool}],
 }
-ENGINE = {"name": str, "settings?": {...: (float, str, bool, None, [(float, str)])}}
+ENGINE = {"name": str, "settings": {...: (float, str, bool, None, [(float, str)])}}
 COUNTS = {...: int}
+ACCURACY = (MET, MISSED, SENSITIVE, REFINED, FIRST_STEPS, TOTAL_STEPS)
 _RECORD = {"name": str, "sha256": str, "source": str, "licence": str}
 COMMON: dict[Any, Shape] = {
     "case?": (CASE, str),
@@ -68,7 +70,7 @@ COMMON: dict[Any, Shape] = {
     "outcome?": COUNTS,
     "estimate?": bool,
     "tolerance?": (float, None),
-    "accuracy?": (None, {"met": int, ...: float}, {}),
+    "accuracy?": (None, dict.fromkeys(ACCURACY, int), {}),
     "rotation_error_rad?": (None, {"median": float, "largest": float}),
     "duration_s?": float,
     "shortest_duration_s?": float,
@@ -80,6 +82,13 @@ _OF_CASE = {"case": CASE, "engine": ENGINE, "lanes": int, "status": COUNTS, "out
 RUN = {**_OF_CASE, "precision": str, "device": str}
 """What a run says."""
 _ROWS = [{...: (str, float, bool, None, [object])}]
+
+
+def _banded(*names: str) -> dict[str, Shape]:
+    """Numbers, each with the ends of its band."""
+    return {f"{name}{end}": (float, None) for name in names for end in ("", "_p05", "_p95")}
+
+
 _FACTORS = {"lowest": float, "highest": float, "count": int, "accuracy": float}
 KINDS: dict[str, dict[Any, Shape]] = {
     "modes": {
@@ -88,10 +97,19 @@ KINDS: dict[str, dict[Any, Shape]] = {
         "grid_lanes": int,
         "lanes_run": int,
         "boundaries": int,
-        "tolerance": float,
+        "stages": int,
+        "boundary_accuracy": float,
+        "decided_after_s": (float, None),
+        "duration_s": float,
     },
-    "curves": {**_OF_CASE, "curves": [str]},
-    "incremental": {"case": CASE, "incremental": _FACTORS, "intensity": str, "runs": int},
+    "curves": {**_OF_CASE, "curves": [str], "undecided": int, "duration_s": float},
+    "incremental": {
+        "case": CASE,
+        "incremental": _FACTORS,
+        **dict.fromkeys(("intensity", "sentence"), str),
+        **dict.fromkeys(("runs", "stages", "stages_kept"), int),
+        **dict.fromkeys(("runs_missed_tolerance", "undecided_runs"), int),
+    },
     "study": {
         "case": CASE,
         "study": [{"engine?": str, "vary": [{"setting": str, "baseline": float}]}],
@@ -121,7 +139,7 @@ KINDS: dict[str, dict[Any, Shape]] = {
             "unobserved": int,
             "rules": [str],
         },
-        "engines": [{"name": str}],
+        "engines": [{"name": str, "left_out": int, "left_out_lanes": COUNTS}],
         "sentence": str,
         "pairs": [
             {
@@ -130,6 +148,8 @@ KINDS: dict[str, dict[Any, Shape]] = {
                 "first_only_right": int,
                 "second_only_right": int,
                 "p_value": float,
+                "tests": int,
+                **_banded("brier_difference"),
             }
         ],
         "medians": [
@@ -137,10 +157,35 @@ KINDS: dict[str, dict[Any, Shape]] = {
                 "source": str,
                 "over_observed": (float, None),
                 "intensity": str,
-                "median": (float, None),
+                "verdict": str,
+                **_banded("median", "dispersion"),
             }
         ],
-        **dict.fromkeys(("scores", "by_status", "measured", "reliability"), _ROWS),
+        "scores": [
+            {
+                "predictor": str,
+                "threshold": (float, None),
+                **dict.fromkeys(("tests", "hits", "misses", "false_alarms"), int),
+                "correct_rejections": int,
+                **_banded("accuracy", "balanced_accuracy", "auc", "brier"),
+            }
+        ],
+        "by_status": [{"engine": str, "status": str, "lanes": int, "right": (float, None)}],
+        "measured": [
+            {
+                **dict.fromkeys(("engine", "what", "unit"), str),
+                "tests": int,
+                **dict.fromkeys(("median_difference", "median_error"), (float, None)),
+                "rank_correlation": (float, None),
+            }
+        ],
+        "reliability": [
+            {
+                "engine": str,
+                "tests": int,
+                **dict.fromkeys(("from", "to", "predicted", "observed"), float),
+            }
+        ],
     },
     "body": {
         "body": {
@@ -159,7 +204,13 @@ KINDS: dict[str, dict[Any, Shape]] = {
         "rests": _ROWS,
         "by_tolerance": _ROWS,
     },
-    "asked": {"asked": CASE, "engines": [str], "costs?": _ROWS},
+    "asked": {
+        "asked": CASE,
+        "engines": [str],
+        "costs?": _ROWS,
+        **dict.fromkeys(("stacked", "spatial"), bool),
+        "rows": _ROWS,
+    },
 }
 """What only one kind of results says in `run.json`, by which it is known, and what goes with it."""
 

@@ -13,9 +13,10 @@ from rich.console import Console
 from warprock.bodies.body import Body
 from warprock.bodies.footing import DIRECTIONS
 from warprock.bodies.rests import turns_over as hull_turns_over
+from warprock.findings.finding import Finding
+from warprock.findings.numbers import three
 from warprock.running.machine import package_versions
-from warprock.tables.report import Report
-from warprock.tables.terminal import measured, plain_table, print_table, say, stdout
+from warprock.tables.terminal import plain_table, print_table, say, stdout
 
 RESTS_SHOWN = 8
 ROLLS_ON = 1.2
@@ -143,7 +144,7 @@ def body_notes(body: Body) -> list[str]:
     return notes
 
 
-def body_report(body: Body, case: str = "CASE") -> Report:
+def body_report(body: Body, case: str = "CASE") -> Finding:
     """What a body has to show.
 
     Args:
@@ -151,12 +152,12 @@ def body_report(body: Body, case: str = "CASE") -> Report:
         case: Its case, as a command names it.
     """
     facts = body_facts(body)
-    return Report(
-        json=facts,
+    return Finding(
+        kind="Body",
         tables={"directions": direction_table(body)},
         facts=facts,
         show=lambda: print_body(body),
-        came_out=body_sentence(body),
+        sentences=[body_sentence(body)],
         then=f"warprock run {case} -o results",
     )
 
@@ -169,19 +170,19 @@ def print_body(body: Body, console: Console | None = None) -> None:
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
-    x, y, z = (measured(size) for size in body.sizes)
-    ways = [measured(math.sqrt(value)) for value in np.linalg.eigvalsh(body.inertia)]
+    x, y, z = (three(size) for size in body.sizes)
+    ways = [three(math.sqrt(value)) for value in np.linalg.eigvalsh(body.inertia)]
     table = plain_table(body.name, ["", "value"], left=["", "value"])
     for row in (
         ("size", f"{x} x {y} x {z} m (x, y, z upwards)"),
-        ("volume", f"{measured(body.volume)} m^3"),
-        ("mass", f"{measured(body.mass)} kg, {measured(body.density)} kg/m^3"),
-        ("centre of mass", f"{measured(body.base.height)} m above the ground"),
+        ("volume", f"{three(body.volume)} m^3"),
+        ("mass", f"{three(body.mass)} kg, {three(body.density)} kg/m^3"),
+        ("centre of mass", f"{three(body.base.height)} m above the ground"),
         ("radii of gyration", f"{', '.join(ways)} m"),
         ("contact points", _contacts(body)),
         *_sides(body),
         ("base pressed flat", _flat_bases(body)),
-        ("frequency parameter p", f"{measured(body.frequency_parameter)} rad/s"),
+        ("frequency parameter p", f"{three(body.frequency_parameter)} rad/s"),
     ):
         table.add_row(*row)
     print_table(out, table)
@@ -221,7 +222,7 @@ def _rest_table(body: Body) -> Any:
     headings = ("--pose", "turned by [deg]", "centre of mass at [m]")
     table = plain_table(f"Poses in which it stands{more}; 0 is the pose of the file", headings)
     for number, rest in enumerate(shown, start=1):
-        turn, height = measured(math.degrees(rest.turn)), measured(rest.footing.height)
+        turn, height = three(math.degrees(rest.turn)), three(rest.footing.height)
         table.add_row(str(number), turn, height)
     return table
 

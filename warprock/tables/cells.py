@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-import pathlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from rich.console import Console
@@ -16,9 +15,8 @@ from warprock.model.words import lane_count_text
 from warprock.running.case_run import CaseRun
 from warprock.running.cells import PEAK_RATIO, QUANTILES, cell_table
 from warprock.running.lane_parts import has_time_step
-from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.swept import SweptAxis, swept_axes
-from warprock.tables.terminal import plain_table, print_table, print_written, stdout
+from warprock.tables.terminal import plain_table, print_table, stdout
 from warprock.units import Dimension
 
 OVERTURNED = "overturned"
@@ -45,14 +43,11 @@ def block_suffixes(block_count: int, *, stacked: bool) -> dict[str, str]:
     return {str(k): f"_{k}" for k in range(1, block_count + 1)} if stacked else {"": ""}
 
 
-def print_cells(
-    run: CaseRun, files: Sequence[pathlib.Path] = (), console: Console | None = None
-) -> None:
+def print_cells(run: CaseRun, console: Console | None = None) -> None:
     """Prints a run of an ensemble: the distribution of each cell.
 
     Args:
         run: The run.
-        files: Files that were written.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
@@ -83,10 +78,7 @@ def print_cells(
     cut = cut_text(run.lane_set.motions, run.lane_set.ends)
     if cut:
         out.print(cut, highlight=False)
-    for line in run_accuracy_lines(run):
-        out.print(line, highlight=False, soft_wrap=True)
     out.print(f"wall time: {run.wall_time:.3g} s")
-    print_written(files, out)
 
 
 def print_cell_comparison(

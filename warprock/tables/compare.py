@@ -177,25 +177,3 @@ def _print_engines(out: Console, found: Mapping[str, Any], count: int) -> None:
     out.print(DIFFERENCE, highlight=False)
     if count > ROWS_SHOWN:
         say(out, f"  all {count:,} rows, lane by lane: --json, or -o DIR")
-
-
-def nearest(found: Mapping[str, Any]) -> tuple[str, str]:
-    """What a comparison with Housner says in one sentence, and the engine that is nearest to him.
-
-    Args:
-        found: What `verification.checks.compare` returned.
-    """
-    largest: dict[str, float] = {}
-    for row in found["rows"]:
-        if row["holds"] and row["error_run_ratio"] is not None:
-            before = largest.get(row["engine"], 0.0)
-            largest[row["engine"]] = max(before, row["error_run_ratio"])
-    if not largest:
-        return "Housner holds in no lane.", "event"
-    # Housner's equation is no nearer to itself than it was before.
-    others = [engine for engine in largest if engine != "housner"] or list(largest)
-    best = min(others, key=lambda engine: largest[engine])
-    return (
-        f"{best} is nearest to Housner: within {largest[best]:.2g} of the slenderness angle.",
-        best,
-    )

@@ -7,10 +7,10 @@ from typing import Any
 
 from rich.console import Console
 
+from warprock.findings.numbers import three
+from warprock.findings.sheets import heading
 from warprock.tables.terminal import (
     cell_text,
-    heading_text,
-    measured,
     print_end,
     print_rows,
     say,
@@ -76,7 +76,7 @@ def print_explanation(found: Mapping[str, Any], then: str) -> None:
     first = f" (of the first {found['inputs_of_lanes']:,} lanes)" if part else ""
     out.print(f"\nInputs{first}:")
     for name, spread in found["inputs"].items():
-        say(out, f"  {heading_text(name)}: {_spread_text(spread)}")
+        say(out, f"  {heading(name).label}: {_spread_text(spread)}")
     engine = found["engine"]
     say(out, f"\nWhere no engine is named, {engine['engine']} runs: {engine['why']}.")
     out.print("\nEngines:")
@@ -104,11 +104,11 @@ def _friction_text(scene: Mapping[str, Any]) -> str:
     ratio = scene["friction_ratio"]
     if ratio >= 1.0:
         return (
-            f"at least {measured(ratio)} times what a block needs to rock instead of sliding "
+            f"at least {three(ratio)} times what a block needs to rock instead of sliding "
             "(friction / the base acceleration in g that lifts it)"
         )
     return (
-        f"in some lanes only {measured(ratio)} of what a block needs to rock: there it slides "
+        f"in some lanes only {three(ratio)} of what a block needs to rock: there it slides "
         "instead (friction / the base acceleration in g that lifts it)"
     )
 

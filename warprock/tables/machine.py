@@ -6,7 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from warprock.tables.terminal import measured, print_end, print_rows, wide_stdout
+from warprock.findings.numbers import three
+from warprock.tables.terminal import print_end, print_rows, wide_stdout
 
 
 def print_examination(found: Mapping[str, Any]) -> None:
@@ -23,7 +24,7 @@ def print_examination(found: Mapping[str, Any]) -> None:
     built = ", ".join(f"{name} {count}" for name, count in cache["built_by_engine"].items())
     text = (
         f"kernel cache: {cache['folder']}, {cache['built_modules']} built kernels, "
-        f"{measured(1e-6 * cache['bytes'])} MB" + (f": {built}" if built else "")
+        f"{three(1e-6 * cache['bytes'])} MB" + (f": {built}" if built else "")
     )
     out.print(text, soft_wrap=True)
     out.print(f"kernel sources: sha256 {found['kernel_sha256'][:16]}")
@@ -49,7 +50,7 @@ def print_bench(found: Mapping[str, Any]) -> None:
     print_rows("Commands", [{"command": k, "seconds": v} for k, v in found["commands"].items()])
     best = max(found["rows"], key=lambda row: float(row["block_steps_per_s"]))
     print_end(
-        f"{best['engine']} makes {measured(best['block_steps_per_s'])} steps of a block a second "
+        f"{best['engine']} makes {three(best['block_steps_per_s'])} steps of a block a second "
         "on this machine.",
         "warprock trade",
     )
@@ -108,6 +109,6 @@ def print_device_bench(found: Mapping[str, Any]) -> None:
     )
     best = max(found["rows"], key=lambda row: float(row["lanes_per_s"]))
     print_end(
-        f"{best['engine']} runs {measured(best['lanes_per_s'])} lanes a second there.",
+        f"{best['engine']} runs {three(best['lanes_per_s'])} lanes a second there.",
         "warprock run CASE --device NAME",
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -14,37 +13,28 @@ from rich.table import Table
 from warprock.case.axes import lane_indices
 from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
+from warprock.findings.numbers import three
+from warprock.findings.sheets import heading
 from warprock.model.drift import drift_text
-from warprock.model.ratios import peak_ratio
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
 from warprock.running.case_run import CaseRun
+from warprock.running.lane_parts import has_time_step
 from warprock.running.lane_table import PEAK_RATIO, lane_table
-from warprock.running.provenance import count_words, error_summary
-from warprock.tables.accuracy import run_accuracy_lines
+from warprock.running.provenance import count_words
 from warprock.tables.swept import drawn_inputs, swept_axes
 from warprock.tables.terminal import (
     cell_text,
-    heading_text,
-    measured,
     number,
     plain_table,
     print_table,
-    print_written,
     say,
     stdout,
 )
+from warprock.units import ending, split_unit
 
 LANES_SHOWN = 24
 """Lanes up to which `run` prints every one; a larger run prints counts and ranges."""
-
-OUTCOMES = {
-    "at_rest": "came to rest",
-    "rocking": "still moved at the end",
-    "overturned": "overturned",
-    "slid_off": "slid off",
-}
-"""Outcome -> what is said of lanes that have it."""
 
 OUTSIDE = (
     "outside_model: there the block needs more friction than it has, and would slide, or its base "
@@ -73,7 +63,7 @@ class Result(NamedTuple):
 
     column: str
     heading: str
-    text: Callable[[Any], str] = measured
+    text: Callable[[Any], str] = three
     per_block: bool = False
     size: float = 1.0
 
@@ -83,7 +73,7 @@ DEGREES, MILLIMETRES = 180.0 / np.pi, 1e3
 
 def _slide(value: float) -> str:
     """A slide in mm; what is below a nanometre is round-off."""
-    return "0" if abs(value) < 1e-6 else measured(value)
+    return "0" if abs(value) < 1e-6 else three(value)
 
 
 def _whole(value: Any) -> str:
@@ -123,14 +113,11 @@ class Column(NamedTuple):
     left: bool = False
 
 
-def print_run(
-    run: CaseRun, files: Sequence[pathlib.Path] = (), console: Console | None = None
-) -> None:
+def print_run(run: CaseRun, console: Console | None = None) -> None:
     """Prints a run: every lane of a small one, counts and ranges of a large one.
 
     Args:
         run: The run.
-        files: Files that were written.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
@@ -144,10 +131,8 @@ def print_run(
         _print_lanes(out, title, run, table)
     else:
         _print_ranges(out, title, table)
-        if not files:
-            say(out, "every lane is written with -o DIR")
+        say(out, "every lane is in the files of -o DIR")
     _print_notes(out, run, table)
-    print_written(files, out)
 
 
 def _shown(table: pd.DataFrame) -> Iterator[tuple[Result, str, str]]:
@@ -158,18 +143,10 @@ def _shown(table: pd.DataFrame) -> Iterator[tuple[Result, str, str]]:
             yield result, result.column, result.heading
         elif result.per_block:
             for block in range(1, 7):
-                stem, unit = _split(result.column)
-                column = f"{stem}_{block}{unit}"
+                stem, unit = split_unit(result.column)
+                column = f"{stem}_{block}{ending(unit)}"
                 if column in names:
                     yield result, column, f"block {block}\n{result.heading}"
-
-
-def _split(column: str) -> tuple[str, str]:
-    """The name of a column and the end that is its unit."""
-    for unit in ("_rad", "_m", "_s"):
-        if column.endswith(unit):
-            return column.removesuffix(unit), unit
-    return column, ""
 
 
 def _cells(result: Result, values: pd.Series[Any]) -> list[str]:
@@ -180,8 +157,8 @@ def _cells(result: Result, values: pd.Series[Any]) -> list[str]:
 def _print_one(out: Console, title: str, table: pd.DataFrame) -> None:
     """A run of one lane: a line for each result."""
     out.print(title, style="bold", highlight=False)
-    for result, column, heading in _shown(table):
-        name = " ".join(heading.replace("slend.", "slenderness").split())
+    for result, column, head in _shown(table):
+        name = " ".join(head.replace("slend.", "slenderness").split())
         text = _cells(result, table[column])[0]
         say(out, f"  {name:<30} {text}")
 
@@ -190,10 +167,10 @@ def _print_lanes(out: Console, title: str, run: CaseRun, table: pd.DataFrame) ->
     """A small run: a row a lane, with as many results as there is room for."""
     inputs = [Column("lane", [str(lane) for lane in table["lane"]]), *_inputs(run, table)]
     results = []
-    for result, column, heading in _shown(table):
+    for result, column, head in _shown(table):
         if column == "status" and (table[column] == "ok").all():
             continue
-        results.append(Column(heading, _cells(result, table[column]), result.size == 0.0))
+        results.append(Column(head, _cells(result, table[column]), result.size == 0.0))
     shown = list(results)
     while len(shown) > 1 and _width(made := _table(title, [*inputs, *shown])) > out.width:
         shown.pop()
@@ -213,18 +190,18 @@ def _inputs(run: CaseRun, table: pd.DataFrame) -> list[Column]:
     for axis in swept_axes(run.case):
         at = positions[axis.number]
         words = axis.texts
-        for heading, texts in axis.columns().items():
-            left = bool(words) and "[" not in heading
-            found.append(Column(heading, [texts[place] for place in at], left))
+        for label, texts in axis.columns().items():
+            left = bool(words) and "[" not in label
+            found.append(Column(label, [texts[place] for place in at], left))
     for drawn in drawn_inputs(run.case):
         for name in columns_of(drawn.key) & set(map(str, table.columns)):
-            heading = heading_text(name).replace(" [", "\n[")
-            found.append(Column(heading, [_drawn(value) for value in table[name]]))
+            label = heading(name).label.replace(" [", "\n[")
+            found.append(Column(label, [_drawn(value) for value in table[name]]))
     return found
 
 
 def _drawn(value: Any) -> str:
-    return measured(value) if isinstance(value, float) else cell_text(value)
+    return three(value) if isinstance(value, float) else cell_text(value)
 
 
 def _table(title: str, columns: Sequence[Column]) -> Table:
@@ -251,12 +228,12 @@ def _print_ranges(out: Console, title: str, table: pd.DataFrame) -> None:
     """A large run: least, median and largest of every result, and the lane of the largest."""
     headings = ["", "least", "median", "largest", "in lane"]
     made = plain_table(title, headings, headings[:1])
-    for result, column, heading in _shown(table):
+    for result, column, head in _shown(table):
         values = table[column]
         apart = result.size == 0.0 or column.startswith(("friction_needed", "rotation_error"))
         if apart or not values.notna().any():
             continue
-        name = " ".join(heading.replace("slend.", "slenderness").split())
+        name = " ".join(head.replace("slend.", "slenderness").split())
         part = pd.Series([values.min(), values.median(), values.max()])
         most = int(np.nanargmax(values.to_numpy(dtype=float)))
         made.add_row(name, *_cells(result, part), str(table["lane"].iloc[most]))
@@ -277,56 +254,8 @@ def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
     for note in (cut_text(motions, run.lane_set.ends), drift_text(motions)):
         if note:
             say(out, note)
-    if run.lane_set.scene.friction_note and response.engine not in ("housner", "two-block"):
+    if run.lane_set.scene.friction_note and has_time_step(run.settings):
         say(out, f"friction: {run.lane_set.scene.friction_note}")
     if "friction_needed" in response.fields and response.count(Status.OUTSIDE_MODEL):
         say(out, OUTSIDE_PRESCRIBED if response.engine == "event" else OUTSIDE)
-    error = error_summary(response)
-    if error is not None:
-        median, largest = (f"{error[name] * DEGREES:.2g} deg" for name in ("median", "largest"))
-        say(
-            out,
-            f"estimated error of the rotations, lanes that are ok: median {median}, largest "
-            f"{largest}",
-        )
-    for line in run_accuracy_lines(run):
-        say(out, line)
     say(out, f"wall time: {run.wall_time:.3g} s")
-
-
-FALLING = 2.0
-"""Rotation over the slenderness angle beyond which a block that still moves does not come back."""
-
-
-def run_sentence(run: CaseRun) -> str:
-    """What came out of a run, in one sentence."""
-    response = run.response
-    counts = {word: n for word, n in count_words(response, "outcome").items() if n}
-    lanes = f"{response.lane_count:,} lanes" if response.lane_count > 1 else "The block"
-    if response.lane_count > 1:
-        words = ", ".join(f"{count:,} {OUTCOMES[word]}" for word, count in counts.items())
-        said = f"Of {lanes} {words}"
-    else:
-        said = f"{'The stack' if run.lane_set.lanes.stacked else 'The block'} " + " and ".join(
-            OUTCOMES[word] for word in counts
-        )
-    if set(counts) <= {"overturned"}:
-        return f"{said}."
-    if run.lane_set.scene.thrown:
-        # It may lie on any side: rotations tell nothing of how it fared.
-        way = np.max(np.asarray(response["peak_slide"]))
-        return f"{said}; the longest way along the base is {measured(float(way))} m."
-    ratio = peak_ratio(response, run.lane_set.lanes)
-    stands = ratio.reshape(response.lane_count, -1).max(axis=1)
-    falling = (response["outcome"] < 2) & (stands > FALLING)
-    stands = np.where((response["outcome"] >= 2) | falling, np.nan, stands)
-    if falling.any() and response.lane_count > 1:
-        said += f" ({int(falling.sum()):,} lanes were falling when their run ended)"
-    if np.all(np.isnan(stands)):
-        return f"{said}."
-    lane = int(np.nanargmax(stands))
-    where = f", in lane {run.lane_set.first + lane}" if response.lane_count > 1 else ""
-    fell = falling.any() or "overturned" in counts or "slid_off" in counts
-    standing = "of those that stood " if fell else ""
-    peak = measured(float(stands[lane]))
-    return f"{said}; the largest peak {standing}is {peak} of the slenderness angle{where}."

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -13,8 +12,9 @@ from warprock.case.case import Case
 from warprock.case.load import load_case
 from warprock.case.study import Study
 from warprock.tables.compare import reasons
-from warprock.tables.terminal import MISSING, number, plain_table, print_end, print_written, stdout
+from warprock.tables.terminal import MISSING, number, plain_table, stdout
 from warprock.verification.housner import EARLY_TIME
+from warprock.verification.study import StudyRun
 
 Row = Mapping[str, Any]
 
@@ -73,34 +73,18 @@ def print_studies(out: Console, rows: Sequence[Row]) -> None:
         print_study(out, [row for row in rows if row.get("case") == name], load_case(name))
 
 
-def print_study_run(
-    rows: Sequence[Row],
-    case: Case,
-    wall_time: float,
-    files: Sequence[pathlib.Path],
-    console: Console | None = None,
-) -> None:
-    """Prints a study that was run.
+def print_study_run(found: StudyRun, console: Console | None = None) -> None:
+    """Prints the tables of a study that was run.
 
     Args:
-        rows: Rows of its table.
-        case: The case.
-        wall_time: Time that it took [s].
-        files: Files that were written.
+        found: The study.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
-    out.print(f"{case.name}: {case.title}", style="bold", highlight=False)
+    out.print(f"{found.case.name}: {found.case.title}", style="bold", highlight=False)
     out.print()
-    print_study(out, rows, case)
-    out.print(f"wall time: {wall_time:.3g} s", highlight=False)
-    print_written(files, out)
-    runs = len({(row["engine"], row["setting"], row["value"]) for row in rows})
-    print_end(
-        f"{runs} settings were held against Housner's solution.",
-        "warprock trade" if files else f"warprock run {case.name} -o results",
-        out,
-    )
+    print_study(out, found.rows, found.case)
+    out.print(f"wall time: {found.wall_time:.3g} s", highlight=False)
 
 
 def setting_name(setting: str, unit: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import datetime
 import sys
 import time
@@ -11,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import rich.progress
 
+from warprock.findings.accuracy import accuracy_sentences
 from warprock.model.undecided import UNDECIDED
 from warprock.model.words import lane_count_text
-from warprock.tables.accuracy import accuracy_lines, smaller_step
 from warprock.tables.terminal import plain_console, progress_text
 
 if TYPE_CHECKING:
@@ -110,8 +111,12 @@ def print_counts(found: Mapping[str, Any], engine: str, settings: Any) -> None:
     )
     _print_words(found)
     _print(f"  lanes whose numbers may not be used: {found['unusable']}")
-    advice = f"plan anew with {smaller_step(engine, settings)}" if found["accuracy"] else ""
-    for line in accuracy_lines(found["accuracy"], found["tolerance"], found["lanes_done"], advice):
+    facts = {
+        **found,
+        "lanes": found["lanes_done"],
+        "engine": {"name": engine, "settings": dataclasses.asdict(settings)},
+    }
+    for line in accuracy_sentences(facts, mend="plan anew with"):
         _print(f"  {line}")
     left = found["chunks_left"]
     if left:

@@ -7,7 +7,6 @@ chosen columns and headings, `print_rows` prints rows as they are, a column a ke
 from __future__ import annotations
 
 import contextlib
-import enum
 import json
 import math
 import pathlib
@@ -23,6 +22,10 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
+
+from warprock.findings.numbers import three
+from warprock.findings.plain import plain
+from warprock.findings.sheets import heading
 
 Row = Mapping[str, Any]
 
@@ -50,21 +53,6 @@ def stdout() -> Console:
 def number(value: object, form: str) -> str:
     """A value in a format, or a dash where there is none."""
     return MISSING if value is None or value != value else format(value, form)
-
-
-def measured(value: float | None) -> str:
-    """A number that was computed or measured, to three digits; a dash where there is none."""
-    if value is None or math.isnan(value):
-        return MISSING
-    if value == 0.0 or not math.isfinite(value) or abs(value) >= 1e15:
-        return f"{value:.3g}"
-    if abs(value) < 999.5:
-        return f"{value:#.3g}".removesuffix(".")
-    rounded = float(f"{value:.3g}")
-    for size, name in ((1e9, "billion"), (1e6, "million")):
-        if abs(rounded) >= size:
-            return f"{rounded / size:#.3g} {name}".replace(". ", " ")
-    return f"{rounded:,.0f}"
 
 
 def print_end(came_out: str, command: str, console: Console | None = None) -> None:
@@ -108,9 +96,9 @@ def plain_table(title: str, headings: Iterable[str], left: Iterable[str] = ()) -
         padding=0,
         pad_edge=False,
     )
-    for heading in headings:
-        wraps = heading in left
-        table.add_column(heading, justify="left" if wraps else "right", no_wrap=not wraps)
+    for name in headings:
+        wraps = name in left
+        table.add_column(name, justify="left" if wraps else "right", no_wrap=not wraps)
     return table
 
 
@@ -129,21 +117,6 @@ def print_table(out: Console, table: Table) -> None:
         out.print(table)
     finally:
         out.width = width
-
-
-def plain(value: Any) -> Any:
-    """The same value from types that JSON has; NaN and infinities become null."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple, set, np.ndarray)):
-        return [plain(item) for item in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, (enum.Enum, pathlib.PurePath)):
-        return str(value)
-    return value
 
 
 def print_json(found: Mapping[str, Any]) -> None:
@@ -209,39 +182,12 @@ def print_rows(title: str, rows: Sequence[Mapping[Any, Any]]) -> None:
         shown = {name: cells[name] for name in part}
         widths = _column_widths(part, shown, out.width - _gaps(part))
         for name, width in zip(part, widths, strict=True):
-            table.add_column(Text(heading_text(name)), width=width)
+            table.add_column(Text(heading(name).label), width=width)
         for row in zip(*shown.values(), strict=True):
             table.add_row(*map(Text, row))
         before, out.width = out.width, max(out.width, sum(widths) + _gaps(part))
         out.print(table)
         out.width = before
-
-
-_UNITS_OF_COLUMNS = {
-    "_m_s2": "m/s^2",
-    "_kg_m3": "kg/m^3",
-    "_kg": "kg",
-    "_deg": "deg",
-    "_rad_s": "rad/s",
-    "_per_s": "1/s",
-    "_m_s": "m/s",
-    "_rad": "rad",
-    "_mm": "mm",
-    "_hz": "Hz",
-    "_gb": "GB",
-    "_m": "m",
-    "_s": "s",
-    "_j": "J",
-}
-"""End of the name of a column -> its unit."""
-
-
-def heading_text(name: str) -> str:
-    """The name of a column as words, its unit in brackets: `peak time [s]`."""
-    for end, unit in _UNITS_OF_COLUMNS.items():
-        if name.lower().endswith(end):
-            return f"{name[: -len(end)].replace('_', ' ')} [{unit}]"
-    return name.replace("_", " ")
 
 
 def _gaps(names: Sequence[str]) -> int:
@@ -266,7 +212,7 @@ def _parts(
 def _least_widths(names: Sequence[str], cells: Mapping[str, Sequence[str]]) -> list[int]:
     """Characters that the longest word of each column takes, its heading included."""
     return [
-        max(cell_len(word) for text in (heading_text(name), *cells[name]) for word in _words(text))
+        max(cell_len(word) for text in (heading(name).label, *cells[name]) for word in _words(text))
         for name in names
     ]
 
@@ -280,7 +226,7 @@ def _column_widths(
 ) -> list[int]:
     """Characters of each column, the widest folded first, no word cut."""
     needed = _least_widths(names, cells)
-    wanted = [max(cell_len(text) for text in (heading_text(n), *cells[n])) for n in names]
+    wanted = [max(cell_len(text) for text in (heading(n).label, *cells[n])) for n in names]
     found = wanted
     for most in range(max(wanted, default=0), 0, -1):
         found = [max(least, min(full, most)) for least, full in zip(needed, wanted, strict=True)]
@@ -292,7 +238,7 @@ def _column_widths(
 def _row_text(value: Any) -> str:
     """A value as `print_rows` shows it."""
     if isinstance(value, (float, np.floating)):
-        return measured(float(value))
+        return three(value)
     if isinstance(value, int) and not isinstance(value, bool):
         return f"{value:,}"
     return cell_text(value)

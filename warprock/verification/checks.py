@@ -188,7 +188,7 @@ def _check_boundaries(check: Any, responses: CaseResponses) -> list[CheckRow]:
     """Boundaries of a map of overturning against the values in the case."""
     case, ratio = responses.case, check.frequency_ratio
     tolerance = 0.1 * check.tolerance / max(check.values)
-    found = boundaries_at(case, check.engine, check.where, ratio, tolerance=tolerance)
+    found = boundaries_at(case, check.engine, check.where, ratio, accuracy=tolerance)
     same = len(found) == len(check.values)
     value = float(np.abs(found - check.values).max()) if same else np.inf
     return [

@@ -8,7 +8,6 @@ plain form of its kernel, one lane a thread, so that times compare whatever the 
 from __future__ import annotations
 
 import dataclasses
-import pathlib
 import time
 from collections.abc import Callable
 from typing import Any
@@ -30,7 +29,6 @@ from warprock.running.batch import run_batch
 from warprock.running.case_run import require_options, require_support
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 from warprock.running.provenance import case_facts, surroundings
-from warprock.running.results import write_results
 from warprock.verification.checks import REFERENCE, compare_with_housner
 from warprock.verification.lane_names import lane_name
 from warprock.verification.plain import plain_row
@@ -174,22 +172,6 @@ def run_study(
         options=options.without_progress(),
         wall_time=time.perf_counter() - started,
     )
-
-
-def write_study(run: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
-    """Writes the table as Parquet and as CSV, and `run.json`.
-
-    Args:
-        run: The study.
-        folder: Where to; made if it does not exist.
-
-    Returns:
-        The files; `run.json` comes last.
-
-    Raises:
-        InputError: The folder cannot be written to.
-    """
-    return write_results(folder, {STUDY: run.table}, study_provenance(run))
 
 
 def study_provenance(run: StudyRun) -> dict[str, Any]:

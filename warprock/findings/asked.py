@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from warprock.case.axes import LABEL
 from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
 from warprock.errors import InputError
+from warprock.findings.numbers import counted, listed, three
 from warprock.model.response import Outcome, Status
 from warprock.model.words import OUTCOMES, STATUSES
-from warprock.report.numbers import counted, listed, three
 
 Facts = Mapping[str, Any]
 Pairs = list[tuple[str, str]]
@@ -171,6 +172,20 @@ def require_known_keys(facts: Facts, source: str) -> None:
         except (KeyError, IndexError):
             allowed = "must be a key of case files, or a label"
             raise InputError(source, "case.resolved", key, allowed) from None
+
+
+def group_labels(facts: Facts, table: pd.DataFrame, *without: str) -> list[str]:
+    """Labels of the lanes of a table, as `case.axes.crossed_labels` writes them: those of panels.
+
+    Args:
+        facts: What `run.json` holds.
+        table: The lane table.
+        without: Keys whose axes make no groups.
+    """
+    axes = [axis for axis in _axes(facts["case"]) if not set(without) & set(axis)]
+    labels = [key.removeprefix(LABEL) for axis in axes for key in axis if key.startswith(LABEL)]
+    rows = zip(*(table[name].astype(str) for name in labels), strict=True)
+    return [", ".join(filter(None, row)) for row in rows] if labels else [""] * len(table)
 
 
 def swept_columns(facts: Facts, table: pd.DataFrame) -> list[str]:

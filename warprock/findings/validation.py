@@ -1,9 +1,8 @@
-"""Engines held to tests: on the terminal, as JSON, as Markdown and as files."""
+"""What engines came to that were held to tests."""
 
 from __future__ import annotations
 
 import dataclasses
-import functools
 import shlex
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -14,11 +13,13 @@ import pandas as pd
 from warprock.analysis.bands import LEAST_RECORDS
 from warprock.analysis.groups import fit_columns
 from warprock.analysis.scores import SCORES, reliability
+from warprock.findings.finding import Facts, Finding, Kind, Tables
+from warprock.findings.numbers import listed, three
+from warprock.findings.plain import plain
+from warprock.findings.sheets import heading, sheet_of
+from warprock.findings.validation_sheets import counts_sentence, left_out, markdown_lines, sections
 from warprock.model.response import USABLE
 from warprock.running.provenance import case_facts, duration_facts, surroundings
-from warprock.tables.report import Report
-from warprock.tables.terminal import plain
-from warprock.tables.validation_text import markdown_lines, print_validation
 from warprock.verification.measured import measured_quantities, measured_rows, predicted, unit_of
 from warprock.verification.settings import plain_name
 from warprock.verification.validation import Judged, Validation, status_rows
@@ -32,20 +33,87 @@ RULES = (
     "Bands: 5th to 95th percentile over records drawn again; p: McNemar's exact test.",
 )
 """What numbers of a validation mean, in sentences."""
+SURE = 0.05
+"""Chance below which two predictors are said to differ."""
 
 
-def validation_report(found: Validation) -> Report:
-    """What a validation has to show; its files are every test, the scores, and a text."""
+def find_validation(found: Validation) -> Finding:
+    """What a validation came to; its files are every test, the scores, and a text."""
     facts = validation_facts(found)
-    return Report(
-        json=facts,
-        tables={TABLE: test_table(found), SCORE_TABLE: pd.DataFrame(facts["scores"])},
+    tables = {TABLE: test_table(found), SCORE_TABLE: pd.DataFrame(facts["scores"])}
+    return dataclasses.replace(
+        tell_validation(facts, tables),
         texts={MARKDOWN: "\n".join(markdown_lines(facts)) + "\n"},
-        facts=facts,
-        show=functools.partial(print_validation, facts),
-        came_out=facts["sentence"],
         then=f"warprock run {_typed(found)} -e {plain_name(found.engines[0].name)} -o results/run",
     )
+
+
+def tell_validation(facts: Facts, tables: Tables) -> Finding:
+    """What a validation came to, of its facts and tables."""
+    about = facts["validation"]
+    notes = [f"Note: {text}." for text in left_out(facts)]
+    return Finding(
+        kind="Held to tests",
+        facts=facts,
+        tables=tables,
+        sentences=[
+            facts["sentence"],
+            counts_sentence(facts),
+            *_differences(facts),
+            *_medians(facts),
+            *notes,
+        ],
+        sheets=[
+            *sections(facts),
+            sheet_of(
+                "Tests",
+                tables[TABLE],
+                note=" ".join(about["rules"]),
+                file=f"{TABLE}.csv",
+                folded=True,
+            ),
+        ],
+        asked=[
+            ("Observed in", about["observed"]),
+            ("Engines", listed([engine["name"] for engine in facts["engines"]])),
+        ],
+        pictures=["validation*.png"],
+    )
+
+
+VALIDATION = Kind((TABLE,), tell_validation)
+
+
+def _differences(facts: Facts) -> list[str]:
+    """Which predictors differ by more than chance explains."""
+    texts = []
+    for pair in facts["pairs"]:
+        first, second = pair["first"], pair["second"]
+        better, worse = pair["first_only_right"], pair["second_only_right"]
+        if better < worse:
+            first, second, better, worse = second, first, worse, better
+        if pair["p_value"] < SURE:
+            texts.append(
+                f"{first} is right in {better:,} tests in which {second} is wrong, {second} in "
+                f"{worse:,} in which {first} is: more than chance explains (p = "
+                f"{three(pair['p_value'])})."
+            )
+    return texts or ["No two predictors differ by more than chance explains."]
+
+
+def _medians(facts: Facts) -> list[str]:
+    """How far predicted medians are from those observed."""
+    texts = []
+    for row in facts["medians"]:
+        if row["source"] == "observed" or row["over_observed"] is None:
+            continue
+        name = heading(row["intensity"])
+        off = 100.0 * (row["over_observed"] - 1.0)
+        texts.append(
+            f"By {row['source']} half of the blocks fall at a {name.text} of "
+            f"{three(row['median'])} {name.unit}, {off:+.1f} % from what was observed."
+        )
+    return texts
 
 
 def _typed(found: Validation) -> str:

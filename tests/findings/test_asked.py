@@ -5,7 +5,7 @@ from __future__ import annotations
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.case.round_base import round_base_note
-from warprock.report.asked import asked
+from warprock.findings.asked import asked
 from warprock.running.provenance import case_facts
 
 

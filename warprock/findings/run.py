@@ -1,25 +1,65 @@
-"""What came out of a run, in sentences made from its numbers."""
+"""What a run came to."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from warprock.model.response import SOUND
-from warprock.report import asked
-from warprock.report.lanes import falling, lane_name, peak_ratio, standing
-from warprock.report.numbers import counted, three
+from warprock.findings import asked
+from warprock.findings.accuracy import accuracy_sentences
+from warprock.findings.finding import Facts, Finding, Tables
+from warprock.findings.lanes import falling, lane_name, lane_sheet, peak_ratio, standing
+from warprock.findings.numbers import counted, three
+from warprock.findings.sheets import sheet_of
+from warprock.running.case_run import CaseRun
+from warprock.running.cells import cell_table
+from warprock.running.lane_table import LANE_TABLE, lane_table
+from warprock.running.provenance import provenance
+from warprock.running.results import CELL_TABLE
 
-WITHOUT_STEP = ("housner", "two-block")
-"""Engines whose numbers do not depend on a time step."""
-_SOUND = [code.name.lower() for code in SOUND]
+
+def find_run(run: CaseRun, show: Callable[[], None]) -> Finding:
+    """What a run came to.
+
+    Args:
+        run: The run.
+        show: Prints it on the terminal.
+    """
+    tables = {LANE_TABLE: lane_table(run.lane_set, run.response)}
+    if run.case.ensemble is not None:
+        tables[CELL_TABLE] = cell_table(run.lane_set, run.response)
+    facts = provenance(run)
+    finest = float(run.response["time_step"].min()) if "time_step" in run.response.fields else None
+    return dataclasses.replace(tell_run(facts, tables, finest), show=show)
 
 
-def run_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
-    """What came out of a run, in three sentences made from its numbers."""
+def tell_run(facts: Facts, tables: Tables, finest_step: float | None = None) -> Finding:
+    """What a run or an ensemble came to, of its facts and tables, and of its finest step [s]."""
+    lanes, cells = tables[LANE_TABLE], tables.get(CELL_TABLE)
+    kind, sentences, sheets = "Run", run_sentences(facts, lanes, finest_step), []
+    if cells is not None:
+        kind, sentences = "Ensemble", [*sentences, *cell_sentences(cells)]
+        sheets.append(sheet_of("Cells of the ensemble", cells, file=CELL_TABLE))
+    sheets.append(lane_sheet(facts, lanes, file=LANE_TABLE, folded=bool(sheets)))
+    return Finding(
+        kind=kind,
+        facts=facts,
+        tables=tables,
+        sentences=sentences,
+        sheets=sheets,
+        rows={"rows": LANE_TABLE if cells is None else CELL_TABLE},
+        pictures=["histories.png", "space.png", "ensemble*.png", "peaks*.png"],
+    )
+
+
+def run_sentences(
+    facts: Mapping[str, Any], table: pd.DataFrame, finest_step: float | None = None
+) -> list[str]:
+    """What became of the lanes with the largest rotation, and how accurate that is."""
     count, outcome = len(table), facts["outcome"]
     together = None if "shortest_duration_s" in facts else facts.get("duration_s")
     ended = asked.outcome_words(outcome, together, falling(table))
@@ -30,7 +70,8 @@ def run_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
         first = first.replace("it rocking", "its block still moved when the run ended")
         first = first.replace("it overturned", "its block overturned")
         first = first.replace("it slid off", "a block slid off")
-    return [first, *peak_sentences(facts, table), *accuracy_sentences(facts)]
+    peaks = peak_sentences(facts, table)
+    return [f"{first} {peaks[0]}", *peaks[1:], *accuracy_sentences(facts, finest_step)]
 
 
 def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
@@ -74,37 +115,6 @@ def way_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
             f"; the last of those that came to rest lies still after {three(float(rest.max()))} s"
         )
     return [f"{text}."]
-
-
-def accuracy_sentences(facts: Mapping[str, Any]) -> list[str]:
-    """How far the numbers may be off."""
-    status, lanes = facts["status"], facts["lanes"]
-    counts, tolerance = facts.get("accuracy") or {}, facts.get("tolerance")
-    bad = {word: n for word, n in status.items() if n and word not in _SOUND}
-    flagged = ""
-    if bad:
-        parts = [f"{n:,} {word.replace('_', ' ')}" for word, n in bad.items()]
-        flagged = f" Statuses to mind: {', '.join(parts)} (see what the words mean)."
-    if tolerance is None and facts["engine"]["name"] not in WITHOUT_STEP:
-        return [
-            f"Errors were not estimated, so nothing says how far the time step matters.{flagged}"
-        ]
-    if not counts:
-        own = "The engine follows its equations without a time step, so no step adds an error."
-        return [f"{own}{flagged}"]
-    met = counts["met"]
-    who = "all" if met == lanes else f"{met:,} of the {lanes:,}"
-    text = (
-        f"By their estimated errors {who} lanes are within the tolerance, {tolerance:g} of the "
-        "slenderness angle"
-        if lanes > 1
-        else f"By its estimated error the lane is {'' if met else 'not '}within the tolerance, "
-        f"{tolerance:g} of the slenderness angle"
-    )
-    error = facts.get("rotation_error_rad")
-    if error:
-        text += f"; the largest estimate among sound lanes is {three(error['largest'])} rad"
-    return [f"{text}.{flagged}"]
 
 
 def cell_sentences(table: pd.DataFrame) -> list[str]:

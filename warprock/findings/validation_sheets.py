@@ -1,91 +1,57 @@
-"""What a validation says, section by section: on the terminal and as Markdown."""
+"""The tables of a validation, and the same as Markdown."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from rich.console import Console
 
 from warprock.errors import one_line
+from warprock.findings.sheets import Heading, Sheet, heading
 from warprock.running.cells import wilson_interval
-from warprock.tables.terminal import heading_text, plain_table, print_table, say, stdout
 
 Facts = Mapping[str, Any]
 
+_WORDS = {
+    "Right by status": 2,
+    "Fragility, observed and predicted": 2,
+    "Measured and predicted": 2,
+    "Reliability": 2,
+}
+"""First columns of a table that hold words, where these are not one."""
 SMALL_P = 1e-4
 """Chances below this are said to be below it."""
 
 
-class Section(NamedTuple):
-    """One table of a validation.
-
-    Attributes:
-        title: What its rows are.
-        headings: Its columns; the first `words` of them hold words.
-        rows: Texts of the cells.
-        words: Columns of words.
-        note: What is to be known of it; empty where there is nothing.
-    """
-
-    title: str
-    headings: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    words: int = 1
-    note: str = ""
-
-
-def sections(facts: Facts) -> Iterator[Section]:
+def sections(facts: Facts) -> list[Sheet]:
     """The tables of a validation, those without rows left out.
 
     Args:
         facts: What `validation.validation_facts` returned.
     """
     made = (_scores, _confusion, _statuses, _medians, _pairs, _measured, _reliability)
-    yield from (section for section in (make(facts) for make in made) if section.rows)
-
-
-def print_validation(facts: Facts, console: Console | None = None) -> None:
-    """Prints a validation; the reliability diagram is left to the figure.
-
-    Args:
-        facts: What `validation.validation_facts` returned.
-        console: Where to; the terminal if not given.
-    """
-    out = console or stdout()
-    say(out, _counts(facts))
-    for section in sections(facts):
-        if section.title == RELIABILITY:
-            continue
-        left = section.headings[: section.words]
-        table = plain_table(section.title, section.headings, left)
-        for row in section.rows:
-            table.add_row(*row)
-        print_table(out, table)
-        if section.note:
-            say(out, f"  {section.note}")
-    for text in _left_out(facts):
-        say(out, f"note: {text}")
+    return [section for section in (make(facts) for make in made) if section.rows]
 
 
 def markdown_lines(facts: Facts) -> Iterator[str]:
     """The same as Markdown, with what its numbers mean."""
     yield from (f"# {one_line(facts['case']['title'])}: held to tests", "")
-    yield from (facts["sentence"], "", _counts(facts), "")
+    yield from (facts["sentence"], "", counts_sentence(facts), "")
     for section in sections(facts):
-        ends = [":--" if at < section.words else "--:" for at in range(len(section.headings))]
+        heads = [each.text for each in section.headings]
+        ends = [":--" if at < _WORDS.get(section.title, 1) else "--:" for at in range(len(heads))]
         yield from (f"## {section.title}", "")
-        for row in (section.headings, ends, *section.rows):
+        for row in (heads, ends, *section.rows):
             yield f"| {' | '.join(cell.replace('|', '/') for cell in row)} |"
         yield ""
         if section.note:
             yield from (section.note, "")
-    for text in (*_left_out(facts), *facts["validation"]["rules"]):
+    for text in (*left_out(facts), *facts["validation"]["rules"]):
         yield f"- {text}"
 
 
-def _counts(facts: Facts) -> str:
+def counts_sentence(facts: Facts) -> str:
     """How many tests there are, and of how many lanes and records."""
     about = facts["validation"]
     text = f"{about['tests']:,} tests, of which {about['overturned']:,} overturned"
@@ -99,7 +65,7 @@ def _counts(facts: Facts) -> str:
     return f"{text}."
 
 
-def _left_out(facts: Facts) -> Iterator[str]:
+def left_out(facts: Facts) -> Iterator[str]:
     """What engines say nothing of."""
     for engine in facts["engines"]:
         lanes = ", ".join(f"{name} {count:,}" for name, count in engine["left_out_lanes"].items())
@@ -110,7 +76,17 @@ def _left_out(facts: Facts) -> Iterator[str]:
             )
 
 
-def _scores(facts: Facts) -> Section:
+def _sheet(
+    title: str,
+    headings: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    note: str = "",
+    folded: bool = False,
+) -> Sheet:
+    return Sheet(title, [Heading(text) for text in headings], rows, note, folded=folded)
+
+
+def _scores(facts: Facts) -> Sheet:
     names = {"accuracy": "accuracy", "balanced_accuracy": "balanced accuracy"}
     names |= {"auc": "AUC", "brier": "Brier score"}
     rows = [
@@ -123,10 +99,10 @@ def _scores(facts: Facts) -> Section:
     if facts["validation"]["members"] == 1:
         notes.append("of an engine's single lanes the Brier score is 1 - accuracy")
     headings = ["predictor", "tests", *names.values()]
-    return Section("Scores", headings, rows, note="; ".join(notes))
+    return _sheet("Scores", headings, rows, "; ".join(notes))
 
 
-def _confusion(facts: Facts) -> Section:
+def _confusion(facts: Facts) -> Sheet:
     names = ("hits", "misses", "false_alarms", "correct_rejections")
     rows = [
         [row["predictor"], *(f"{row[name]:,}" for name in names), _threshold(row)]
@@ -134,7 +110,7 @@ def _confusion(facts: Facts) -> Section:
     ]
     headings = ["predictor", "fell, said to", "fell, not said to", "stood, said to fall"]
     headings += ["stood, said to", "threshold"]
-    return Section("Right and wrong", headings, rows)
+    return _sheet("Right and wrong", headings, rows)
 
 
 def _threshold(row: Mapping[str, Any]) -> str:
@@ -143,7 +119,7 @@ def _threshold(row: Mapping[str, Any]) -> str:
     return f"{row['threshold']:.3g} {unit}" if row["threshold"] is not None else ""
 
 
-def _statuses(facts: Facts) -> Section:
+def _statuses(facts: Facts) -> Sheet:
     # Lanes of one test are alike: of ensembles their number says nothing of how sure the share is.
     alone = facts["validation"]["members"] == 1
     rows = []
@@ -156,23 +132,23 @@ def _statuses(facts: Facts) -> Section:
         rows.append([row["engine"], row["status"], f"{row['lanes']:,}", share])
     note = "share of lanes that became what was observed"
     note += "; in brackets: its 95 % interval (Wilson)" if alone else ""
-    return Section("Right by status", ["engine", "status", "lanes", "right"], rows, 2, note)
+    return _sheet("Right by status", ["engine", "status", "lanes", "right"], rows, note)
 
 
-def _medians(facts: Facts) -> Section:
+def _medians(facts: Facts) -> Sheet:
     rows = []
     for row in facts["medians"]:
         fitted = row["verdict"] == "fitted"
         ratio = f"{row['over_observed']:.3f}" if row["over_observed"] is not None else "-"
         cells = [_with_band(row, name, ".3g") for name in ("median", "dispersion")]
         cells = cells if fitted else [row["verdict"], "-"]
-        rows.append([heading_text(row["intensity"]), row["source"], *cells, ratio])
+        rows.append([heading(row["intensity"]).label, row["source"], *cells, ratio])
     headings = ["intensity measure", "source", "median", "dispersion", "median / observed"]
     note = "lognormal functions of overturning; in brackets: 5th and 95th percentile over motions"
-    return Section("Fragility, observed and predicted", headings, rows, 2, note)
+    return _sheet("Fragility, observed and predicted", headings, rows, note)
 
 
-def _pairs(facts: Facts) -> Section:
+def _pairs(facts: Facts) -> Sheet:
     rows = [
         [
             f"{row['first']} / {row['second']}",
@@ -186,10 +162,10 @@ def _pairs(facts: Facts) -> Section:
     ]
     headings = ["pair", "tests", "first alone right", "second alone right", "p"]
     note = "p: McNemar's exact test; Brier score of the first less that of the second"
-    return Section("Paired tests", [*headings, "Brier difference"], rows, note=note)
+    return _sheet("Paired tests", [*headings, "Brier difference"], rows, note)
 
 
-def _measured(facts: Facts) -> Section:
+def _measured(facts: Facts) -> Sheet:
     rows = []
     for row in facts["measured"]:
         size, unit = (180.0 / np.pi, "deg") if row["unit"] == "rad" else (1000.0, "mm")
@@ -201,13 +177,10 @@ def _measured(facts: Facts) -> Section:
         rows.append([row["engine"], what, f"{row['tests']:,}", *cells, rank_text])
     headings = ["engine", "measured", "tests", "predicted - measured", "error", "rank correlation"]
     note = "medians over tests that stood, in the prediction too; Spearman's rank correlation"
-    return Section("Measured and predicted", headings, rows, 2, note)
+    return _sheet("Measured and predicted", headings, rows, note)
 
 
-RELIABILITY = "Reliability"
-
-
-def _reliability(facts: Facts) -> Section:
+def _reliability(facts: Facts) -> Sheet:
     rows = [
         [
             row["engine"],
@@ -219,7 +192,7 @@ def _reliability(facts: Facts) -> Section:
         for row in facts["reliability"]
     ]
     headings = ["predictor", "probability", "tests", "mean probability", "share that fell"]
-    return Section(RELIABILITY, headings, rows, 2)
+    return _sheet("Reliability", headings, rows, folded=True)
 
 
 def _with_band(row: Mapping[str, Any], name: str, digits: str = ".3f") -> str:

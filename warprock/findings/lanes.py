@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from warprock.case.input_columns import columns_of
+from warprock.findings import asked
+from warprock.findings.numbers import three
+from warprock.findings.sheets import ROWS, Heading, Sheet, heading
 from warprock.model.response import USABLE
-from warprock.report import asked
-from warprock.report.content import Heading, Sheet
-from warprock.report.numbers import ROWS, heading, three
 from warprock.running.lane_table import PEAK_RATIO
 
 _USABLE = [code.name.lower() for code in USABLE]

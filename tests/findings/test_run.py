@@ -1,0 +1,74 @@
+"""What is said of a run in words."""
+
+from __future__ import annotations
+
+import pathlib
+
+import pandas as pd
+import pytest
+
+from warprock.case.load import load_case
+from warprock.findings.run import peak_sentences, run_sentences
+from warprock.model.response import Outcome
+from warprock.running.case_run import run_case
+from warprock.running.lane_table import lane_table
+from warprock.running.provenance import provenance
+
+SLIDING = """
+title = "a block on ice"
+source = "a test"
+[block]
+width = "{width}"
+height = "1 m"
+depth = "0.5 m"
+density = "2400 kg/m^3"
+[contact]
+friction = {friction}
+[motion]
+waveform = "sine"
+control = "acceleration"
+amplitude = "2 m/s^2"
+frequency = "1 Hz"
+cycles = 1
+[run]
+duration = "0.8 s"
+"""
+
+
+@pytest.mark.parametrize(("width", "friction"), [("0.5 m", 0.0), ("0.8 m", 0.001), ("1 m", 0.01)])
+def test_a_block_that_slides_and_never_lifts_did_not_rock(
+    tmp_path: pathlib.Path, width: str, friction: float
+):
+    text = SLIDING.format(width=width, friction=friction)
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    run = run_case(load_case(tmp_path), "event", histories=False)
+    response = run.response
+    assert response["outcome"][0] == Outcome.ROCKING
+    assert response["peak_rotation"][0] == 0.0
+    assert response["peak_slide"][0] > 0.1
+    said = run_sentences(provenance(run), lane_table(run.lane_set, response))[0]
+    assert "still moved" in said
+    assert "rocked" not in said
+
+
+def test_of_thrown_blocks_the_page_says_how_far_they_went() -> None:
+    """They lie on any side, so that a peak rotation beyond the slenderness angle is no fall."""
+    table = pd.DataFrame(
+        {
+            "lane": [0, 1],
+            "outcome": ["at_rest", "at_rest"],
+            "status": ["ok", "ok"],
+            "peak_rotation_ratio": [4.5, 2.1],
+            "peak_slide_m": [0.25, 0.75],
+            "rest_time_s": [0.5, 1.25],
+            "attitude_w_start": [1.0, 0.0],
+        }
+    )
+    facts = {"case": {"resolved": {}}}
+    (said,) = peak_sentences(facts, table)
+    assert said.startswith("The farthest goes 0.750 m along the base, lane 1")
+    assert said.endswith("lies still after 1.25 s.")
+    (alone,) = peak_sentences(facts, table.iloc[:1])
+    assert alone == "It goes 0.250 m along the base and lies still after 0.500 s."
+    standing = table.drop(columns="attitude_w_start").assign(peak_rotation_ratio=[0.5, 0.25])
+    assert "stayed up" in peak_sentences(facts, standing)[0]

@@ -1,0 +1,140 @@
+"""What a comparison of engines came to."""
+
+from __future__ import annotations
+
+import dataclasses
+import shlex
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from warprock.case.case import Case
+from warprock.findings.finding import Facts, Finding, Kind, Tables
+from warprock.findings.numbers import counted, listed, three
+from warprock.findings.plain import plain
+from warprock.findings.sheets import Heading, Sheet, sheet_of
+from warprock.running.provenance import case_facts, surroundings
+from warprock.verification.settings import plain_name
+
+TABLE = "comparison"
+_WANTED = (
+    *("lane", "block", "cell", "engine", "engine_a", "engine_b", "outcome", "status"),
+    *("peak_rotation_ratio", "error_5s_ratio", "error_run_ratio", "peak_error"),
+    *("difference_5s_ratio", "difference_run_ratio", "rest_time_error_s", "peak_slide_mm"),
+    *("difference_across_5s_ratio", "difference_yaw_5s_rad", "holds", "why"),
+    *("position_error_mm", "rotation_error_deg", "same_face"),
+)
+"""Columns of lanes that a page shows, of those that a comparison has."""
+
+
+def find_comparison(case: Case, found: Mapping[str, Any], show: Callable[[], None]) -> Finding:
+    """What a comparison came to.
+
+    Args:
+        case: The case.
+        found: What `verification.checks.compare` returned.
+        show: Prints its tables on the terminal.
+    """
+    tables = {TABLE: pd.DataFrame(found["rows"])}
+    if found["costs"]:
+        tables["costs"] = pd.DataFrame(found["costs"])
+    facts = plain({**found, "asked": case_facts(case), **surroundings(case)})
+    engine = _nearest(facts)[1] if _against_housner(facts) else found["engines"][0]
+    where = shlex.quote(case.name if case.folder is None else case.file)
+    then = f"warprock run {where} -e {plain_name(engine)} -o results"
+    return dataclasses.replace(tell_comparison(facts, tables), said=found, then=then, show=show)
+
+
+def tell_comparison(facts: Facts, tables: Tables) -> Finding:
+    """What a comparison came to, of its facts and table."""
+    table, names = tables[TABLE], facts["engines"]
+    shown = table[[name for name in _WANTED if name in table]] if "cell" not in table else table
+    engines = list(_engines(table))
+    sheets = [_summary([row for _, row in engines])] if engines else []
+    sheets.append(
+        sheet_of(
+            "Lane by lane",
+            shown.rename(columns={"lane": "of lane"}),
+            file=f"{TABLE}.csv",
+            folded=bool(engines),
+        )
+    )
+    if facts.get("costs"):
+        sheets.append(sheet_of("What the programs took", pd.DataFrame(facts["costs"])))
+    headline = f"{counted(len(names), 'engine')} were held against {names[0]}."
+    if "observed" in facts:
+        headline = f"{counted(len(names), 'engine')} were held against poses that were observed."
+    elif _against_housner(facts):
+        headline = _nearest(facts)[0]
+    same = f"{counted(len(names), 'engine')} on the same lanes: {listed(names)}."
+    return Finding(
+        kind="Comparison",
+        facts=facts,
+        tables=tables,
+        sentences=[headline, same, *(sentence for sentence, _ in engines)],
+        sheets=sheets,
+        asked=[("Engines", ", ".join(names))],
+        pictures=["*.png"],
+    )
+
+
+COMPARISON = Kind((TABLE,), tell_comparison)
+
+
+def _against_housner(facts: Facts) -> bool:
+    """Whether lanes of single blocks in the plane were held against Housner."""
+    single = not (facts["stacked"] or facts["spatial"])
+    return single and "ensemble" not in facts["asked"]["resolved"] and "observed" not in facts
+
+
+def _nearest(facts: Facts) -> tuple[str, str]:
+    """What a comparison with Housner says in one sentence, and the engine that is nearest to him.
+
+    Args:
+        facts: What `run.json` holds of it.
+    """
+    largest: dict[str, float] = {}
+    for row in facts["rows"]:
+        if row["holds"] and row["error_run_ratio"] is not None:
+            before = largest.get(row["engine"], 0.0)
+            largest[row["engine"]] = max(before, row["error_run_ratio"])
+    if not largest:
+        return "Housner holds in no lane.", "event"
+    # Housner's equation is no nearer to itself than it was before.
+    others = [engine for engine in largest if engine != "housner"] or list(largest)
+    best = min(others, key=lambda engine: largest[engine])
+    return (
+        f"{best} is nearest to Housner: within {largest[best]:.2g} of the slenderness angle.",
+        best,
+    )
+
+
+def _engines(table: pd.DataFrame) -> Iterator[tuple[str, list[str]]]:
+    """A sentence and a row of the summary of every engine, where lanes are compared one by one."""
+    name = next((n for n in ("error_run_ratio", "difference_run_ratio") if n in table), None)
+    if name is None:
+        return
+    for engine, rows in table.groupby("engine", sort=False):
+        kept = rows[rows["holds"].astype(bool)] if "holds" in rows else rows
+        reference = str(rows["reference"].iloc[0]) if "reference" in rows else "Housner"
+        off = kept[name].to_numpy(dtype=float)
+        off = off[np.isfinite(off)]
+        if engine == reference or not len(off):
+            continue
+        counts = f"{counted(len(off), 'row')}, lanes and blocks" if "block" in rows else ""
+        counts = counts or f"{counted(len(off), 'lane')} in which Housner holds"
+        yield (
+            f"{engine} is within {three(float(off.max()))} of the slenderness angle of "
+            f"{reference} over the whole run, {three(float(np.median(off)))} in the median of "
+            f"{counts}.",
+            [str(engine), reference, f"{len(off):,}", *map(three, (np.median(off), off.max()))],
+        )
+
+
+def _summary(rows: list[list[str]]) -> Sheet:
+    text = "Largest |rotation - that of the reference| / slenderness angle over the run"
+    heads = [Heading("engine"), Heading("held against"), Heading("rows"),
+             Heading("median", "", text), Heading("largest", "", text)]  # fmt: skip
+    return Sheet("What it comes to", heads, rows)

@@ -1,0 +1,76 @@
+"""A finding: what an analysis came to, told once, for the terminal, a page, figures and Python."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from warprock.findings.sheets import Sheet
+
+Facts = Mapping[str, Any]
+Tables = Mapping[str, pd.DataFrame]
+
+
+@dataclasses.dataclass(frozen=True)
+class Finding:
+    """What an analysis came to.
+
+    It is made of facts and tables alone, as they are written: a page of a folder of results tells
+    the same as the command that wrote them.
+
+    Attributes:
+        kind: What it is, in a word or two: `Overturning map`.
+        facts: What `run.json` holds; empty writes none.
+        tables: Tables to write, by name; see `running.results.write_results`.
+        sentences: What came out. The first, the most important one, ends the print-out and stands
+            above the figure.
+        sheets: Tables to read; the terminal leaves out those that are folded on a page.
+        rows: Key of what `--json` prints -> the table whose rows it has.
+        said: What `--json` prints besides; None prints the facts.
+        asked: What was asked besides what all analyses ask: names and texts.
+        pictures: Patterns of the names of its figures.
+        texts: Texts to write, by the name of their file.
+        beside: Whether it was made from the results in a folder, which stay when it is written.
+        then: The command to try next, once the results are in a folder.
+        show: Prints its tables on the terminal; None prints those of its sheets that are open.
+    """
+
+    kind: str
+    facts: Facts
+    tables: Tables
+    sentences: Sequence[str]
+    sheets: Sequence[Sheet] = ()
+    rows: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    said: Facts | None = None
+    asked: Sequence[tuple[str, str]] = ()
+    pictures: Sequence[str] = ()
+    texts: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    beside: bool = False
+    then: str = ""
+    show: Callable[[], None] | None = None
+
+    @property
+    def json(self) -> dict[str, Any]:
+        """What `--json` prints, but for the files that were written."""
+        rows = {key: self.tables[name].to_dict("records") for key, name in self.rows.items()}
+        return {**(self.facts if self.said is None else self.said), **rows}
+
+    @property
+    def headline(self) -> str:
+        """The first sentence as a title: without its full stop."""
+        return self.sentences[0].removesuffix(".")
+
+
+class Kind(NamedTuple):
+    """A kind of findings, as a page of a folder finds it.
+
+    Attributes:
+        tables: Names of the tables that it is told from, without the ending .parquet.
+        tell: Makes the finding of facts and tables.
+    """
+
+    tables: Sequence[str]
+    tell: Callable[[Facts, Tables], Finding]

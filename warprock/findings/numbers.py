@@ -1,0 +1,73 @@
+"""Numbers as a reader wants them: three digits, with a unit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+import pandas as pd
+
+Item = TypeVar("Item")
+
+MISSING = "-"
+
+
+def three(value: Any) -> str:
+    """A number with three digits; counts and words as they are, a dash where there is nothing.
+
+    >>> three(0.12345), three(123456), three(1299790.0), three(3.2e-7), three(float("nan"))
+    ('0.123', '123,456', '1.30e6', '3.20e-7', '-')
+    """
+    if value is None or value is pd.NA or value is pd.NaT:
+        return MISSING
+    if isinstance(value, (bool, np.bool_)):
+        return "yes" if value else "no"
+    if isinstance(value, (int, np.integer)):
+        return f"{value:,}"
+    return _three(float(value)) if isinstance(value, (float, np.floating)) else str(value)
+
+
+def _three(value: float) -> str:
+    if math.isnan(value):
+        return MISSING
+    if math.isinf(value):
+        return "infinite" if value > 0 else "-infinite"
+    size = abs(value)
+    if value == round(value) and size < 1e4:
+        return f"{value:.0f}"
+    if 1e-3 <= size < 9.995e4:
+        digits = max(0, 2 - math.floor(math.log10(size) + 1e-9))
+        return f"{value:,.{digits}f}"
+    mantissa, exponent = f"{value:.2e}".split("e")
+    return f"{mantissa}e{int(exponent)}"
+
+
+def counted(count: int, thing: str, plural: str = "") -> str:
+    """A count and what is counted.
+
+    >>> counted(1, "lane"), counted(2000, "lane")
+    ('1 lane', '2,000 lanes')
+    """
+    return f"{count:,} {thing if count == 1 else plural or thing + 's'}"
+
+
+def even_selection(items: Sequence[Item], most: int) -> list[Item]:
+    """At most so many of some items, the first and the last among them, evenly apart.
+
+    >>> even_selection("abcdefg", 4)
+    ['a', 'c', 'e', 'g']
+    """
+    last = len(items) - 1
+    places = np.unique(np.linspace(0, last, min(most, last + 1)).astype(int))
+    return [items[place] for place in places]
+
+
+def listed(texts: list[str]) -> str:
+    """Texts in one sentence.
+
+    >>> listed(["a"]), listed(["a", "b", "c"])
+    ('a', 'a, b and c')
+    """
+    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
