@@ -120,17 +120,6 @@ def predict(v: Velocity, base: Base, knobs: Knobs) -> Velocity:
 
 
 @wp.func
-def swap_unless(same: bool, one: wp.ref[Impulse], two: wp.ref[Impulse]):
-    """Lets the impulses of two points change places, unless the order of the points is the same."""
-    n = real(one.n)
-    t = real(one.t)
-    one.n = wp.where(same, n, two.n)
-    one.t = wp.where(same, t, two.t)
-    two.n = wp.where(same, two.n, n)
-    two.t = wp.where(same, two.t, t)
-
-
-@wp.func
 def find_contact(point: Point, gap: real, margin: real, up: Mass, low: Mass) -> Contact:
     """What impulses do at a point: nothing where its gap is wider than the margin [m].
 

@@ -24,7 +24,6 @@ from warprock.kernels.impulse.stack import (
     predict,
     side_of,
     solve_contact,
-    swap_unless,
     warm_start,
 )
 from warprock.kernels.instance import ONE_VECTOR
@@ -74,6 +73,7 @@ from warprock.kernels.shape.stack_run import (
     start_impulses,
     start_lane,
     start_pose,
+    swap_unless,
     view_interface,
 )
 

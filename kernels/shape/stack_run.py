@@ -190,6 +190,17 @@ def begin_step(count: int, mode: int, hint: real, lane: Lane) -> Lane:
 
 
 @wp.func
+def swap_unless(same: bool, one: wp.ref[Impulse], two: wp.ref[Impulse]):
+    """Lets the impulses of two points change places, unless the order of the points is the same."""
+    n = real(one.n)
+    t = real(one.t)
+    one.n = wp.where(same, n, two.n)
+    one.t = wp.where(same, t, two.t)
+    two.n = wp.where(same, two.n, n)
+    two.t = wp.where(same, two.t, t)
+
+
+@wp.func
 def balance(
     even: real, one: wp.ref[Impulse], two: wp.ref[Impulse], along: wp.ref[real],
     turning: wp.ref[real],
