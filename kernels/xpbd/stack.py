@@ -55,7 +55,7 @@ import warp as wp
 from warprock.kernels.account import Account
 from warprock.kernels.cone import alone
 from warprock.kernels.shape.interface import Impulse, Mass, Point, Pose, Velocity
-from warprock.kernels.xpbd.stack_pair import Contact, End
+from warprock.kernels.xpbd.stack_pair import Contact, End, Grip
 
 if BLOCKS == 1:
     from warprock.kernels.xpbd.stack_ground import TURNS, couple, gap_and_slip
@@ -85,13 +85,6 @@ class Ahead:
 
     s: real
     c: real
-
-
-@wp.struct
-class Anchor:
-    """The place at which an end came to stick [m], or LOOSE."""
-
-    place: real
 
 
 @wp.struct
@@ -182,9 +175,9 @@ def warm_start(closed: bool, last: Impulse) -> Impulse:
 
 @wp.func
 def find_contact(
-    knobs: Knobs, up: Mass, low: Mass, point: Point, now: Spot, then: Spot, anchor: wp.ref[real]
+    knobs: Knobs, up: Mass, low: Mass, point: Point, now: Spot, then: Spot, anchor: real
 ):
-    """What an end asks for in the velocity pass, and in the pose pass.
+    """What an end asks for in the velocity pass and in the pose pass, and how it sticks.
 
     Args:
         knobs: Settings.
@@ -195,12 +188,13 @@ def find_contact(
     """
     closed = closes(knobs, now.gap)
     on = wp.where(closed, real(1.0), real(0.0))
-    anchor = wp.where(closed and size(anchor) < LOOSE, anchor, now.place)
+    place = wp.where(closed and size(anchor) < LOOSE, anchor, now.place)
     normal = fused(low.j * point.al, point.al, fused(up.j * point.au, point.au, up.m + low.m))
     dt = on / fused(low.j * point.bl, point.bl, fused(up.j * point.bu, point.bu, up.m + low.m))
     return (
-        Contact(then.gap - now.gap, then.place - now.place, on / normal, dt),
-        Contact(then.gap, then.place - anchor, on / (normal + knobs.softness), dt),
+        Contact(then.gap - now.gap, then.place - now.place, on / normal),
+        Contact(then.gap, then.place - place, on / (normal + knobs.softness)),
+        Grip(dt, place),
     )
 
 
@@ -218,7 +212,7 @@ def solve(mu: real, up: Mass, low: Mass, first: End, second: End, u: Velocity, v
         The multipliers of the first end, and those of the second.
     """
     k = couple(up, low, first.point, second.point)
-    dn1, dt1, dn2, dt2 = first.contact.dn, first.contact.dt, second.contact.dn, second.contact.dt
+    dn1, dt1, dn2, dt2 = first.contact.dn, first.dt, second.contact.dn, second.dt
     a = real(first.last.n)
     b = real(first.last.t)
     e = real(second.last.n)

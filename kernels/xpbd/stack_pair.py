@@ -19,21 +19,36 @@ class Contact:
         gap: By how much the gap would grow, in the pose pass the gap [m].
         slip: By how much the place would change, in the pose pass its distance from the anchor [m].
         dn: Normal multiplier for a metre of gap [kg], nothing of an open end.
-        dt: Tangential multiplier for a metre of slip [kg], likewise.
     """
 
     gap: real
     slip: real
     dn: real
+
+
+@wp.struct
+class Grip:
+    """How an end sticks.
+
+    Attributes:
+        dt: Tangential multiplier for a metre of slip [kg], nothing of an open end.
+        anchor: Place at which the end came to stick [m], or LOOSE.
+    """
+
     dt: real
+    anchor: real
 
 
 @wp.struct
 class End:
-    """An end of an interface in a pass: where it is, what it asks for, its multipliers so far."""
+    """An end of an interface in a pass: where it is, what it asks for, its multipliers so far.
+
+    `dt` is that of its `Grip`.
+    """
 
     point: Point
     contact: Contact
+    dt: real
     last: Impulse
 
 

@@ -53,7 +53,6 @@ from warprock.kernels.shape.stack_run import (
 from warprock.kernels.xpbd.stack import (
     LOOSE,
     Ahead,
-    Anchor,
     Knobs,
     Spot,
     add_energy,
@@ -71,7 +70,7 @@ from warprock.kernels.xpbd.stack import (
     turn_ahead,
     warm_start,
 )
-from warprock.kernels.xpbd.stack_pair import Contact, End
+from warprock.kernels.xpbd.stack_pair import Contact, End, Grip
 
 if BLOCKS == 1:
     from warprock.kernels.xpbd.stack_ground import TURNS, add_changes, add_impulses, find_end
@@ -96,7 +95,7 @@ def run_lanes(
     first, dt = pack * LANES, knobs.time_step
     # Points, a row each: the first and the second end of interface 1, of interface 2, ...
     point = rows(Point, 2 * BLOCKS)
-    anchor = rows(Anchor, 2 * BLOCKS)
+    grip = rows(Grip, 2 * BLOCKS)
     # The same in the velocity pass, then in the pose pass: multipliers are kept as impulses.
     contact = rows(Contact, 4 * BLOCKS)
     impulse = rows(Impulse, 4 * BLOCKS)
@@ -134,8 +133,8 @@ def run_lanes(
             one, two = start_impulses(block, lean)
             impulse[2 * k - 2, i] = one
             impulse[2 * k - 1, i] = two
-            anchor[2 * k - 2, i].place = LOOSE
-            anchor[2 * k - 1, i].place = LOOSE
+            grip[2 * k - 2, i].anchor = LOOSE
+            grip[2 * k - 1, i].anchor = LOOSE
     count = int(-SETTLING)
     time = -BEFORE * dt
     for sample in range(sample_times.shape[0]):
@@ -164,7 +163,7 @@ def run_lanes(
                     swap_unless(same, one, two)
                     impulse[p, i] = one
                     impulse[q, i] = two
-                    swap_anchors_unless(same, anchor[p, i].place, anchor[q, i].place)
+                    swap_anchors_unless(same, grip[p, i].anchor, grip[q, i].anchor)
                     interface[k, i].lean = lean
                     ahead[k, i] = turn_ahead(dt, pose[k, i], velocity[k, i].omega)
                     velocity[k, i] = predict(velocity[k, i], base[i].gain, knobs)
@@ -182,9 +181,9 @@ def run_lanes(
                                    ahead[k, i]),
                         box[low, i], below_ahead(ahead[low, i]),
                     )  # fmt: skip
-                    velocities, poses = find_contact(
+                    velocities, poses, sticks = find_contact(
                         knobs, mass[k, i], mass[low, i], at, Spot(gap, place),
-                        Spot(next_gap, next_place), anchor[p, i].place,
+                        Spot(next_gap, next_place), grip[p, i].anchor,
                     )  # fmt: skip
                     one = warm_start(closes(knobs, gap), impulse[p, i])
                     u = move[k, i]
@@ -193,6 +192,7 @@ def run_lanes(
                     point[p, i] = at
                     contact[p, i] = velocities
                     contact[r, i] = poses
+                    grip[p, i] = sticks
                     impulse[p, i] = one
                     move[k, i] = u
                     move[low, i] = v
@@ -216,8 +216,8 @@ def run_lanes(
                     k, p, q = low + 1, 2 * low, 2 * low + 1
                     b, r, w = k + part * bodies, p + part * points, q + part * points
                     for i in range(LANES):
-                        first_end = End(point[p, i], contact[r, i], impulse[r, i])
-                        second_end = End(point[q, i], contact[w, i], impulse[w, i])
+                        first_end = End(point[p, i], contact[r, i], grip[p, i].dt, impulse[r, i])
+                        second_end = End(point[q, i], contact[w, i], grip[q, i].dt, impulse[w, i])
                         u = move[b, i]
                         v = move[b - 1, i]
                         one, two = solve(
@@ -254,8 +254,8 @@ def run_lanes(
                     u = part_of(kept, correct(knobs.rate, velocity[k, i], move[k, i]))
                     velocity[k, i] = u
                     mu = interface[k, i].friction
-                    anchor[p, i].place = anchor_after(mu, one, anchor[p, i].place)
-                    anchor[q, i].place = anchor_after(mu, two, anchor[q, i].place)
+                    grip[p, i].anchor = anchor_after(mu, one, grip[p, i].anchor)
+                    grip[q, i].anchor = anchor_after(mu, two, grip[q, i].anchor)
                     step = Step(lane[i].live, time, dt, knobs.gravity)
                     view = view_interface(
                         step, box[k, i], pose[k, i], box[low, i], pose[low, i], u,
