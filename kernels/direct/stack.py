@@ -12,7 +12,7 @@ laws are those of direct/block.py, interface by interface. Given a state of all 
 ends carry, whether each sticks or to which side it slides) they are linear equations, block
 tridiagonal, and solved by elimination from below; the states of the last step are tried first.
 Where the solution breaks a law, a sweep over the interfaces from there (block Gauss-Seidel, each by
-`solve_block`) proposes other states; if some sweeps do not find it, principal pivoting turns the
+`solve_contacts`) proposes other states; if some sweeps do not find it, principal pivoting turns the
 rows that break their law, all of them while they become fewer, else the first alone (Judice and
 Pires 1994; finite with a box, whose matrix is positive definite). The first solution that keeps all
 laws to round-off is taken, so the result is exact however it was found. A stack for which none is
@@ -21,11 +21,11 @@ found ends as UNSOLVED.
 
 import warp as wp
 
-from warprock.kernels.direct.block import residual
-from warprock.kernels.direct.block import solve as solve_block
+from warprock.kernels.direct.block import Problem, residual_of, solve_contacts
 from warprock.kernels.direct.stack_pivot import Equations, States, lemke
-from warprock.kernels.shape.interface import GROUND_FACE, find_end
+from warprock.kernels.shape.interface import Box, Pose, find_end
 from warprock.kernels.shape.stack import Matrix, Rows, Three, Triples, Values, matrix_of, three_of
+from warprock.kernels.shape.stack_run import ground
 
 TRIES = 50
 """Tries of states before Lemke's path is taken."""
@@ -51,46 +51,51 @@ class Shapes:
 
 
 @wp.struct
-class Pose:
-    """Where the blocks of one lane are."""
+class Poses:
+    """Where the blocks of one lane are, see `Pose` in shape/interface.py."""
 
     x: Values
     z: Values
-    sine: Values
-    cosine: Values
+    theta: Values
+    s: Values
+    c: Values
 
 
 @wp.func
-def interface_rows(shapes: Shapes, pose: Pose, k: int, lean: real):
+def box_of(shapes: Shapes, k: int) -> Box:
+    """The half sizes of block k; block -1 is the ground."""
+    if k < 0:
+        return ground()
+    return Box(shapes.half_width[k], shapes.half_height[k])
+
+
+@wp.func
+def pose_of(poses: Poses, k: int) -> Pose:
+    """Where block k is; block -1 is the ground."""
+    zero = real(0.0)
+    if k < 0:
+        return Pose(zero, zero, zero, zero, real(1.0))
+    return Pose(poses.x[k], poses.z[k], poses.theta[k], poses.s[k], poses.c[k])
+
+
+@wp.func
+def interface_rows(shapes: Shapes, poses: Poses, k: int, lean: real):
     """Relative velocities at interface k from those of its blocks.
 
     Returns:
         Matrix of the upper block (rows: ends 1 and 2, slip; columns: x, z, rotation), of the
         lower one, and the gaps at both ends [m].
     """
-    lhalf_width = GROUND_FACE
-    lhalf_height = real(0.0)
-    ls = real(0.0)
-    lc = real(1.0)
-    dx = pose.x[k]
-    dz = pose.z[k]
-    if k > 0:
-        lhalf_width = shapes.half_width[k - 1]
-        lhalf_height = shapes.half_height[k - 1]
-        ls = pose.sine[k - 1]
-        lc = pose.cosine[k - 1]
-        dx = dx - pose.x[k - 1]
-        dz = dz - pose.z[k - 1]
-    half_width, half_height = shapes.half_width[k], shapes.half_height[k]
-    s, c = pose.sine[k], pose.cosine[k]
-    nx1, nz1, au1, _bu1, al1, _bl1, gap1, _place1 = find_end(
-        -lean, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
-    )
-    nx2, nz2, au2, bu2, al2, bl2, gap2, _place2 = find_end(
-        lean, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
-    )
-    upper = Matrix(nx1, nz1, -au1, nx2, nz2, -au2, lean * nz2, -lean * nx2, lean * bu2)
-    lower = Matrix(-nx1, -nz1, al1, -nx2, -nz2, al2, -lean * nz2, lean * nx2, -lean * bl2)
+    box, at = box_of(shapes, k), pose_of(poses, k)
+    low_box, below = box_of(shapes, k - 1), pose_of(poses, k - 1)
+    a, gap1, _place1 = find_end(-lean, box, at, low_box, below)
+    b, gap2, _place2 = find_end(lean, box, at, low_box, below)
+    upper = Matrix(
+        a.nx, a.nz, -a.au, b.nx, b.nz, -b.au, lean * b.nz, -lean * b.nx, lean * b.bu
+    )  # fmt: skip
+    lower = Matrix(
+        -a.nx, -a.nz, a.al, -b.nx, -b.nz, b.al, -lean * b.nz, lean * b.nx, -lean * b.bl
+    )  # fmt: skip
     return upper, lower, gap1, gap2
 
 
@@ -121,7 +126,7 @@ def with_three(values: Triples, k: int, t: Three) -> Triples:
 
 
 @wp.func
-def coupled(system: Equations, p: Triples, k: int) -> Three:
+def velocities_without(system: Equations, p: Triples, k: int) -> Three:
     """Relative velocities at interface k above the wishes, without its own impulses."""
     q = three_of(system.free, k)
     if k > 0:
@@ -132,19 +137,24 @@ def coupled(system: Equations, p: Triples, k: int) -> Three:
 
 
 @wp.func
-def kept(system: Equations, p: Triples) -> bool:
+def problem_of(system: Equations, p: Triples, k: int) -> Problem:
+    """The contact problem of interface k alone, given the impulses of the others."""
+    d, q = matrix_of(system.own, k), velocities_without(system, p, k)
+    return Problem(
+        system.friction[k], system.bound[k],
+        d[0, 0], d[0, 1], d[1, 1], d[0, 2], d[1, 2], d[2, 2], q[0], q[1], q[2],
+    )  # fmt: skip
+
+
+@wp.func
+def keeps_laws(system: Equations, p: Triples) -> bool:
     """Whether impulses keep the laws of all interfaces to round-off."""
     worst = real(0.0)
     scale = real(0.0)
     for k in range(BLOCKS):
         d = matrix_of(system.own, k)
-        q = coupled(system, p, k)
         force = three_of(p, k)
-        miss = residual(
-            system.friction[k], system.bound[k],
-            d[0, 0], d[0, 1], d[1, 1], d[0, 2], d[1, 2], d[2, 2], q[0], q[1], q[2],
-            force[0], force[1], force[2],
-        )  # fmt: skip
+        miss = residual_of(problem_of(system, p, k), force[0], force[1], force[2])
         worst = wp.where(miss > worst or miss != miss, miss, worst)
         for i in range(3):
             scale += size(system.free[3 * k + i]) + d[i, i] * size(force[i])
@@ -152,17 +162,12 @@ def kept(system: Equations, p: Triples) -> bool:
 
 
 @wp.func
-def swept(system: Equations, p: Triples) -> Triples:
+def sweep(system: Equations, p: Triples) -> Triples:
     """The impulses after a sweep over the interfaces, from the ground up."""
     found = p
     for k in range(BLOCKS):
-        d = matrix_of(system.own, k)
-        q = coupled(system, found, k)
-        _miss, n1, n2, f = solve_block(
-            system.friction[k], system.bound[k],
-            d[0, 0], d[0, 1], d[1, 1], d[0, 2], d[1, 2], d[2, 2], q[0], q[1], q[2],
-        )  # fmt: skip
-        found = with_three(found, k, Three(n1, n2, f))
+        own = solve_contacts(problem_of(system, found, k))
+        found = with_three(found, k, Three(own.n1, own.n2, own.f))
     return found
 
 
@@ -181,7 +186,7 @@ def states_of(system: Equations, p: Triples) -> States:
 
 
 @wp.func
-def pivoted(system: Equations, states: States, p: Triples, first_only: bool):
+def pivot(system: Equations, states: States, p: Triples, first_only: bool):
     """States with those rows turned that break their law, all or the first one alone.
 
     Args:
@@ -199,7 +204,7 @@ def pivoted(system: Equations, states: States, p: Triples, first_only: bool):
     for k in range(BLOCKS):
         d = matrix_of(system.own, k)
         force = three_of(p, k)
-        w = coupled(system, p, k) + d * force
+        w = velocities_without(system, p, k) + d * force
         limit = system.bound[k] + system.friction[k] * (force[0] + force[1])
         for i in range(3):
             row = 3 * k + i
@@ -217,7 +222,7 @@ def pivoted(system: Equations, states: States, p: Triples, first_only: bool):
 
 
 @wp.func
-def of_states(system: Equations, states: States) -> Triples:
+def solve_states(system: Equations, states: States) -> Triples:
     """Solution of the linear equations of given states."""
     zero = real(0.0)
     one = real(1.0)
@@ -268,16 +273,16 @@ def solve(system: Equations, guess: Triples):
     fewest = int(3 * BLOCKS + 1)
     patience = int(0)
     while not solved and tries < TRIES:
-        found = of_states(system, states)
-        solved = kept(system, found)
+        found = solve_states(system, states)
+        solved = keeps_laws(system, found)
         tries += 1
         if not solved and tries == TRIES:
-            found = of_states(system, lemke(system))
-            solved = kept(system, found)
+            found = solve_states(system, lemke(system))
+            solved = keeps_laws(system, found)
         elif not solved and tries <= SWEPT_TRIES:
-            states = states_of(system, swept(system, found))
+            states = states_of(system, sweep(system, found))
         elif not solved:
-            turned, count = pivoted(system, states, found, patience < 0)
+            turned, count = pivot(system, states, found, patience < 0)
             patience = wp.where(count < fewest, PATIENCE, patience - 1)
             fewest = wp.where(count < fewest, count, fewest)
             states = turned

@@ -7,12 +7,14 @@ times the acceleration. An interface rocks while one of its ends has parted, see
 
 import warp as wp
 
-from warprock.kernels.account import book
+from warprock.kernels.account import Account, keep_account
 from warprock.kernels.direct.block import wish
 from warprock.kernels.direct.stack import (
-    Pose,
+    Poses,
     Shapes,
+    box_of,
     interface_rows,
+    pose_of,
     solve,
     weighted,
     with_rows,
@@ -22,11 +24,21 @@ from warprock.kernels.direct.stack_pivot import Equations
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import slack, slides, watch
-from warprock.kernels.shape.interface import GROUND_FACE, place_on
-from warprock.kernels.shape.stack import Counts, Rows, Three, Triples, Values, matrix_of, three_of
-from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
-from warprock.kernels.shape.stack_run import Block, Stack, gap_of_end
+from warprock.kernels.parting import Bearing, Parting, observe_ends, slack, slides
+from warprock.kernels.rows import kernel, rows
+from warprock.kernels.shape.interface import gap_of_end, place_on
+from warprock.kernels.shape.stack import Rows, Three, Triples, Values, matrix_of, three_of
+from warprock.kernels.shape.stack_found import (
+    Found,
+    Peaks,
+    at_sample,
+    block_result,
+    observe_peaks,
+    result_of,
+    start_peaks,
+    start_seen,
+)
+from warprock.kernels.shape.stack_run import Block, Stack
 
 wp.set_module_options(LOOPS_STAY)
 
@@ -49,13 +61,12 @@ class Knobs:
 
 @wp.struct
 class State:
-    """One lane: rotations and velocities of its blocks, relative to the base.
+    """One lane: velocities of its blocks, relative to the base.
 
     Of its interfaces: the side to which they lean, and the last impulses at their ends at -x and
     at +x and along them towards +x [N s].
     """
 
-    theta: Values
     velocity: Triples
     lean: Values
     left: Values
@@ -63,37 +74,43 @@ class State:
     along: Values
 
 
+@wp.struct
+class Jacobian:
+    """Relative velocities at all interfaces from those of their upper and of their lower blocks."""
+
+    upper: Rows
+    lower: Rows
+
+
 @wp.func
-def leaning(state: State, k: int, hint: real) -> real:
+def leaning(poses: Poses, state: State, k: int, hint: real) -> real:
     """Side to which interface k leans; `hint` tells which way the base is about to move [m/s]."""
     zero = real(0.0)
-    turn = state.theta[k]
+    turn = poses.theta[k]
     rate = state.velocity[3 * k + 2]
     if k > 0:
-        turn = turn - state.theta[k - 1]
+        turn = turn - poses.theta[k - 1]
         rate = rate - state.velocity[3 * k - 1]
     still = wp.where(hint != zero, -hint, state.lean[k])
     return sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, still)))
 
 
 @wp.func
-def equations(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, free: Triples):
+def equations(shapes: Shapes, poses: Poses, state: State, knobs: Knobs, free: Triples):
     """The contact problem of a step from the velocities without contact, and its rows.
 
     Returns:
-        The problem; rows of the upper and of the lower blocks; the last impulses, in its order;
-        the smallest gap [m].
+        The problem; its rows; the last impulses, in its order; the smallest gap [m].
     """
     zero = real(0.0)
     one = real(1.0)
     system = Equations()
-    upper = Rows()
-    lower = Rows()
+    jacobian = Jacobian()
     guess = Triples()
     lowest = zero
     for k in range(BLOCKS):
         lean = state.lean[k]
-        up, down, gap1, gap2 = interface_rows(shapes, pose, k, lean)
+        up, down, gap1, gap2 = interface_rows(shapes, poses, k, lean)
         lowest = smaller(smaller(gap1, gap2), lowest)
         on1 = wp.where(gap1 <= knobs.margin, one, zero)
         on2 = wp.where(gap2 <= knobs.margin, one, zero)
@@ -106,7 +123,7 @@ def equations(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, free: Trip
         if k > 0:
             d = d + weighted(down, shapes, k - 1) * wp.transpose(down)
             q = q + down * three_of(free, k - 1)
-            above = weighted(matrix_of(upper, k - 1), shapes, k - 1) * wp.transpose(down)
+            above = weighted(matrix_of(jacobian.upper, k - 1), shapes, k - 1) * wp.transpose(down)
             system.above = with_rows(system.above, k - 1, above)
         m = shapes.inverse_mass[k]
         d = d + wp.diag(Three(knobs.cfm + m * (one - on1), knobs.cfm + m * (one - on2), zero))
@@ -121,29 +138,30 @@ def equations(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, free: Trip
         system.free = with_three(system.free, k, q)
         system.friction[k] = (one - knobs.box) * mu
         system.bound[k] = mu * last
-        upper = with_rows(upper, k, up)
-        lower = with_rows(lower, k, down)
+        jacobian.upper = with_rows(jacobian.upper, k, up)
+        jacobian.lower = with_rows(jacobian.lower, k, down)
         n1 = wp.where(lean > zero, state.left[k], state.right[k])
         n2 = wp.where(lean > zero, state.right[k], state.left[k])
         guess = with_three(guess, k, Three(on1 * n1, on2 * n2, lean * state.along[k]))
-    return system, upper, lower, guess, lowest
+    return system, jacobian, guess, lowest
 
 
 @wp.func
-def pushed(shapes: Shapes, upper: Rows, lower: Rows, free: Triples, p: Triples) -> Triples:
+def push(shapes: Shapes, jacobian: Jacobian, free: Triples, p: Triples) -> Triples:
     """Velocities of all blocks after the impulses of all interfaces."""
     v = free
     for k in range(BLOCKS):
-        kick = wp.transpose(weighted(matrix_of(upper, k), shapes, k)) * three_of(p, k)
+        kick = wp.transpose(weighted(matrix_of(jacobian.upper, k), shapes, k)) * three_of(p, k)
         v = with_three(v, k, three_of(v, k) + kick)
         if k > 0:
-            back = wp.transpose(weighted(matrix_of(lower, k), shapes, k - 1)) * three_of(p, k)
+            below = weighted(matrix_of(jacobian.lower, k), shapes, k - 1)
+            back = wp.transpose(below) * three_of(p, k)
             v = with_three(v, k - 1, three_of(v, k - 1) + back)
     return v
 
 
 @wp.func
-def step(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, dv: real, hint: real):
+def step(shapes: Shapes, poses: Poses, state: State, knobs: Knobs, dv: real, hint: real):
     """Velocities and impulses after a step in which the base velocity changes by dv [m/s].
 
     Returns:
@@ -153,12 +171,12 @@ def step(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, dv: real, hint:
     after = state
     free = state.velocity
     for k in range(BLOCKS):
-        after.lean[k] = leaning(state, k, hint)
+        after.lean[k] = leaning(poses, state, k, hint)
         free[3 * k] = free[3 * k] - dv
         free[3 * k + 1] = free[3 * k + 1] - knobs.time_step * knobs.gravity
-    system, upper, lower, guess, lowest = equations(shapes, pose, after, knobs, free)
+    system, jacobian, guess, lowest = equations(shapes, poses, after, knobs, free)
     p, solved, _tries = solve(system, guess)
-    v = pushed(shapes, upper, lower, free, p)
+    v = push(shapes, jacobian, free, p)
     work = real(0.0)
     for k in range(BLOCKS):
         done = real(0.0)
@@ -180,78 +198,48 @@ def step(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, dv: real, hint:
 
 
 @wp.func
-def posed(pose: Pose, state: State, dt: real):
-    """Where the blocks are after a time at their velocities, and their rotations."""
-    moved = pose
-    theta = state.theta
+def integrate(poses: Poses, state: State, dt: real) -> Poses:
+    """Where the blocks are after a time at their velocities."""
+    moved = poses
     for k in range(BLOCKS):
-        moved.x[k] = pose.x[k] + dt * state.velocity[3 * k]
-        moved.z[k] = pose.z[k] + dt * state.velocity[3 * k + 1]
-        theta[k] = theta[k] + dt * state.velocity[3 * k + 2]
-        moved.sine[k] = sine(in_range(theta[k]))
-        moved.cosine[k] = cosine(in_range(theta[k]))
-    return moved, theta
+        moved.x[k] = poses.x[k] + dt * state.velocity[3 * k]
+        moved.z[k] = poses.z[k] + dt * state.velocity[3 * k + 1]
+        moved.theta[k] = poses.theta[k] + dt * state.velocity[3 * k + 2]
+        moved.s[k] = sine(in_range(moved.theta[k]))
+        moved.c[k] = cosine(in_range(moved.theta[k]))
+    return moved
 
 
 @wp.func
-def unrisen(shapes: Shapes, before: Pose, pose: Pose, state: State, knobs: Knobs) -> real:
+def energy_not_lifted(
+    shapes: Shapes, before: Poses, poses: Poses, state: State, knobs: Knobs
+) -> real:
     """Energy that velocities have and heights have not taken up [J], as at rest in float32.
 
     Without round-off this is nothing.
     """
     total = real(0.0)
     for k in range(BLOCKS):
-        missing = (pose.z[k] - before.z[k]) - knobs.time_step * state.velocity[3 * k + 1]
+        missing = (poses.z[k] - before.z[k]) - knobs.time_step * state.velocity[3 * k + 1]
         total += knobs.gravity * missing / shapes.inverse_mass[k]
     return total
 
 
 @wp.func
-def placed(shapes: Shapes, pose: Pose, theta: Values, k: int, offset: real):
-    """Where a block is on what it stands on, whose slide was `offset` at the start [m].
-
-    Returns:
-        Slide along that, width of the overlap, rotation against it, and how wide the ends of the
-        overlap at -x and at +x gape.
-    """
-    lhalf_width = GROUND_FACE
-    lhalf_height = real(0.0)
-    ls = real(0.0)
-    lc = real(1.0)
-    dx = pose.x[k]
-    dz = pose.z[k]
-    turn = theta[k]
-    if k > 0:
-        lhalf_width = shapes.half_width[k - 1]
-        lhalf_height = shapes.half_height[k - 1]
-        ls = pose.sine[k - 1]
-        lc = pose.cosine[k - 1]
-        dx = dx - pose.x[k - 1]
-        dz = dz - pose.z[k - 1]
-        turn = turn - theta[k - 1]
-    slid, overlap = place_on(
-        shapes.half_width[k], shapes.half_height[k], pose.sine[k], pose.cosine[k], offset,
-        lhalf_width, lhalf_height, ls, lc, dx, dz, turn,
-    )  # fmt: skip
-    gap1 = gap_of_end(
-        real(-1.0), shapes.half_width[k], shapes.half_height[k], pose.sine[k], pose.cosine[k],
-        lhalf_width, lhalf_height, ls, lc, dx, dz,
-    )  # fmt: skip
-    gap2 = gap_of_end(
-        real(1.0), shapes.half_width[k], shapes.half_height[k], pose.sine[k], pose.cosine[k],
-        lhalf_width, lhalf_height, ls, lc, dx, dz,
-    )  # fmt: skip
-    return slid, overlap, turn, gap1, gap2
+def gap_at(side: real, shapes: Shapes, poses: Poses, k: int) -> real:
+    """How wide the end of interface k at -x (side -1) or at +x (1) gapes [m]."""
+    box, at = box_of(shapes, k), pose_of(poses, k)
+    return gap_of_end(side, box, at, box_of(shapes, k - 1), pose_of(poses, k - 1))
 
 
 @wp.func
-def limit_of(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, k: int) -> real:
+def limit_of(shapes: Shapes, poses: Poses, state: State, knobs: Knobs, k: int) -> real:
     """Gap beyond which an end of interface k has parted [m]."""
     square = state.velocity[3 * k + 2] * state.velocity[3 * k + 2]
     if k > 0:
         square += state.velocity[3 * k - 1] * state.velocity[3 * k - 1]
     reach = shapes.half_width[k] + shapes.half_height[k]
-    length = shapes.half_height[k] + size(pose.z[k])
+    length = shapes.half_height[k] + size(poses.z[k])
     return slack(knobs.time_step, knobs.gravity, reach, square, length)
 
 
@@ -264,19 +252,22 @@ def mode_of(state: State, solved: bool) -> int:
     return wp.where(total - total == real(0.0), wp.where(solved, RUNNING, UNSOLVED), BROKEN)
 
 
-@wp.kernel
+@kernel
 def run_lanes(
     blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs one lane a thread."""
     lane, zero, dt = wp.tid(), real(0.0), knobs.time_step
-    m = motions[lane]
+    motion = motions[lane]
     shapes = Shapes()
-    pose = Pose()
+    poses = Poses()
     state = State()
-    peak, peak_time, slide, peak_slide = Values(), Values(), Values(), Values()
-    since, left, right = Values(), Counts(), Counts()
+    parting = rows(Parting, BLOCKS)
+    peaks = rows(Peaks, BLOCKS)
+    slide = Values()
+    account = Account()
+    seen = start_seen(lanes[lane].uplift_time)
     for k in range(BLOCKS):
         block = blocks[k, lane]
         shapes.half_width[k] = block.half_width
@@ -284,83 +275,81 @@ def run_lanes(
         shapes.inverse_mass[k] = block.inverse_mass
         shapes.inverse_inertia[k] = block.inverse_inertia
         shapes.friction[k] = block.friction
-        pose.x[k] = block.x
-        pose.z[k] = block.z
-        pose.sine[k] = sine(block.theta)
-        pose.cosine[k] = cosine(block.theta)
-        state.theta[k] = block.theta
+        poses.x[k] = block.x
+        poses.z[k] = block.z
+        poses.theta[k] = block.theta
+        poses.s[k] = sine(block.theta)
+        poses.c[k] = cosine(block.theta)
         state.lean[k] = sign_of(lanes[lane].lean)
         state.left[k] = block.left
         state.right[k] = block.right
-        peak[k] = size(block.theta)
-    uplift_time = lanes[lane].uplift_time
-    moved, base, loss, deepest = real(0.0), real(0.0), real(0.0), real(0.0)
-    given, supplied, taken, returned = real(0.0), real(0.0), real(0.0), real(0.0)
-    jolt = real(0.0)
-    impacts, count = int(0), int(-1)
-    mode = int(RUNNING)
+        peaks[k, 0] = start_peaks(block.theta)
+    base, count = real(0.0), int(-1)
     time = -dt
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
-        while time < until and mode == RUNNING:
+        while time < until and seen.mode == RUNNING:
             count += 1
             time = real(count) * dt
             half = larger(time - HALF * dt, HALF * dt)
-            place = sample_index(m, sample_segment(m, half))
-            v = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
+            place = sample_index(motion, sample_segment(motion, half))
+            v = base_velocity(motion, half, pool[2, place], pool[0, place], pool[1, place])
             old = state
             if count == 0:
                 # The velocities half a step before the start.
-                state, _work, _gap, solved = step(shapes, pose, old, knobs, zero, v)
+                state, _work, _gap, solved = step(shapes, poses, old, knobs, zero, v)
                 state.velocity = -HALF * state.velocity
-                mode = mode_of(state, solved)
+                seen.mode = mode_of(state, solved)
             else:
-                state, work, gap, solved = step(shapes, pose, old, knobs, v - base, v - base)
-                deepest = larger(-gap, deepest)
+                state, work, gap, solved = step(shapes, poses, old, knobs, v - base, v - base)
+                seen.deepest = larger(-gap, seen.deepest)
                 dv = v - base
                 for k in range(BLOCKS):
                     mean = HALF * (state.velocity[3 * k] + old.velocity[3 * k])
-                    given -= dv * mean / shapes.inverse_mass[k]
+                    account.work -= dv * mean / shapes.inverse_mass[k]
                 base = v
-                before = pose
-                pose, theta = posed(pose, state, dt)
-                state.theta = theta
-                loss -= work + unrisen(shapes, before, pose, state, knobs)
-                book(dv, given, loss, jolt, supplied, taken, returned)
-                mode = mode_of(state, solved)
+                before = poses
+                poses = integrate(before, state, dt)
+                account.loss -= work + energy_not_lifted(shapes, before, poses, state, knobs)
+                account = keep_account(dv, account)
+                seen.mode = mode_of(state, solved)
                 for k in range(BLOCKS):
-                    slid, overlap, turn, gap1, gap2 = placed(
-                        shapes, pose, theta, k, blocks[k, lane].offset
-                    )
-                    watch(
-                        True, time, limit_of(shapes, pose, state, knobs, k), state.left[k], gap1,
-                        state.right[k], gap2, slides(slid - slide[k], dt, knobs.gravity),
-                        since[k], left[k], right[k], uplift_time, moved, impacts,
+                    spot, overlap = place_on(
+                        box_of(shapes, k), pose_of(poses, k), box_of(shapes, k - 1),
+                        pose_of(poses, k - 1),
                     )  # fmt: skip
-                    if size(theta[k]) > peak[k]:
-                        peak[k] = smaller(size(theta[k]), HALF_PI)
-                        peak_time[k] = time
+                    slid = spot - blocks[k, lane].offset
+                    slips = slides(slid - slide[k], dt, knobs.gravity)
+                    left = Bearing(state.left[k], gap_at(real(-1.0), shapes, poses, k))
+                    right = Bearing(state.right[k], gap_at(real(1.0), shapes, poses, k))
+                    limit = limit_of(shapes, poses, state, knobs, k)
+                    ends = parting[k, 0]
+                    observe_ends(True, time, limit, slips, left, right, ends, seen)
+                    parting[k, 0] = ends
+                    theta = poses.theta[k]
+                    peaks[k, 0] = observe_peaks(True, time, theta, slid, peaks[k, 0])
                     slide[k] = slid
-                    peak_slide[k] = larger(size(slid), peak_slide[k])
+                    turn = theta - pose_of(poses, k - 1).theta
                     if overlap <= zero:
-                        mode = SLID_OFF
-                    if larger(size(theta[k]), size(turn)) >= HALF_PI:
-                        mode = OVERTURNED
-                    total = theta[k] + slid + overlap
+                        seen.mode = SLID_OFF
+                    if larger(size(theta), size(turn)) >= HALF_PI:
+                        seen.mode = OVERTURNED
+                    total = theta + slid + overlap
                     if total - total != zero:
-                        mode = BROKEN
+                        seen.mode = BROKEN
         if found.rotations.shape[0] > 0:
-            past = wp.where(mode == RUNNING, larger(time - until, zero), zero)
+            past = wp.where(seen.mode == RUNNING, larger(time - until, zero), zero)
             for k in range(BLOCKS):
                 rate = state.velocity[3 * k + 2]
-                found.rotations[sample, k, lane] = state.theta[k] - past * rate
+                found.rotations[sample, k, lane] = poses.theta[k] - past * rate
         if found.places.shape[0] > 0:
             for k in range(BLOCKS):
                 vx, vz = state.velocity[3 * k], state.velocity[3 * k + 1]
-                found.places[sample, k, 0, lane] = at_sample(mode, time - until, pose.x[k], vx)
-                found.places[sample, k, 1, lane] = at_sample(mode, time - until, pose.z[k], vz)
-    found.results[lane] = Result(
-        uplift_time, moved, loss, jolt, supplied, returned, deepest, impacts, mode, count
-    )
+                x = at_sample(seen.mode, time - until, poses.x[k], vx)
+                z = at_sample(seen.mode, time - until, poses.z[k], vz)
+                found.places[sample, k, 0, lane] = x
+                found.places[sample, k, 1, lane] = z
+    seen.steps = count
+    found.results[lane] = result_of(seen, account)
     for k in range(BLOCKS):
-        found.blocks[k, lane] = BlockResult(slide[k], peak[k], peak_time[k], peak_slide[k])
+        found.blocks[k, lane] = block_result(slide[k], peaks[k, 0])

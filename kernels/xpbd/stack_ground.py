@@ -2,95 +2,68 @@
 
 The ground is level and nothing moves it. So both ends are corners of the block, their normal is
 (0, 1), and the ground gets no correction. The functions have the names and arguments of those in
-xpbd/stack.py and shape/interface.py, and the same results to round-off.
+stack_pair.py and shape/interface.py, and the same results to round-off.
 """
 
 import warp as wp
 
-from warprock.kernels.cone import alone
 from warprock.kernels.instance import MAX_UNROLL
+from warprock.kernels.shape.interface import Box, Impulse, Mass, Point, Pose, Velocity
+from warprock.kernels.xpbd.stack_pair import Coupling, End
 
-TURNS_ON_GROUND = max(n for n in range(1, MAX_UNROLL + 1) if max(ITERATIONS, 1) % n == 0)
+TURNS = max(n for n in range(1, MAX_UNROLL + 1) if max(ITERATIONS, 1) % n == 0)
 """Sweeps in one call, written out: there is no other interface to visit."""
 
 
 @wp.func
-def find_end(
-    side: real, half_width: real, half_height: real, s: real, c: real,
-    lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real,
-):  # fmt: skip
+def find_end(side: real, box: Box, at: Pose, low_box: Box, below: Pose):
     """See `find_end` in shape/interface.py."""
-    px = wedge(side * half_width, half_height, s, c)
-    pz = -dot(half_height, side * half_width, c, s)
-    ax = dx + px
-    az = dz + pz
-    return real(0.0), real(1.0), px, pz, ax, az, az, ax - side * half_width
+    px = wedge(side * box.half_width, box.half_height, at.s, at.c)
+    pz = -dot(box.half_height, side * box.half_width, at.c, at.s)
+    ax = at.x - below.x + px
+    az = at.z - below.z + pz
+    point = Point(real(0.0), real(1.0), px, pz, ax, az)
+    return point, az, ax - side * box.half_width
 
 
 @wp.func
 def add_impulses(
-    m: real, j: real, lm: real, lj: real, nx: real, nz: real,
-    au: real, bu: real, al: real, bl: real, n: real, t: real,
-    qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
-    lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
-):  # fmt: skip
+    up: Mass, low: Mass, point: Point, impulse: Impulse, u: wp.ref[Velocity], v: wp.ref[Velocity]
+):
     """See `add_impulses` in shape/interface.py."""
-    qx = fused(m, t, qx)
-    qz = fused(m, n, qz)
-    qo = fused(j, wedge(bu, au, n, t), qo)
+    u.x = fused(up.m, impulse.t, u.x)
+    u.z = fused(up.m, impulse.n, u.z)
+    u.omega = fused(up.j, wedge(point.bu, point.au, impulse.n, impulse.t), u.omega)
 
 
 @wp.func
-def solve_on_ground(
-    mu: real, m: real, j: real, lm: real, lj: real,
-    nx1: real, nz1: real, au1: real, bu1: real, al1: real, bl1: real,
-    gap1: real, slip1: real, dn1: real, dt1: real,
-    nx2: real, nz2: real, au2: real, bu2: real, al2: real, bl2: real,
-    gap2: real, slip2: real, dn2: real, dt2: real,
-    n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
-    qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
-    lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
-):  # fmt: skip
-    """See `solve_anywhere`; an end alone is solved exactly."""
-    a = real(n1)
-    b = real(t1)
-    e = real(n2)
-    f = real(t2)
-    # What multipliers do to the gaps and slips of both ends [1/kg].
-    pu, pv, qu, qv = j * au1, j * bu1, j * au2, j * bu2
-    n1n1, t1t1, n2n2 = fused(pu, au1, m), fused(pv, bu1, m), fused(qu, au2, m)
-    n1t1, n1n2, n1t2 = -pu * bu1, fused(pu, au2, m), -pu * bu2
-    t1n2, t1t2, n2t2 = -pv * au2, fused(pv, bu2, m), -qu * bu2
-    t2t2 = fused(qv, bu2, m)
-    # Gaps and slips as they would be without these four, over what one of them does.
-    u1, s1 = fused_less(au1, qo, gap1 + qz), fused(bu1, qo, slip1 + qx)
-    u2, s2 = fused_less(au2, qo, gap2 + qz), fused(bu2, qo, slip2 + qx)
-    u1 = -dn1 * less_three(fused_less(n1n1, a, u1), n1t1, b, n1n2, e, n1t2, f)
-    s1 = -dt1 * less_three(fused_less(n1t1, a, s1), t1t1, b, t1n2, e, t1t2, f)
-    u2 = -dn2 * less_three(fused_less(n1n2, a, u2), t1n2, b, n2n2, e, n2t2, f)
-    s2 = -dt2 * less_three(fused_less(n1t2, a, s2), t1t2, b, n2t2, e, t2t2, f)
-    a1, a2, a3 = dn1 * n1t1, dn1 * n1n2, dn1 * n1t2
-    b1, b2, b3 = dt1 * n1t1, dt1 * t1n2, dt1 * t1t2
-    c1, c2, c3 = dn2 * n1n2, dn2 * t1n2, dn2 * n2t2
-    d1, d2, d3 = dt2 * n1t2, dt2 * t1t2, dt2 * n2t2
-    first, second = dn2 <= real(0.0), dn1 <= real(0.0)
-    n, t = alone(
-        mu, wp.where(first, a1, c3), wp.where(first, b1, d3), wp.where(first, u1, u2),
-        wp.where(first, s1, s2),
+def couple(up: Mass, low: Mass, one: Point, two: Point) -> Coupling:
+    """See `couple` in stack_pair.py."""
+    m = up.m
+    pu, pv, qu, qv = up.j * one.au, up.j * one.bu, up.j * two.au, up.j * two.bu
+    return Coupling(
+        fused(pu, one.au, m), fused(pv, one.bu, m), fused(qu, two.au, m), fused(qv, two.bu, m),
+        -pu * one.bu, -qu * two.bu, fused(pu, two.au, m), fused(pv, two.bu, m),
+        -pu * two.bu, -pv * two.au,
     )  # fmt: skip
-    # The value found last comes last in each row, so that the other terms need not wait for it.
-    for _ in range(TURNS_ON_GROUND):
-        a = larger(less_three(u1, a1, b, a2, e, a3, f), real(0.0))
-        b = larger(smaller(less_three(s1, b2, e, b3, f, b1, a), mu * a), -mu * a)
-        e = larger(less_three(u2, c3, f, c1, a, c2, b), real(0.0))
-        f = larger(smaller(less_three(s2, d1, a, d2, b, d3, e), mu * e), -mu * e)
-    a, b = wp.where(first, n, a), wp.where(first, t, b)
-    e, f = wp.where(second, n, e), wp.where(second, t, f)
-    qx = fused(m, b - t1 + f - t2, qx)
-    qz = fused(m, a - n1 + e - n2, qz)
-    turn = wedge(bu1, au1, a - n1, b - t1) + wedge(bu2, au2, e - n2, f - t2)
-    qo = fused(j, turn, qo)
-    n1 = a
-    t1 = b
-    n2 = e
-    t2 = f
+
+
+@wp.func
+def gap_and_slip(end: End, u: Velocity, v: Velocity):
+    """See `gap_and_slip` in stack_pair.py."""
+    gap = fused_less(end.point.au, u.omega, end.contact.gap + u.z)
+    return gap, fused(end.point.bu, u.omega, end.contact.slip + u.x)
+
+
+@wp.func
+def add_changes(
+    up: Mass, low: Mass, first: End, second: End, one: Impulse, two: Impulse,
+    u: wp.ref[Velocity], v: wp.ref[Velocity],
+):  # fmt: skip
+    """See `add_changes` in stack_pair.py."""
+    n1, t1, n2, t2 = first.last.n, first.last.t, second.last.n, second.last.t
+    turn1 = wedge(first.point.bu, first.point.au, one.n - n1, one.t - t1)
+    turn2 = wedge(second.point.bu, second.point.au, two.n - n2, two.t - t2)
+    u.x = fused(up.m, one.t - t1 + two.t - t2, u.x)
+    u.z = fused(up.m, one.n - n1 + two.n - n2, u.z)
+    u.omega = fused(up.j, turn1 + turn2, u.omega)

@@ -45,8 +45,8 @@ def solve_all(problems: wp.array(dtype=contact.Equations), found: Numbers, by_le
     system = problems[i]
     p, solved, _tries = contact.solve(system, Triples())
     if by_lemke:
-        p = contact.of_states(system, contact.lemke(system))
-        solved = contact.kept(system, p)
+        p = contact.solve_states(system, contact.lemke(system))
+        solved = contact.keeps_laws(system, p)
     found[i, 0] = wp.where(solved, wp.float64(1.0), wp.float64(0.0))
     for j in range(6):
         found[i, 1 + j] = p[j]
