@@ -1,12 +1,13 @@
 """How impulses at the interfaces of a stack change velocities: a block tridiagonal system.
 
-At each interface three impulses p = (f along the face, n at the + end, n at the - end) act on the
-upper block, and -p on the lower one. Touching ends of closed faces move alike along them and share
-f. With G the rows of `interface_rows` in shape/stack.py and W the inverse masses, relative
-velocities become q + D p, D = G W G^T. An interface is coupled to the next ones alone. From the top
-down, nothing but p = 0 has G^T p = 0: D is positive definite.
+Three impulses p = (f along the face, n at the + end, n at the - end) act at each interface on the
+upper block, and -p on the lower one. Both ends of a closed interface move alike along it and share
+f. With G the Jacobian of shape/stack.py and W the inverse masses, the relative velocities become
+q + D p, D = G W G^T. Impulses at one interface act on the next ones alone, so D is block
+tridiagonal. G^T p = 0 has no other solution than p = 0 (as seen from the top down), so D is
+positive definite.
 
-Loops in which `wp.static` stands are written out, which keeps their numbers out of memory.
+`wp.static` of a loop's index writes the loop out, so that its numbers stay out of memory.
 """
 
 import warp as wp
@@ -16,6 +17,7 @@ from warprock.kernels.shape.stack import (
     PLUS,
     Blocks,
     Counts,
+    Jacobian,
     Matrix,
     Rows,
     Three,
@@ -28,7 +30,13 @@ from warprock.kernels.shape.stack import (
 
 @wp.struct
 class Couplings:
-    """The matrix D: `own` of every interface, `below` from the impulses of the one below it."""
+    """What impulses do to relative velocities: the matrix D, and friction.
+
+    Attributes:
+        own: Diagonal blocks of D, one an interface [1/kg].
+        below: Blocks beside them, from the impulses of the next lower interface [1/kg].
+        friction: Coefficients of friction.
+    """
 
     own: Rows
     below: Rows
@@ -36,10 +44,27 @@ class Couplings:
 
 
 @wp.struct
-class Factors:
-    """What elimination from below leaves of a system of all interfaces, see `eliminated`.
+class Contacts:
+    """An assumed state of all interfaces.
 
-    `positive`: whether the determinant of the system is up to each interface, as without contact.
+    Attributes:
+        hold: Ends whose gap stays closed, a sum of ends.
+        slip: Direction of sliding, -1 or 1; 0 if the interface sticks, or holds no end.
+    """
+
+    hold: Counts
+    slip: Counts
+
+
+@wp.struct
+class Factors:
+    """Factors of the system of all interfaces, eliminated from below; see `eliminate`.
+
+    Attributes:
+        inverse: Inverse of the diagonal block that is left at an interface.
+        reach: What the impulses of the next higher interface do to those of this one.
+        positive: 1 if the determinant of the system up to each interface is positive, as without
+            contact.
     """
 
     inverse: Rows
@@ -48,8 +73,11 @@ class Factors:
 
 
 @wp.func
-def with_state(d: Matrix, hold: int, slip: int, mu: real) -> Matrix:
-    """Rows of an interface's equations: velocities that are held, else what the state says."""
+def state_rows(d: Matrix, hold: int, slip: int, mu: real) -> Matrix:
+    """The equations of an interface: of its rows of D those of held velocities.
+
+    The others say that an impulse is zero, or that friction opposes sliding.
+    """
     zero = real(0.0)
     one = real(1.0)
     drag = real(slip) * mu
@@ -82,48 +110,46 @@ def held_rows(hold: int, slip: int) -> Three:
 
 
 @wp.func
-def weighted(m: Matrix, blocks: Blocks, k: int) -> Matrix:
-    """Rows of an interface with the inverse masses of block k."""
+def over_mass(m: Matrix, blocks: wp.ref[Blocks], k: int) -> Matrix:
+    """Rows of an interface times the inverse masses of block k."""
     w = blocks.inverse_mass[k]
     return m * wp.diag(Three(w, w, blocks.inverse_inertia[k]))
 
 
 @wp.func
-def relative_velocity(upper: Rows, lower: Rows, velocity: Triples, k: int) -> Three:
-    """Relative velocities at interface k."""
-    u = matrix_of(upper, k) * three_of(velocity, k)
+def relative_velocity(g: wp.ref[Jacobian], velocity: Triples, k: int) -> Three:
+    """Relative velocities at interface k [m/s]."""
+    u = matrix_of(g.upper, k) * three_of(velocity, k)
     if k > 0:
-        u = u + matrix_of(lower, k) * three_of(velocity, k - 1)
+        u = u + matrix_of(g.lower, k) * three_of(velocity, k - 1)
     return u
 
 
 @wp.func(inline=False)
-def relative_velocities(upper: Rows, lower: Rows, velocity: Triples) -> Triples:
-    """Relative velocities at all interfaces."""
+def relative_velocities(g: wp.ref[Jacobian], velocity: Triples) -> Triples:
+    """Relative velocities at all interfaces [m/s]."""
     q = Triples()
     for k in range(BLOCKS):
-        u = matrix_of(upper, wp.static(k)) * three_of(velocity, k)
-        if k > 0:
-            u = u + matrix_of(lower, k) * three_of(velocity, k - 1)
+        u = relative_velocity(g, velocity, wp.static(k))
         for i in range(3):
             q[3 * k + i] = u[i]
     return q
 
 
 @wp.func(inline=False)
-def couplings_of(blocks: Blocks, upper: Rows, lower: Rows) -> Couplings:
+def couplings_of(blocks: wp.ref[Blocks], g: wp.ref[Jacobian]) -> Couplings:
     """What impulses at the interfaces do to their relative velocities."""
     c = Couplings()
     c.friction = blocks.friction
     for k in range(BLOCKS):
-        up = matrix_of(upper, wp.static(k))
-        d = weighted(up, blocks, k) * wp.transpose(up)
+        up = matrix_of(g.upper, wp.static(k))
+        d = over_mass(up, blocks, k) * wp.transpose(up)
         couple = Matrix()
         if k > 0:
-            down = matrix_of(lower, k)
-            heavy = weighted(down, blocks, k - 1)
+            down = matrix_of(g.lower, k)
+            heavy = over_mass(down, blocks, k - 1)
             d = d + heavy * wp.transpose(down)
-            couple = heavy * wp.transpose(matrix_of(upper, k - 1))
+            couple = heavy * wp.transpose(matrix_of(g.upper, k - 1))
         for i in range(3):
             for j in range(3):
                 c.own[3 * k + i, j] = d[i, j]
@@ -132,8 +158,8 @@ def couplings_of(blocks: Blocks, upper: Rows, lower: Rows) -> Couplings:
 
 
 @wp.func(inline=False)
-def responses(c: Couplings, q: Triples, p: Triples) -> Triples:
-    """Relative velocities q + D p with impulses."""
+def respond(c: wp.ref[Couplings], q: Triples, p: Triples) -> Triples:
+    """Relative velocities q + D p [m/s] after impulses p [N s]."""
     u = q
     for k in range(BLOCKS):
         own = matrix_of(c.own, wp.static(k)) * three_of(p, k)
@@ -147,21 +173,21 @@ def responses(c: Couplings, q: Triples, p: Triples) -> Triples:
 
 
 @wp.func(inline=False)
-def eliminated(c: Couplings, hold: Counts, slip: Counts, before: Factors, first: int) -> Factors:
-    """The system of given states, eliminated from below: p_k = inverse_k ... - reach_k p_(k+1).
+def eliminate(c: wp.ref[Couplings], contacts: Contacts, first: int, f: wp.ref[Factors]):
+    """Factors of the system of an assumed state, from below: p_k = inverse_k ... - reach_k p_(k+1).
 
     Args:
-        c: The chain.
-        hold: Ends held.
-        slip: Directions of sliding.
-        before: Factors of states that are the same below interface `first`.
+        c: The couplings.
+        contacts: The state.
         first: The lowest interface whose state has changed.
+        f: Factors of the state before; those of the new one after.
     """
-    f = before
     for k in range(BLOCKS):
         if k >= first:
-            keep = wp.diag(held_rows(hold[k], slip[k]))
-            system = with_state(matrix_of(c.own, wp.static(k)), hold[k], slip[k], c.friction[k])
+            hold = contacts.hold[wp.static(k)]
+            slip = contacts.slip[k]
+            keep = wp.diag(held_rows(hold, slip))
+            system = state_rows(matrix_of(c.own, k), hold, slip, c.friction[k])
             positive = int(1)
             if k > 0:
                 system = system - keep * matrix_of(c.below, k) * matrix_of(f.reach, k - 1)
@@ -176,20 +202,23 @@ def eliminated(c: Couplings, hold: Counts, slip: Counts, before: Factors, first:
                 for j in range(3):
                     f.inverse[3 * k + i, j] = inverse[i, j]
                     f.reach[3 * k + i, j] = reach[i, j]
-    return f
 
 
 @wp.func
-def sound(f: Factors) -> bool:
-    """Whether the determinant is positive; if not, friction turns contacts about (Painleve)."""
+def is_positive(f: wp.ref[Factors]) -> bool:
+    """Whether the determinant is positive; if not, friction jams a contact (Painleve)."""
     return f.positive[BLOCKS - 1] == 1
 
 
 @wp.func(inline=False)
-def impulses_of(c: Couplings, f: Factors, hold: Counts, slip: Counts, q: Triples) -> Triples:
-    """Impulses under given states from relative velocities without contact."""
+def find_impulses(
+    c: wp.ref[Couplings], f: wp.ref[Factors], contacts: Contacts, q: Triples
+) -> Triples:
+    """Impulses of an assumed state [N s] from relative velocities without contact."""
     part = Triples()
     last = Three()
+    hold = contacts.hold
+    slip = contacts.slip
     for k in range(BLOCKS):
         right = -three_of(q, wp.static(k))
         if k > 0:
@@ -206,13 +235,15 @@ def impulses_of(c: Couplings, f: Factors, hold: Counts, slip: Counts, q: Triples
 
 
 @wp.func(inline=False)
-def pushed(blocks: Blocks, upper: Rows, lower: Rows, velocity: Triples, p: Triples) -> Triples:
+def apply_impulses(
+    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], velocity: Triples, p: Triples
+) -> Triples:
     """Velocities of all blocks after impulses."""
     v = velocity
     for k in range(BLOCKS):
-        kick = wp.transpose(matrix_of(upper, wp.static(k))) * three_of(p, k)
+        kick = wp.transpose(matrix_of(g.upper, wp.static(k))) * three_of(p, k)
         if k < BLOCKS - 1:
-            kick = kick + wp.transpose(matrix_of(lower, k + 1)) * three_of(p, k + 1)
+            kick = kick + wp.transpose(matrix_of(g.lower, k + 1)) * three_of(p, k + 1)
         w = blocks.inverse_mass[k]
         v[3 * k] = v[3 * k] + w * kick[0]
         v[3 * k + 1] = v[3 * k + 1] + w * kick[1]
@@ -221,12 +252,12 @@ def pushed(blocks: Blocks, upper: Rows, lower: Rows, velocity: Triples, p: Tripl
 
 
 @wp.func(inline=False)
-def bound_velocity(
-    blocks: Blocks, upper: Rows, lower: Rows, hold: Counts, slip: Counts, free: Triples
+def constrain(
+    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], contacts: Contacts, free: Triples
 ) -> Triples:
-    """Velocities under given states."""
-    c = couplings_of(blocks, upper, lower)
-    q = relative_velocities(upper, lower, free)
-    f = eliminated(c, hold, slip, Factors(), 0)
-    p = impulses_of(c, f, hold, slip, q)
-    return pushed(blocks, upper, lower, free, p)
+    """Velocities of all blocks in an assumed state, from those without contact."""
+    c = couplings_of(blocks, g)
+    q = relative_velocities(g, free)
+    f = Factors()
+    eliminate(c, contacts, 0, f)
+    return apply_impulses(blocks, g, free, find_impulses(c, f, contacts, q))

@@ -1,151 +1,177 @@
 """Contact of stacked planar blocks: exact, or reported as unsolved.
 
-The contact law at an interface, impulses and velocities as in event/stack_chain.py: n >= 0; an end
-that touches does not sink; an end without n opens; a contact sticks with |f| <= mu (n + n), or
-slides with f = -slip mu (n + n). A *state* says which ends are held (`hold`, a sum of ends) and
-`slip` (-1, 1, or 0 where it sticks); given all states the system is linear and solved at once. If
-a guess breaks the law, a path leads from it to states that obey it (event/stack_path.py), or one
-from open contacts; where directions of sliding are given and none obeys it, friction finds its own.
+The contact law at an interface, with impulses and velocities as in event/stack_chain.py: n >= 0; an
+end that touches does not sink; an end without n opens; a contact sticks with |f| <= mu (n + n), or
+slides with f = -slip mu (n + n). A *state* says which ends are held (`hold`, a sum of ends) and in
+which direction an interface slides (`slip`: -1, 1, or 0 if it sticks). With the states of all
+interfaces given the system is linear and solved at once. If the first guess breaks the law, a path
+leads from it to a state that obeys the law (event/stack_path.py); if that path fails, another one
+starts at open contacts. If directions of sliding are given and no state obeys the law with them,
+friction finds its own.
 """
 
 import warp as wp
 
 from warprock.kernels.event.stack_chain import (
-    Couplings,
+    Contacts,
     Factors,
+    apply_impulses,
     couplings_of,
-    eliminated,
-    impulses_of,
-    pushed,
+    eliminate,
+    find_impulses,
+    is_positive,
     relative_velocities,
-    responses,
-    sound,
+    respond,
 )
-from warprock.kernels.event.stack_path import followed, from_open, near_guess
-from warprock.kernels.shape.stack import MINUS, PLUS, Blocks, Counts, Rows, Three, Triples, three_of
+from warprock.kernels.event.stack_path import (
+    ENDS_OF_LAW,
+    STOPS,
+    Contact,
+    Problem,
+    applies,
+    bears,
+    contact_of,
+    follow_path,
+    margin,
+    path_from_guess,
+    path_from_open,
+)
+from warprock.kernels.shape.stack import (
+    PLUS,
+    Blocks,
+    Counts,
+    Jacobian,
+    Three,
+    Triples,
+    three_of,
+)
 
 ATTEMPTS = 4
 """Paths: from the guess and from open contacts; twice from those without given sliding."""
 IMPOSSIBLE = real(1.0e30)
 
 
+@wp.struct
+class RoundOff:
+    """What counts as round-off: a velocity [m/s] and an impulse [N s]."""
+
+    velocity: real
+    impulse: real
+
+
+@wp.struct
+class Solution:
+    """What `solve` finds.
+
+    Attributes:
+        velocity: Velocities of the blocks.
+        impulse: Impulses at the interfaces [N s].
+        contacts: State of the interfaces.
+        solved: Whether it obeys the contact law.
+        guessed: Whether it is the first guess.
+        spare: Margin of the weakest contact in the state of the first guess [N s], see `spare_of`.
+    """
+
+    velocity: Triples
+    impulse: Triples
+    contacts: Contacts
+    solved: bool
+    guessed: bool
+    spare: real
+
+
 @wp.func
-def violation(
-    p: Three, u: Three, touch: int, hold: int, slip: int, mu: real, glides: bool,
-    grain: real, mass: real,
-) -> real:  # fmt: skip
-    """How far a state breaks the contact law, 1 at what counts as round-off.
+def violation(p: Three, u: Three, contact: Contact, dust: RoundOff) -> real:
+    """By how much an interface breaks the contact law, over what counts as round-off.
 
     Args:
-        p: Impulses (along, at the + end, at the - end).
-        u: Relative velocities with them.
-        touch: Ends that touch.
-        hold: Ends that are held.
-        slip: Direction of sliding.
-        mu: Friction coefficient.
-        glides: Whether the direction of sliding is given and not to be tested.
-        grain: Velocity that is round-off [m/s].
-        mass: Mass that makes it an impulse [kg].
+        p: Its impulses.
+        u: Its relative velocities with them.
+        contact: Its state.
+        dust: What counts as round-off.
     """
-    dust = grain * mass
     worst = real(0.0)
-    if (hold & PLUS) != 0:
-        worst = larger(worst, -p[1] / dust)
-    elif (touch & PLUS) != 0:
-        worst = larger(worst, -u[1] / grain)
-    if (hold & MINUS) != 0:
-        worst = larger(worst, -p[2] / dust)
-    elif (touch & MINUS) != 0:
-        worst = larger(worst, -u[2] / grain)
-    if hold != 0:
-        if slip == 0:
-            worst = larger(worst, (size(p[0]) - mu * (p[1] + p[2])) / dust)
-        elif not glides:
-            worst = larger(worst, -real(slip) * u[0] / grain)
+    for code in range(PLUS, ENDS_OF_LAW):
+        if applies(code, contact):
+            grain = wp.where(bears(code, contact), dust.impulse, dust.velocity)
+            worst = larger(worst, -margin(code, p, u, contact) / grain)
     return worst
 
 
 @wp.func
-def broken(
-    c: Couplings, touch: Counts, glide: Counts, hold: Counts, slip: Counts, q: Triples, p: Triples,
-    grain: real, mass: real,
-) -> real:  # fmt: skip
+def worst_violation(
+    problem: wp.ref[Problem], contacts: Contacts, p: Triples, dust: RoundOff
+) -> real:
     """The largest `violation` of all interfaces."""
     worst = real(0.0)
-    u = responses(c, q, p)
+    u = respond(problem.couplings, problem.free, p)
     for k in range(BLOCKS):
-        if touch[k] != 0:
-            found = violation(
-                three_of(p, k), three_of(u, wp.static(k)), touch[k], hold[k], slip[k],
-                c.friction[k], glide[k] != 0 and slip[k] == glide[k], grain, mass,
-            )  # fmt: skip
-            worst = larger(worst, found)
+        contact = contact_of(problem, contacts, wp.static(k))
+        if contact.touch != 0:
+            worst = larger(worst, violation(three_of(p, k), three_of(u, k), contact, dust))
     return worst
 
 
 @wp.func
-def spare(blocks: Blocks, hold: Counts, slip: Counts, impulse: Triples) -> real:
-    """Margin of the weakest held end before it opens, or of a sticking contact before it slides."""
+def spare_of(problem: wp.ref[Problem], contacts: Contacts, impulse: Triples) -> real:
+    """Margin of the weakest contact before a held end opens or one that sticks slides [N s]."""
     least = IMPOSSIBLE
     for k in range(BLOCKS):
+        contact = contact_of(problem, contacts, k)
         p = three_of(impulse, k)
-        if (hold[k] & PLUS) != 0:
-            least = smaller(least, p[1])
-        if (hold[k] & MINUS) != 0:
-            least = smaller(least, p[2])
-        if hold[k] != 0 and slip[k] == 0:
-            least = smaller(least, blocks.friction[k] * (p[1] + p[2]) - size(p[0]))
+        for code in range(PLUS, STOPS):
+            if bears(code, contact):
+                least = smaller(least, margin(code, p, Three(), contact))
     return least
 
 
 @wp.func(inline=False)
 def solve(
-    blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
-    slip: Counts, free: Triples, grain: real, mass: real,
-):  # fmt: skip
+    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], touch: Counts, glide: Counts, guess: Contacts,
+    free: Triples, dust: RoundOff,
+) -> Solution:  # fmt: skip
     """Velocities that obey the contact law.
 
     Args:
         blocks: The blocks.
-        upper: Rows of the upper blocks.
-        lower: Rows of the lower blocks.
+        g: The Jacobian.
         touch: Ends that touch.
-        glide: Directions of sliding that are given, 0 where friction finds its own.
-        hold: Ends held, as a first guess.
-        slip: Directions of sliding, as a first guess.
+        glide: Directions of sliding that are given; 0 where friction finds its own.
+        guess: State that is tried first.
         free: Velocities without contact.
-        grain: See `violation`.
-        mass: See `violation`.
-
-    Returns:
-        Velocities, impulses, held ends, directions of sliding; whether all obey the law; whether
-        the first guess did, and its `spare`.
+        dust: What counts as round-off.
     """
-    c = couplings_of(blocks, upper, lower)
-    q = relative_velocities(upper, lower, free)
-    f = eliminated(c, hold, slip, Factors(), 0)
-    p = impulses_of(c, f, hold, slip, q)
-    left = spare(blocks, hold, slip, p)
+    problem = Problem()
+    problem.couplings = couplings_of(blocks, g)
+    problem.free = relative_velocities(g, free)
+    problem.touch = touch
+    problem.glide = glide
+    found = Solution()
+    found.contacts = guess
+    f = Factors()
+    eliminate(problem.couplings, guess, 0, f)
+    p = find_impulses(problem.couplings, f, guess, problem.free)
+    found.spare = spare_of(problem, guess, p)
     worst = IMPOSSIBLE
-    if sound(f):
-        worst = broken(c, touch, glide, hold, slip, q, p, grain, mass)
-    held = hold
-    slips = slip
-    given = glide
+    if is_positive(f):
+        worst = worst_violation(problem, guess, p, dust)
     tries = int(0)
     while worst > real(1.0) and tries < ATTEMPTS:
         r = Triples()
         if tries == 0:
-            r = near_guess(c, touch, glide, hold, slip, q, p)
+            r = path_from_guess(problem, guess, p)
         else:
-            r = from_open(touch, q, tries)
-            held = Counts()
-            slips = Counts()
+            r = path_from_open(problem, tries)
+            found.contacts = Contacts()
         if tries > 1:
-            given = Counts()
-        p, held, slips, arrived = followed(c, touch, given, held, slips, q, r)
+            problem.glide = Counts()
+        p, contacts, arrived = follow_path(problem, found.contacts, r)
+        found.contacts = contacts
         if arrived:
-            worst = broken(c, touch, given, held, slips, q, p, grain, mass)
+            worst = worst_violation(problem, contacts, p, dust)
         tries += 1
-    v = pushed(blocks, upper, lower, free, p)
-    return v, p, held, slips, not (worst > real(1.0)), tries == 0, left
+    found.velocity = apply_impulses(blocks, g, free, p)
+    found.impulse = p
+    found.solved = not (worst > real(1.0))
+    found.guessed = tries == 0
+    return found

@@ -1,25 +1,26 @@
-"""From one state of a stack's contacts to the one that obeys the contact law, along a path.
+"""A path from one state of a stack's contacts to a state that obeys the contact law.
 
 The law of event/stack_contact.py with Coulomb friction is a linear complementarity problem in the
-relative velocities without contact. They are moved, q + t r, so that at t = 1 a first guess obeys
-the law; then t goes down to 0. On the way impulses and velocities change linearly with t until one
-condition has nothing left: an end opens or is pressed, a contact starts to slide or stops. That
-contact changes its state, and the path goes on, t up or down, whichever leaves the new condition
-room. This is the method of Lemke (1965, Management Science 11, 681), each pivot of which here is
-one solution of the chain. From open contacts with r > 0 at the ends that touch it reaches t = 0
-whatever the friction, since the matrix of the chain is positive definite (Stewart and Trinkle 1996,
-Int. J. Numer. Methods Eng. 39, 2673). Where the direction of sliding is given it may not.
+relative velocities without contact, q. They are moved, q + t r, so that a first guess obeys the law
+at t = 1; then t goes down to 0. On the way impulses and velocities change linearly with t until the
+margin of one condition is used up: an end opens or is pressed, a contact starts to slide or stops.
+That contact changes its state, and the path goes on, with t up or down, whichever gives the new
+condition a margin. This is the method of Lemke (1965, Management Science 11, 681), each pivot of
+which here is one solution of the chain. From open contacts with r > 0 at the ends that touch it
+reaches t = 0 whatever the friction, since the matrix of the chain is positive definite (Stewart and
+Trinkle 1996, Int. J. Numer. Methods Eng. 39, 2673). With given directions of sliding it may not.
 """
 
 import warp as wp
 
 from warprock.kernels.event.stack_chain import (
+    Contacts,
     Couplings,
     Factors,
-    eliminated,
-    impulses_of,
-    responses,
-    sound,
+    eliminate,
+    find_impulses,
+    is_positive,
+    respond,
 )
 from warprock.kernels.shape.stack import MINUS, PLUS, Counts, Three, Triples, three_of
 
@@ -27,148 +28,206 @@ SLIDES_AHEAD = 3
 SLIDES_BACK = 4
 STOPS = 5
 ENDS_OF_LAW = STOPS + 1
-"""Conditions of the contact law besides those of both ends (PLUS, MINUS)."""
+"""Codes of the conditions of the contact law besides those of both ends (PLUS, MINUS)."""
 PIVOTS = 16 + 16 * BLOCKS
 """Changes of state on a path: some four times the most that were seen."""
 ARRIVED = by_precision(1.0e-14, 1.0e-6)
+"""Value of t that counts as 0."""
 FARTHEST = real(1.0e30)
 
 
+@wp.struct
+class Problem:
+    """What the contact law is asked for.
+
+    Attributes:
+        couplings: What impulses do to relative velocities.
+        free: Relative velocities without contact, q [m/s].
+        touch: Ends that touch.
+        glide: Directions of sliding that are given; 0 where friction finds its own.
+    """
+
+    couplings: Couplings
+    free: Triples
+    touch: Counts
+    glide: Counts
+
+
+@wp.struct
+class Contact:
+    """One interface in an assumed state: see `Problem` and `Contacts`."""
+
+    touch: int
+    glide: int
+    hold: int
+    slip: int
+    friction: real
+
+
+@wp.struct
+class Line:
+    """Impulses and relative velocities on the path, impulse + t impulse_rate and so on."""
+
+    impulse: Triples
+    impulse_rate: Triples
+    velocity: Triples
+    velocity_rate: Triples
+
+
 @wp.func
-def left(code: int, p: Three, u: Three, hold: int, slip: int, mu: real) -> real:
-    """What a condition of the contact law has left, linear in impulses and velocities."""
-    found = real(slip) * u[0]
+def contact_of(problem: wp.ref[Problem], contacts: Contacts, k: int) -> Contact:
+    """Interface k in an assumed state."""
+    return Contact(
+        problem.touch[k],
+        problem.glide[k],
+        contacts.hold[k],
+        contacts.slip[k],
+        problem.couplings.friction[k],
+    )
+
+
+@wp.func
+def margin(code: int, p: Three, u: Three, contact: Contact) -> real:
+    """Margin of a condition of the contact law, linear in impulses p and velocities u.
+
+    An impulse [N s] if the condition is one of `bears`, else a velocity [m/s].
+    """
+    found = real(contact.slip) * u[0]
     if code == PLUS:
-        found = wp.where((hold & PLUS) != 0, p[1], u[1])
+        found = wp.where((contact.hold & PLUS) != 0, p[1], u[1])
     elif code == MINUS:
-        found = wp.where((hold & MINUS) != 0, p[2], u[2])
+        found = wp.where((contact.hold & MINUS) != 0, p[2], u[2])
     elif code == SLIDES_AHEAD:
-        found = mu * (p[1] + p[2]) + p[0]
+        found = contact.friction * (p[1] + p[2]) + p[0]
     elif code == SLIDES_BACK:
-        found = mu * (p[1] + p[2]) - p[0]
+        found = contact.friction * (p[1] + p[2]) - p[0]
     return found
 
 
 @wp.func
-def counts(code: int, touch: int, glide: int, hold: int, slip: int) -> bool:
-    """Whether a condition is one of the state that a contact is in."""
-    found = hold != 0 and slip != 0 and glide == 0
+def bears(code: int, contact: Contact) -> bool:
+    """Whether a condition limits an impulse: of a held end, or of an interface that sticks."""
+    found = contact.hold != 0 and contact.slip == 0 and code < STOPS
     if code <= MINUS:
-        found = (touch & code) != 0
-    elif code < STOPS:
-        found = hold != 0 and slip == 0
+        found = (contact.hold & code) != 0
     return found
 
 
 @wp.func
-def changed(code: int, glide: int, hold: int, slip: int, along: real):
-    """The state after a condition had nothing left, and the condition that it has instead."""
-    held = hold
-    slips = slip
+def applies(code: int, contact: Contact) -> bool:
+    """Whether a condition is one of the state that a contact is in."""
+    found = contact.hold != 0 and contact.slip != 0 and contact.glide == 0
+    if code <= MINUS:
+        found = (contact.touch & code) != 0
+    elif code < STOPS:
+        found = contact.hold != 0 and contact.slip == 0
+    return found
+
+
+@wp.func
+def switch(code: int, contact: Contact, along: real):
+    """The state after the margin of a condition is used up.
+
+    Args:
+        code: The condition.
+        contact: The state before.
+        along: Sliding velocity then [m/s].
+
+    Returns:
+        Held ends, direction of sliding, and the condition that takes the place of the other.
+    """
+    held = contact.hold
+    slips = contact.slip
     other = code
     if code <= MINUS:
-        if hold == 0:
+        if contact.hold == 0:
             slips = wp.where(along > real(0.0), 1, -1)
-            slips = wp.where(glide != 0, glide, slips)
-        held = hold ^ code
+            slips = wp.where(contact.glide != 0, contact.glide, slips)
+        held = contact.hold ^ code
     elif code < STOPS:
         slips = wp.where(code == SLIDES_AHEAD, 1, -1)
         other = STOPS
     else:
         slips = 0
-        other = wp.where(slip > 0, SLIDES_AHEAD, SLIDES_BACK)
+        other = wp.where(contact.slip > 0, SLIDES_AHEAD, SLIDES_BACK)
     return held, slips, other
 
 
 @wp.func
-def obeying(p: Three, u: Three, touch: int, glide: int, hold: int, slip: int, mu: real, more: real):
-    """Impulses and velocities near given ones that obey the law in a state; more: at least 1."""
+def make_obey(p: Three, u: Three, contact: Contact, more: real):
+    """Impulses and velocities near given ones that obey the law in a state.
+
+    What breaks a condition is turned over and multiplied by `more`, at least 1.
+    """
     f = p
     v = u
+    slip = real(contact.slip)
     for end in range(2):
         code = wp.where(end == 0, PLUS, MINUS)
-        if (hold & code) != 0:
+        if (contact.hold & code) != 0:
             f[1 + end] = larger(f[1 + end], -more * f[1 + end])
-        elif (touch & code) != 0:
+        elif (contact.touch & code) != 0:
             v[1 + end] = larger(v[1 + end], -more * v[1 + end])
-    most = mu * (f[1] + f[2])
-    if hold != 0:
-        if slip != 0:
-            f[0] = -real(slip) * most
-            if glide == 0:
-                v[0] = real(slip) * larger(real(slip) * v[0], -more * real(slip) * v[0])
+    most = contact.friction * (f[1] + f[2])
+    if contact.hold != 0:
+        if contact.slip != 0:
+            f[0] = -slip * most
+            if contact.glide == 0:
+                v[0] = slip * larger(slip * v[0], -more * slip * v[0])
         elif size(f[0]) > most:
             f[0] = wp.where(f[0] > real(0.0), HALF * most, -HALF * most)
     return f, v
 
 
 @wp.func(inline=False)
-def near_guess(
-    c: Couplings, touch: Counts, glide: Counts, hold: Counts, slip: Counts, q: Triples, p: Triples
-) -> Triples:
-    """The way r along which a guess obeys the law at t = 1.
-
-    Args:
-        c: The chain.
-        touch: Ends that touch.
-        glide: Directions of sliding that are given.
-        hold: Ends held in the guess.
-        slip: Directions of sliding in the guess.
-        q: Relative velocities without contact.
-        p: Impulses under the guess.
-    """
+def path_from_guess(problem: wp.ref[Problem], guess: Contacts, p: Triples) -> Triples:
+    """The direction r along which a guess, with its impulses p, obeys the law at t = 1 [m/s]."""
     f = Triples()
-    u = responses(c, q, p)
+    u = respond(problem.couplings, problem.free, p)
     for k in range(BLOCKS):
-        # Not all alike, so that no two conditions have nothing left at once.
+        # Not all alike, so that no two margins are used up at once.
         more = real(1.0) + real(0.1) * real(wp.static(k))
-        fk, uk = obeying(
-            three_of(p, k), three_of(u, k), touch[k], glide[k], hold[k], slip[k], c.friction[k],
-            more,
-        )  # fmt: skip
+        fk, uk = make_obey(three_of(p, k), three_of(u, k), contact_of(problem, guess, k), more)
         for i in range(3):
             f[3 * k + i] = fk[i]
             u[3 * k + i] = uk[i]
-    return u - responses(c, q, f)
+    return u - respond(problem.couplings, problem.free, f)
 
 
 @wp.func
-def from_open(touch: Counts, q: Triples, attempt: int) -> Triples:
-    """A way r along which open contacts obey the law at large t."""
+def path_from_open(problem: wp.ref[Problem], attempt: int) -> Triples:
+    """A direction r along which open contacts obey the law at large t [m/s]."""
     r = Triples()
+    q = problem.free
     fastest = real(0.0)
     for i in range(3 * BLOCKS):
         fastest = larger(fastest, size(q[i]))
     dice = int(attempt)
     for k in range(BLOCKS):
-        # Which end comes first is told by the motion, so that a mirror image takes the image of it.
+        # The motion decides which end comes first, so that a mirrored stack takes a mirrored path.
         ahead = q[3 * k] + (q[3 * k + 1] - q[3 * k + 2]) > real(0.0)
         for end in range(2):
             # Not all alike, as above.
             dice = (dice * 75 + 74) % 65537
             at = wp.where(ahead, end, 1 - end)
-            if (touch[k] & wp.where(at == 0, PLUS, MINUS)) != 0:
+            if (problem.touch[k] & wp.where(at == 0, PLUS, MINUS)) != 0:
                 r[3 * k + 1 + at] = fastest * (real(0.5) + real(dice) / real(65537.0))
     return r
 
 
 @wp.func(inline=False)
-def next_change(
-    c: Couplings, touch: Counts, glide: Counts, hold: Counts, slip: Counts, p: Triples, s: Triples,
-    u: Triples, w: Triples, sense: real, at: int, code: int,
+def next_switch(
+    problem: wp.ref[Problem], contacts: Contacts, line: wp.ref[Line], sense: real, at: int,
+    code: int,
 ):  # fmt: skip
-    """The first condition of all contacts that has nothing left, as t goes on.
+    """The first condition of all contacts whose margin is used up as t goes on.
 
     Args:
-        c: The chain.
-        touch: Ends that touch.
-        glide: Directions of sliding that are given.
-        hold: Ends held.
-        slip: Directions of sliding.
-        p, s: Impulses p + t s.
-        u, w: Relative velocities u + t w.
-        sense: 1 where t goes up, -1 where it goes down.
-        at, code: The condition that the last change of state left with nothing.
+        problem: What the law is asked for.
+        contacts: The state.
+        line: Impulses and velocities in it.
+        sense: 1 if t goes up, -1 if it goes down.
+        at, code: Interface and condition of the last change of state, whose margin is zero.
 
     Returns:
         sense * t, FARTHEST if there is none; the interface; the condition; sliding velocity there.
@@ -178,49 +237,43 @@ def next_change(
     next_code = int(0)
     along = real(0.0)
     for k in range(BLOCKS):
-        if touch[k] != 0:
-            pk = three_of(p, wp.static(k))
-            sk = three_of(s, k)
-            uk = three_of(u, k)
-            wk = three_of(w, k)
+        contact = contact_of(problem, contacts, wp.static(k))
+        if contact.touch != 0:
+            p = three_of(line.impulse, k)
+            s = three_of(line.impulse_rate, k)
+            u = three_of(line.velocity, k)
+            w = three_of(line.velocity_rate, k)
             for which in range(PLUS, ENDS_OF_LAW):
-                rate = left(which, sk, wk, hold[k], slip[k], c.friction[k])
+                rate = margin(which, s, w, contact)
                 if (
                     rate * sense < real(0.0)
-                    and counts(which, touch[k], glide[k], hold[k], slip[k])
+                    and applies(which, contact)
                     and not (k == at and which == code)
                 ):
-                    t = -left(which, pk, uk, hold[k], slip[k], c.friction[k]) / rate
+                    t = -margin(which, p, u, contact) / rate
                     if sense * t < first:
                         first = sense * t
                         next_at = k
                         next_code = which
-                        along = uk[0] + t * wk[0]
+                        along = u[0] + t * w[0]
     return first, next_at, next_code, along
 
 
 @wp.func(inline=False)
-def followed(
-    c: Couplings, touch: Counts, glide: Counts, hold: Counts, slip: Counts, q: Triples, r: Triples
-):
-    """The state at the end of the path.
+def follow_path(problem: wp.ref[Problem], start: Contacts, r: Triples):
+    """The state at the end of a path.
 
     Args:
-        c: The chain.
-        touch: Ends that touch.
-        glide: Directions of sliding that are given, 0 where friction finds its own.
-        hold: Ends held where the path starts.
-        slip: Directions of sliding there.
-        q: Relative velocities without contact.
-        r: How they are moved.
+        problem: What the law is asked for.
+        start: State in which the path starts.
+        r: How the relative velocities without contact are moved [m/s].
 
     Returns:
-        Impulses, held ends, directions of sliding; whether t = 0 was reached.
+        Impulses; the state; whether the path has reached t = 0.
     """
-    held = hold
-    slips = slip
+    contacts = start
     f = Factors()
-    p = Triples()
+    line = Line()
     sense = real(-1.0)
     at = int(0)
     code = int(0)
@@ -228,27 +281,27 @@ def followed(
     arrived = bool(False)
     while tries > 0:
         tries -= 1
-        f = eliminated(c, held, slips, f, at)
-        p = impulses_of(c, f, held, slips, q)
-        s = impulses_of(c, f, held, slips, r)
-        u = responses(c, q, p)
-        w = responses(c, r, s)
+        eliminate(problem.couplings, contacts, at, f)
+        line.impulse = find_impulses(problem.couplings, f, contacts, problem.free)
+        line.impulse_rate = find_impulses(problem.couplings, f, contacts, r)
+        line.velocity = respond(problem.couplings, problem.free, line.impulse)
+        line.velocity_rate = respond(problem.couplings, r, line.impulse_rate)
         if code != 0:
-            mu = c.friction[at]
-            rate = left(code, three_of(s, at), three_of(w, at), held[at], slips[at], mu)
+            contact = contact_of(problem, contacts, at)
+            rate = margin(
+                code, three_of(line.impulse_rate, at), three_of(line.velocity_rate, at), contact
+            )
             sense = wp.where(rate > real(0.0), real(1.0), real(-1.0))
-        first, next_at, next_code, along = next_change(
-            c, touch, glide, held, slips, p, s, u, w, sense, at, code
-        )
+        first, next_at, next_code, along = next_switch(problem, contacts, line, sense, at, code)
         if sense < real(0.0) and first >= -ARRIVED:
-            arrived = sound(f)
+            arrived = is_positive(f)
             tries = 0
         elif next_code == 0:
             tries = 0
         else:
             at = next_at
-            held_at, slips_at, code_at = changed(next_code, glide[at], held[at], slips[at], along)
-            held[at] = held_at
-            slips[at] = slips_at
-            code = code_at
-    return p, held, slips, arrived
+            hold, slip, other = switch(next_code, contact_of(problem, contacts, at), along)
+            contacts.hold[at] = hold
+            contacts.slip[at] = slip
+            code = other
+    return line.impulse, contacts, arrived

@@ -4,19 +4,13 @@ import warp as wp
 
 from warprock.kernels.event.block_begin import base_change, first_root
 from warprock.kernels.event.body_weight import Weight, kicks, weight_in
-from warprock.kernels.event.stack_chain import relative_velocity
-from warprock.kernels.event.stack_contact import solve
-from warprock.kernels.event.stack_moves import flight_event, moved, opening, pivot_event
-from warprock.kernels.event.stack_rocking import Terms, rocking
-from warprock.kernels.event.stack_rolling import (
-    LACKS,
-    SPENT,
-    rolled,
-    rolled_velocity,
-    value_of,
-)
-from warprock.kernels.event.stack_weight import keeps_height, left_behind, until_knot
-from warprock.kernels.motion import Motion, knot_step, knot_time, series
+from warprock.kernels.event.stack_chain import Contacts, relative_velocity
+from warprock.kernels.event.stack_contact import RoundOff, solve
+from warprock.kernels.event.stack_moves import find_closing, find_landing, move, opening, settles
+from warprock.kernels.event.stack_rocking import Terms, predict_rocking
+from warprock.kernels.event.stack_rolling import LACKS, SPENT, find_end, value_of, velocity_at
+from warprock.kernels.motion import expand, knot_step, knot_time
+from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.stack import (
     CLOSED,
     MINUS,
@@ -26,41 +20,40 @@ from warprock.kernels.shape.stack import (
     Counts,
     Triples,
     Values,
-    all_rows,
+    jacobian_of,
     lower_face,
     side_of,
 )
 
 if CHAINS:
-    from warprock.kernels.event.stack_body import next_edge
+    from warprock.kernels.event.stack_body import find_next_edge
 
 from warprock.kernels.event.stack_state import (
     DUST,
-    FOUND,
-    GRAIN,
     NEARLY,
     REACH,
+    SEEKING,
     SLOWEST,
-    SOON,
     STEADY,
     STILL,
     Limits,
+    Shaking,
     State,
     Trial,
     fastest,
+    left_behind,
     still_curve,
 )
 
 if CHAINS:
 
     @wp.func
-    def with_next_edges(blocks: Blocks, s: State, trial: Trial, near: real) -> Trial:
-        """The trial step with the edges that its blocks come to, see event/stack_body.py."""
-        t = trial
+    def find_next_edges(
+        blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]
+    ):  # fmt: skip
+        """Adds to a trial step the edges that its blocks come to, see event/stack_body.py."""
         for k in range(BLOCKS):
-            cut, way, lands, leaves = next_edge(
-                blocks, s.pose, t.pose, s.velocity, t.velocity, k, t.d, near
-            )
+            cut, way, lands, leaves = find_next_edge(blocks, limits, s, t, k)
             t.cut = smaller(t.cut, cut)
             if leaves:
                 t.falls[k] = OPEN
@@ -69,13 +62,11 @@ if CHAINS:
                 if lands:
                     t.falls[k] = CLOSED
                     t.struck = True
-        return t
 
 
 @wp.func
-def closing(s: State, trial: Trial, rests: Counts) -> Trial:
-    """The trial without a step, at whose start some interfaces close instead."""
-    t = trial
+def close_at_start(s: wp.ref[State], rests: Counts, t: wp.ref[Trial]):
+    """Makes a trial one of no length, in which interfaces close at the start of the step."""
     t.falls = rests
     if CHAINS:
         t.way = Counts()
@@ -90,83 +81,82 @@ def closing(s: State, trial: Trial, rests: Counts) -> Trial:
     t.cut = NEVER
     t.segment = s.segment
     t.struck = False
-    t.turns = False
-    t.rolls = False
+    t.switches = False
+    t.rocks = False
     t.spends = False
     t.curve = still_curve(s)
     t.deep = real(0.0)
     if VERTICAL:
         t.weight = Weight(t.weight.start, t.weight.start, real(0.0), real(0.0), False)
-    return t
 
 
 @wp.func(inline=False)
-def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
-    """The trial step with the events at its interfaces and the overturning of its blocks."""
-    t = trial
+def find_events(blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]):
+    """Adds to a trial step the events at its interfaces and the overturning of its blocks."""
     near = NEARLY * limits.longest_step
     rests = Counts()
     for k in range(BLOCKS):
         touch = t.pose.touch[k]
         if touch == OPEN:
-            cut, lands, lowest = flight_event(
-                blocks, s.pose, t.pose, s.velocity, t.velocity, k, t.d, near
-            )
+            cut, lands, lowest = find_landing(blocks, limits, s, t, k)
             t.cut = smaller(t.cut, cut)
             t.falls[k] = lands
             t.deep = larger(-lowest, t.deep)
             t.struck = t.struck or lands != OPEN
         elif touch != CLOSED:
-            e0, r0 = opening(s.pose, s.velocity, k, touch)
-            e1, r1 = opening(t.pose, t.velocity, k, touch)
-            fresh = s.pose.touch[k] != CLOSED
-            bend = (e1 - e0 - r0 * t.d) / (t.d * t.d)
-            if t.rolls:
+            start = opening(s.pose, s.velocity, k, touch)
+            end = opening(t.pose, t.velocity, k, touch)
+            bend = (end.angle - start.angle - start.rate * t.d) / (t.d * t.d)
+            if t.rocks:
                 bend = t.curve[k, 2]
                 if k > 0:
                     bend = bend - t.curve[k - 1, 2]
                 bend = side_of(touch) * bend
-            cut, falls, quiet = pivot_event(
-                e0, r0, e1, r1, bend, t.d, near, fresh, limits.rest_rotation[k]
-            )
+            cut, falls = find_closing(start, end, t.d, near)
             t.cut = smaller(t.cut, cut)
-            t.resting = t.resting or quiet
-            rests[k] = wp.where(quiet, CLOSED, OPEN)
+            pivots_since_impact = s.pose.touch[k] != CLOSED
+            if (
+                cut < NEVER
+                and pivots_since_impact
+                and settles(start, bend, limits.rest_rotation[k])
+            ):
+                t.resting = True
+                rests[k] = CLOSED
             t.falls[k] = wp.where(falls, CLOSED, OPEN)
             t.struck = t.struck or falls
             # A block that has turned past the lower face is deepest at the end that was open.
             low, _height = lower_face(blocks, k)
-            t.deep = larger(-TWO * smaller(low, blocks.half_width[k]) * sine(e1), t.deep)
+            t.deep = larger(-TWO * smaller(low, blocks.half_width[k]) * sine(end.angle), t.deep)
         side = wp.where(t.pose.theta[k] < real(0.0), real(-1.0), real(1.0))
         left = HALF_PI - side * t.pose.theta[k]
         if left < -near * size(t.velocity[3 * k + 2]) and t.d > near:
             left0 = HALF_PI - side * s.pose.theta[k]
             t.cut = smaller(t.cut, first_root(left0, -side * s.velocity[3 * k + 2], left, t.d))
     if CHAINS:
-        t = with_next_edges(blocks, s, t, near)
+        find_next_edges(blocks, limits, s, t)
     if t.resting:
-        t = closing(s, t, rests)
-    return t
+        close_at_start(s, rests, t)
 
 
 @wp.func(inline=False)
-def clocked(
-    limits: Limits, m: Motion, sample: real, sample_slope: real, target: real, s: State, d: real
+def move_base(
+    limits: wp.ref[Limits], shaking: wp.ref[Shaking], target: real, s: wp.ref[State], d: real
 ) -> Trial:
-    """A trial of a length of its step, at most to `target`, with what the base does in it."""
+    """A trial of a length d [s], at most to a time `target` [s], with the base's motion in it."""
     t = Trial()
     t.cut = NEVER
     room = larger(target - s.time, real(0.0))
     t.d = d
     t.time = wp.where(d >= room, target, s.time + d)
+    m = shaking.motion
     passed = t.time >= knot_time(m, s.segment)
     t.segment = s.segment + wp.where(passed, 1, 0)
     t.kick = wp.where(passed, knot_step(m, s.segment), real(0.0))
-    a, jerk, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(m, s.segment, t.time, sample, sample_slope)
-    t.dv = base_change(m, t.time, d, a, jerk, s.base, t.kick)
+    a = expand(m, s.segment, t.time, shaking.value, shaking.slope)
+    t.dv = base_change(m, t.time, d, a.a0, a.a1, s.base, t.kick)
     t.struck = t.kick != real(0.0)
     if VERTICAL:
-        t.weight = weight_in(limits.gravity, limits.above, t.time, d, s.rising)
+        t.weight = weight_in(limits.gravity, shaking.above, t.time, d, s.rising)
         t.struck = kicks(t.weight, t.kick)
     return t
 
@@ -182,9 +172,9 @@ def sticks(touch: Counts, slip: Counts) -> bool:
 
 @wp.func
 def stays_put(touch: Counts, rate: Triples, grain: real) -> bool:
-    """Whether no end that touches moves against what it touches.
+    """Whether no end that touches moves against what it touches, but for `grain` [m/s].
 
-    One that an impact has let go so slowly that it counts as touching may do so.
+    One that an impact has let go so slowly that it counts as touching may move.
     """
     found = bool(True)
     for k in range(BLOCKS):
@@ -196,38 +186,36 @@ def stays_put(touch: Counts, rate: Triples, grain: real) -> bool:
 
 
 @wp.func(inline=False)
-def rolling(
-    blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, target: real,
-    s: State, touch: Counts, d: real,
+def try_rocking(
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], shaking: wp.ref[Shaking], target: real,
+    s: wp.ref[State], touch: Counts, d: real,
 ) -> Trial:  # fmt: skip
-    """The trial in which all ends that touch stick, if they do (`rolls`), of at most a length."""
-    a0, a1, a2, a3, a4, _a5, _a6, _a7, _a8 = series(m, s.segment, s.time, sample, sample_slope)
-    zero = real(0.0)
+    """The trial of at most a length d [s] in which all ends that touch stick.
+
+    If they do not, `rocks` of it is False.
+    """
+    a = expand(shaking.motion, s.segment, s.time, shaking.value, shaking.slope)
+    along = Terms(a.a0, a.a1, a.a2, a.a3, a.a4)
     up = Terms()
     if VERTICAL:
-        above = limits.above
-        z0, z1, z2, z3, z4, _z5, _z6, _z7, _z8 = series(
-            above.motion, above.segment, s.time, above.value, above.slope
-        )
-        up = Terms(z0, z1, z2, z3, z4)
+        above = shaking.above
+        z = expand(above.motion, above.segment, s.time, above.value, above.slope)
+        up = Terms(z.a0, z.a1, z.a2, z.a3, z.a4)
     up[0] = up[0] + limits.gravity
-    r = rocking(blocks, s.pose, touch, s.velocity, Terms(a0, a1, a2, a3, a4), up)
-    d1, found, lands = rolled(
-        blocks, s.pose, touch, r, d, NEARLY * limits.longest_step, GRAIN, limits.rest_rotation,
-        limits.mass * limits.gravity, SOON * limits.longest_step,
-    )  # fmt: skip
+    r = predict_rocking(blocks, s.pose, touch, s.velocity, along, up)
+    d1, found, lands = find_end(blocks, limits, s.pose, touch, r, d)
     if found == LACKS:
         return Trial()
-    t = clocked(limits, m, sample, sample_slope, target, s, d1)
-    t.rolls = True
+    t = move_base(limits, shaking, target, s, d1)
+    t.rocks = True
     t.spends = found == SPENT
     t.curve = r.theta
     mean = Triples()
     per = real(1.0) / larger(d1, SLOWEST)
     for k in range(BLOCKS):
         mean[3 * k + 2] = (value_of(r.theta[k], d1) - s.pose.theta[k]) * per
-    t.pose = moved(blocks, s.pose, touch, mean, Values(), d1)
-    t.velocity = rolled_velocity(r.chain, t.pose, r.theta, d1)
+    t.pose = move(blocks, s.pose, touch, mean, Values(), d1)
+    t.velocity = velocity_at(r.chain, t.pose, r.theta, d1)
     t.plain = not lands and not t.struck
     if CHAINS:
         # A body may come to its next edge.
@@ -235,24 +223,29 @@ def rolling(
     for k in range(BLOCKS):
         left = HALF_PI - size(t.pose.theta[k])
         t.plain = t.plain and left > NEARLY * limits.longest_step * size(t.velocity[3 * k + 2])
-    t.slip = Counts()
     t.settled = True
-    t.turns = False
-    t.lost = zero
     return t
 
 
 @wp.func
-def tried(
-    blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, end: real, s: State
-) -> Trial:
+def still_upwards(above: Above) -> bool:
+    """Whether the base has not begun to move upwards, or has ended."""
+    return above.segment == 0 or knot_time(above.motion, above.segment) >= NEVER
+
+
+@wp.func
+def try_step(
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], shaking: wp.ref[Shaking], end: real,
+    s: wp.ref[State],
+) -> Trial:  # fmt: skip
     """One trial step, at most to the next knot of the motion or to `end`."""
-    knot = knot_time(m, s.segment)
+    knot = knot_time(shaking.motion, s.segment)
     target = smaller(knot, end)
     calm = s.calm and (s.segment == 0 or knot >= NEVER)
     if VERTICAL:
-        target = until_knot(limits.above, target)
-        calm = calm and keeps_height(limits.above)
+        above = shaking.above
+        target = smaller(knot_time(above.motion, above.segment), target)
+        calm = calm and still_upwards(above)
     room = larger(target - s.time, real(0.0))
     speed, spin = fastest(s.velocity)
     longest = smaller(smaller(limits.longest_step, REACH / (spin + SLOWEST)), s.cap)
@@ -261,30 +254,42 @@ def tried(
     d = smaller(longest, room)
     grain = STILL * (speed + limits.gravity * limits.longest_step)
     stuck = sticks(s.pose.touch, s.slip) and stays_put(s.pose.touch, s.rate, grain)
-    # A struct that is set under a condition is copied each time; one that is returned is not.
-    if stuck and s.seek == STEADY:
-        first = rolling(blocks, limits, m, sample, sample_slope, target, s, s.pose.touch, d)
+    # Warp copies a struct that is set under a condition; it does not copy one that is returned.
+    if stuck and s.search.stage == STEADY:
+        first = try_rocking(blocks, limits, shaking, target, s, s.pose.touch, d)
         if first.plain:
             return first
-        if first.rolls:
-            return watched(blocks, limits, s, first)
-    t = clocked(limits, m, sample, sample_slope, target, s, d)
-    t = mean_step(blocks, limits, t, s, speed)
-    # What is lacking from the start need not be sought.
-    t.turns = t.turns and not (stuck and s.seek == STEADY)
-    if stuck and (s.seek == STEADY or s.seek == FOUND) and sticks(t.pose.touch, t.slip):
-        other = rolling(blocks, limits, m, sample, sample_slope, target, s, t.pose.touch, d)
+        if first.rocks:
+            find_events(blocks, limits, s, first)
+            return first
+    t = move_base(limits, shaking, target, s, d)
+    try_sliding(blocks, limits, s, speed, t)
+    # If the force is lacking from the start there is no moment to search for.
+    t.switches = t.switches and not (stuck and s.search.stage == STEADY)
+    if stuck and s.search.stage != SEEKING and sticks(t.pose.touch, t.slip):
+        other = try_rocking(blocks, limits, shaking, target, s, t.pose.touch, d)
         if other.plain:
             return other
-        if other.rolls:
-            return watched(blocks, limits, s, other)
-    return watched(blocks, limits, s, t)
+        if other.rocks:
+            find_events(blocks, limits, s, other)
+            return other
+    find_events(blocks, limits, s, t)
+    return t
 
 
 @wp.func(inline=False)
-def mean_step(blocks: Blocks, limits: Limits, trial: Trial, s: State, speed: real) -> Trial:
-    """The trial by the mean velocity that obeys the contact law in its middle."""
-    t = trial
+def try_sliding(
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], speed: real, t: wp.ref[Trial]
+):  # fmt: skip
+    """Makes a trial one by the mean velocity that obeys the contact law in its middle.
+
+    Args:
+        blocks: The blocks.
+        limits: The lane's limits.
+        s: State before it.
+        speed: Largest velocity of a block [m/s].
+        t: The trial with the motion of the base.
+    """
     d = t.d
     slide = Values()
     glide = Counts()
@@ -296,49 +301,27 @@ def mean_step(blocks: Blocks, limits: Limits, trial: Trial, s: State, speed: rea
         free[3 * k + 1] = free[3 * k + 1] - HALF * d * limits.gravity
     if VERTICAL:
         free = left_behind(free, HALF * t.weight.gained)
-    middle = moved(blocks, s.pose, s.pose.touch, s.velocity, slide, HALF * d)
-    upper, lower, _plus, _minus = all_rows(blocks, middle)
+    middle = move(blocks, s.pose, s.pose.touch, s.velocity, slide, HALF * d)
+    g = jacobian_of(blocks, middle)
     grain = DUST * (speed + limits.gravity * limits.longest_step)
-    mean, impulse, hold, slip, settled, same, left = solve(
-        blocks, upper, lower, s.pose.touch, glide, s.pose.touch, s.slip, free, grain,
-        limits.mass,
-    )  # fmt: skip
-    t.settled = settled
-    t.turns = not same
-    t.spare = left / larger(d, SLOWEST)
+    touch = s.pose.touch
+    dust = RoundOff(grain, grain * limits.mass)
+    mean = solve(blocks, g, touch, glide, Contacts(touch, s.slip), free, dust)
+    hold = mean.contacts.hold
+    t.slip = mean.contacts.slip
+    t.settled = mean.solved
+    t.switches = not mean.guessed
+    t.spare = mean.spare / larger(d, SLOWEST)
     t.curve = still_curve(s)
     for k in range(BLOCKS):
         slide[k] = real(0.0)
-        if slip[k] != 0 and hold[k] != OPEN:
-            u = relative_velocity(upper, lower, mean, k)
+        if t.slip[k] != 0 and hold[k] != OPEN:
+            u = relative_velocity(g, mean.velocity, k)
             slide[k] = u[0]
-            t.lost = t.lost - TWO * u[0] * impulse[3 * k]
-        slip[k] = wp.where(hold[k] == OPEN, 0, slip[k])
-    t.slip = slip
-    t.pose = moved(blocks, s.pose, hold, mean, slide, d)
+            t.lost = t.lost - TWO * u[0] * mean.impulse[3 * k]
+        t.slip[k] = wp.where(hold[k] == OPEN, 0, t.slip[k])
+    t.pose = move(blocks, s.pose, hold, mean.velocity, slide, d)
     for k in range(BLOCKS):
         bend = t.pose.theta[k] - s.pose.theta[k] - d * s.velocity[3 * k + 2]
         t.curve[k, 2] = wp.where(d > real(0.0), bend / (d * d), real(0.0))
-    t.velocity = TWO * mean - s.velocity
-    return t
-
-
-@wp.func
-def stopping(slip: int, before: int, rate: real, along: real, d: real, near: real):
-    """Where a sliding contact stops in a step, from its sliding velocities at both ends.
-
-    Returns:
-        Length of the step to there if that lies inside, else NEVER; direction of sliding after it.
-    """
-    zero = real(0.0)
-    e0 = wp.where(slip == before, real(slip) * rate, zero)
-    e1 = real(slip) * along
-    cut = NEVER
-    after = slip
-    if slip != 0 and d > zero:
-        reach = near * size(e1 - e0) / d
-        if e0 > zero and e1 < -reach and d > near:
-            cut = first_root(e0, (e1 - e0) / d, e1, d)
-        elif e1 <= wp.where(e0 > zero, reach, zero):
-            after = 0
-    return cut, after
+    t.velocity = TWO * mean.velocity - s.velocity
