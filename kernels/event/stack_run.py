@@ -1,17 +1,17 @@
-"""Runs of the event step over stacks of blocks, one lane a thread on any device; event/stack.py.
+"""Runs of the event step over stacks, one lane a thread on any device; event/stack/step.py.
 
 Every lane has its own clock and ends its steps at its events. A sample inside a step is read off
 the polynomial that the step follows, so that histories do not change the run. If CHAINS is true
-blocks are bodies, and roll from edge to edge (event/stack_body.py).
+blocks are bodies, and roll from edge to edge (event/stack/edges.py).
 """
 
 import warp as wp
 
-from warprock.kernels.event.stack import finish_step
-from warprock.kernels.event.stack_moves import start_pose
-from warprock.kernels.event.stack_rolling import turning_time, value_of
-from warprock.kernels.event.stack_state import Limits, Shaking, State, at_rest
-from warprock.kernels.event.stack_trial import try_step
+from warprock.kernels.event.stack.moves import start_pose
+from warprock.kernels.event.stack.rocking_end import turning_time, value_of
+from warprock.kernels.event.stack.state import Limits, Shaking, State, at_rest
+from warprock.kernels.event.stack.step import finish_step
+from warprock.kernels.event.stack.trial import try_step
 from warprock.kernels.instance import SHORT_LOOPS_GO
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import sample_index
@@ -29,7 +29,7 @@ from warprock.kernels.shape.stack import (
 from warprock.kernels.shape.stack_body import Foot
 
 if CHAINS:
-    from warprock.kernels.event.stack_body import roll_on, stand_on
+    from warprock.kernels.event.stack.edges import roll_on, stand_on
 
 wp.set_module_options(SHORT_LOOPS_GO)
 

@@ -15,7 +15,7 @@ face it touches, or `along` of a closed interface. It changes by sliding alone.
 If CHAINS is true the blocks are bodies on contact points. An upper block's face is then one edge of
 its chain of corners: the one on which it lies, or on which it would fall. A lower block's face is
 its top. Both faces may lie beside the centre of mass, and the edge may be turned against the body:
-`foot` holds what belongs to that edge. event/stack_body.py changes the edge.
+`foot` holds what belongs to that edge. event/stack/edges.py changes the edge.
 """
 
 import warp as wp

@@ -11,7 +11,7 @@ real = wp.float64
 
 stack = kernel_module("shape/stack", precision="float64", blocks=BLOCKS)
 wp.set_module_options(module_options() | LOOPS_STAY)
-contact = kernel_module("event/stack_contact", precision="float64", blocks=BLOCKS)
+contact = kernel_module("event/stack/contact", precision="float64", blocks=BLOCKS)
 Blocks, Pose, Values, Counts, Triples = (
     stack.Blocks,
     stack.Pose,

@@ -106,10 +106,10 @@ class Event(AbstractEngine):
     They know a base that moves upwards in the plane, single boxes as bodies on two points, and so
     do stacks: gravity is then g + a_z, and below zero of it a block flies until it lands.
 
-    Stacks in the plane are of fifth order while all contacts stick (kernels/event/
-    stack_rocking.py), of second where something slides or flies. Bodies in them are run by the
+    Stacks in the plane are of fifth order while all contacts stick (kernels/event/stack/
+    rocking.py), of second where something slides or flies. Bodies in them are run by the
     text of boxes: the face that a block stands on is then an edge of its chain
-    (kernels/event/stack_body.py).
+    (kernels/event/stack/edges.py).
 
     With friction as a box single blocks are second order through the ends of their slips, along x
     and along y; of blocks that rock and slide errors scatter (1.4 to 2). How rigid faces share

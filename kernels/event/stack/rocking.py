@@ -1,4 +1,4 @@
-"""Taylor polynomials of a stack that sticks at all its contacts; event/stack.py.
+"""Taylor polynomials of a stack that sticks at all its contacts; event/stack/step.py.
 
 While every interface is closed or pivots on a corner that sticks, the stack is a chain: block k
 turns about a pivot below it, at B_k from its centre, and carries the pivot of the next one at C_k

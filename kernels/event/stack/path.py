@@ -1,6 +1,6 @@
 """A path from one state of a stack's contacts to a state that obeys the contact law.
 
-The law of event/stack_contact.py with Coulomb friction is a linear complementarity problem in the
+The law of event/stack/contact.py with Coulomb friction is a linear complementarity problem in the
 relative velocities without contact, q. They are moved, q + t r, so that a first guess obeys the law
 at t = 1; then t goes down to 0. On the way impulses and velocities change linearly with t until the
 margin of one condition is used up: an end opens or is pressed, a contact starts to slide or stops.
@@ -13,7 +13,7 @@ Trinkle 1996, Int. J. Numer. Methods Eng. 39, 2673). With given directions of sl
 
 import warp as wp
 
-from warprock.kernels.event.stack_chain import (
+from warprock.kernels.event.stack.chain import (
     Contacts,
     Couplings,
     Factors,

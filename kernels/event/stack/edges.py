@@ -1,9 +1,9 @@
 """Stacks in the plane with bodies among their blocks: how a body rolls from edge to edge.
 
-The scheme is that of event/stack.py. A block stands on a chain of corners, convex towards what is
-below (see shape/body.py). An interface is that of one edge of the chain and the top below: the edge
-on which the block lies, or on which it would fall if it turned back. The block takes the next edge,
-to +x (`way` 1) or to -x (-1), at the end of a step:
+The scheme is that of step.py. A block stands on a chain of corners, convex towards what is below
+(see shape/body.py). An interface is that of one edge of the chain and the top below: the edge on
+which the block lies, or on which it would fall if it turned back. The block takes the next edge, to
++x (`way` 1) or to -x (-1), at the end of a step:
 
 - A block that turns on a corner comes to lie on the edge behind it. That is an impact at the ends
   of that edge, as is the fall on its own edge. A step that would pass it ends there.
@@ -18,8 +18,8 @@ is further outside, and cannot land.
 
 import warp as wp
 
-from warprock.kernels.event.stack_moves import Opening, find_closing, opening
-from warprock.kernels.event.stack_state import GRAIN, NEARLY, Limits, State, Trial
+from warprock.kernels.event.stack.moves import Opening, find_closing, opening
+from warprock.kernels.event.stack.state import GRAIN, NEARLY, Limits, State, Trial
 from warprock.kernels.shape.stack import (
     CLOSED,
     MINUS,

@@ -1,9 +1,9 @@
-"""State of a stack at a time, and a trial step before it is taken; event/stack.py."""
+"""State of a stack at a time, and a trial step before it is taken; event/stack/step.py."""
 
 import warp as wp
 
 from warprock.kernels.event.body_weight import Weight
-from warprock.kernels.event.stack_rocking import Curves
+from warprock.kernels.event.stack.rocking import Curves
 from warprock.kernels.motion import Motion
 from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.stack import CLOSED, Blocks, Counts, Pose, Triples, Values, three_of
@@ -149,11 +149,11 @@ class Trial:
         spare: Margin of the weakest contact if none lets go [N].
         segment: Knots passed after it.
         deep: How deep an end is in a face at its end [m].
-        rocks: Whether all contacts stick and it follows polynomials (event/stack_rocking.py).
+        rocks: Whether all contacts stick and it follows polynomials (event/stack/rocking.py).
         spends: Whether it ends where the margin of a contact is used up.
         plain: Whether it rocks and has no event.
         curve: See `State`.
-        way: By how many edges bodies roll on at its end (event/stack_body.py).
+        way: By how many edges bodies roll on at its end (event/stack/edges.py).
         weight: Gravity and the vertical motion of the base.
     """
 

@@ -1,4 +1,4 @@
-"""How the blocks of a stack move in a step, and which events end it: event/stack.py.
+"""How the blocks of a stack move in a step, and which events end it: event/stack/step.py.
 
 Poses are those of shape/stack.py.
 """
@@ -6,7 +6,7 @@ Poses are those of shape/stack.py.
 import warp as wp
 
 from warprock.kernels.event.block_begin import first_root
-from warprock.kernels.event.stack_state import GRAIN, NEARLY, Limits, State, Trial
+from warprock.kernels.event.stack.state import GRAIN, NEARLY, Limits, State, Trial
 from warprock.kernels.shape.stack import (
     ALIKE,
     CLOSED,

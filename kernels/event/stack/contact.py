@@ -1,18 +1,18 @@
 """Contact of stacked planar blocks: exact, or reported as unsolved.
 
-The contact law at an interface, with impulses and velocities as in event/stack_chain.py: n >= 0; an
+The contact law at an interface, with impulses and velocities as in event/stack/chain.py: n >= 0; an
 end that touches does not sink; an end without n opens; a contact sticks with |f| <= mu (n + n), or
 slides with f = -slip mu (n + n). A *state* says which ends are held (`hold`, a sum of ends) and in
 which direction an interface slides (`slip`: -1, 1, or 0 if it sticks). With the states of all
 interfaces given the system is linear and solved at once. If the first guess breaks the law, a path
-leads from it to a state that obeys the law (event/stack_path.py); if that path fails, another one
+leads from it to a state that obeys the law (event/stack/path.py); if that path fails, another one
 starts at open contacts. If directions of sliding are given and no state obeys the law with them,
 friction finds its own.
 """
 
 import warp as wp
 
-from warprock.kernels.event.stack_chain import (
+from warprock.kernels.event.stack.chain import (
     Contacts,
     Factors,
     apply_impulses,
@@ -23,7 +23,7 @@ from warprock.kernels.event.stack_chain import (
     relative_velocities,
     respond,
 )
-from warprock.kernels.event.stack_path import (
+from warprock.kernels.event.stack.path import (
     ENDS_OF_LAW,
     STOPS,
     Contact,

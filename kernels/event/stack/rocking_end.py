@@ -1,4 +1,4 @@
-"""Where a step ends in which a stack sticks at all its contacts; event/stack_rocking.py.
+"""Where a step ends in which a stack sticks at all its contacts; event/stack/rocking.py.
 
 It ends where a pivoting block falls flat, and where the margin of a contact is used up: a closed
 interface is about to open, or a contact to slide.
@@ -7,9 +7,9 @@ interface is about to open, or a contact to slide.
 import warp as wp
 
 from warprock.kernels.event.block_begin import first_root
-from warprock.kernels.event.stack_moves import Opening, settles
-from warprock.kernels.event.stack_rocking import DEGREE, ORDERS, Chain, Curve, Curves, Rocking
-from warprock.kernels.event.stack_state import GRAIN, NEARLY, SOON, Limits
+from warprock.kernels.event.stack.moves import Opening, settles
+from warprock.kernels.event.stack.rocking import DEGREE, ORDERS, Chain, Curve, Curves, Rocking
+from warprock.kernels.event.stack.state import GRAIN, NEARLY, SOON, Limits
 from warprock.kernels.shape.stack import (
     CLOSED,
     Blocks,
@@ -22,7 +22,7 @@ from warprock.kernels.shape.stack import (
 )
 
 if CHAINS:
-    from warprock.kernels.event.stack_body import WITHIN, end_of_edge, room_of
+    from warprock.kernels.event.stack.edges import WITHIN, end_of_edge, room_of
 
 LACKS = 0
 ROLLS = 1
@@ -207,7 +207,7 @@ def find_impact(
 
     Returns:
         Length of the step to there, d if there is none; whether there is one; whether a block rests
-        at once (`settles` in event/stack_moves.py); whether a contact that was to open has not.
+        at once (`settles` in event/stack/moves.py); whether a contact that was to open has not.
     """
     zero = real(0.0)
     d1 = real(d)

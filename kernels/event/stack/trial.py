@@ -1,14 +1,14 @@
-"""One trial step of a stack of blocks, before it is taken; see event/stack.py for the scheme."""
+"""One trial step of a stack of blocks, before it is taken; see step.py for the scheme."""
 
 import warp as wp
 
 from warprock.kernels.event.block_begin import base_change, first_root
 from warprock.kernels.event.body_weight import Weight, kicks, weight_in
-from warprock.kernels.event.stack_chain import Contacts, relative_velocity
-from warprock.kernels.event.stack_contact import RoundOff, solve
-from warprock.kernels.event.stack_moves import find_closing, find_landing, move, opening, settles
-from warprock.kernels.event.stack_rocking import Terms, predict_rocking
-from warprock.kernels.event.stack_rolling import LACKS, SPENT, find_end, value_of, velocity_at
+from warprock.kernels.event.stack.chain import Contacts, relative_velocity
+from warprock.kernels.event.stack.contact import RoundOff, solve
+from warprock.kernels.event.stack.moves import find_closing, find_landing, move, opening, settles
+from warprock.kernels.event.stack.rocking import Terms, predict_rocking
+from warprock.kernels.event.stack.rocking_end import LACKS, SPENT, find_end, value_of, velocity_at
 from warprock.kernels.motion import expand, knot_step, knot_time
 from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.stack import (
@@ -26,9 +26,9 @@ from warprock.kernels.shape.stack import (
 )
 
 if CHAINS:
-    from warprock.kernels.event.stack_body import find_next_edge
+    from warprock.kernels.event.stack.edges import find_next_edge
 
-from warprock.kernels.event.stack_state import (
+from warprock.kernels.event.stack.state import (
     DUST,
     NEARLY,
     REACH,
@@ -51,7 +51,7 @@ if CHAINS:
     def find_next_edges(
         blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]
     ):  # fmt: skip
-        """Adds to a trial step the edges that its blocks come to, see event/stack_body.py."""
+        """Adds to a trial step the edges that its blocks come to, see event/stack/edges.py."""
         for k in range(BLOCKS):
             cut, way, lands, leaves = find_next_edge(blocks, limits, s, t, k)
             t.cut = smaller(t.cut, cut)

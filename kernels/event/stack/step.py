@@ -1,14 +1,14 @@
 """Contact step of a stack of rocking blocks: order 5 while all contacts stick, else 2.
 
 While every interface touches and sticks, rotations follow Taylor polynomials, and the step ends at
-their first impact, opening or slip (event/stack_rocking.py, stack_rolling.py); if no event lies in
-it, nothing else is done. Else the scheme is that of event/block.py for all blocks at once: one
-clock a lane, a midpoint Moreau-Jean step, an event inside a step ends the next one there, and at a
-step's end the velocity is projected on its contacts. In the frame of the base, with
-v = (vx, vz, omega) of every block:
+their first impact, opening or slip (rocking.py, rocking_end.py); if no event lies in it, nothing
+else is done. Else the scheme is that of event/block.py for all blocks at once: one clock a lane, a
+midpoint Moreau-Jean step, an event inside a step ends the next one there, and at a step's end the
+velocity is projected on its contacts. In the frame of the base, with v = (vx, vz, omega) of every
+block:
 
     1. mean velocity v_m = v - (dV/2, g d/2, 0) + W G^T p, G at the pose d/2 ahead, p such that
-       v_m obeys the contact law of event/stack_contact.py at all interfaces;
+       v_m obeys the contact law of event/stack/contact.py at all interfaces;
     2. theta = theta + d omega_m; every contact keeps its anchor but for its slide (see
        shape/stack.py), so that there is no drift; what flies moves by v_m; v = 2 v_m - v;
     3. if inside the step an open end lands, a pivoting block falls flat on what it stands on, a
@@ -32,10 +32,10 @@ lane to lane, and packs of lanes would run all branches of all. Functions take l
 
 import warp as wp
 
-from warprock.kernels.event.stack_chain import Contacts, constrain, relative_velocity
-from warprock.kernels.event.stack_contact import RoundOff, Solution, solve
-from warprock.kernels.event.stack_moves import find_stop, glue, lay_down, opening
-from warprock.kernels.event.stack_state import (
+from warprock.kernels.event.stack.chain import Contacts, constrain, relative_velocity
+from warprock.kernels.event.stack.contact import RoundOff, Solution, solve
+from warprock.kernels.event.stack.moves import find_stop, glue, lay_down, opening
+from warprock.kernels.event.stack.state import (
     DUST,
     FOUND,
     NEARLY,
@@ -70,7 +70,7 @@ from warprock.kernels.shape.stack import (
 )
 
 if CHAINS:
-    from warprock.kernels.event.stack_body import has_left
+    from warprock.kernels.event.stack.edges import has_left
 
 TOUCHING = by_precision(1.0e-8, 1.0e-5)
 """Opening [rad] below which an end takes part in an impact elsewhere."""
