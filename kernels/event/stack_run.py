@@ -1,15 +1,17 @@
-"""Runs of the event step over stacks of blocks, one lane a thread on any device; event/stack.py.
+"""Runs of the event step over stacks, one lane a thread on any device; event/stack/step.py.
 
-Every lane has its own clock and ends its steps where its events are; a sample inside a step is
-read off the parabola that the step follows, so that histories do not change the run.
+Every lane has its own clock and ends its steps at its events. A sample inside a step is read off
+the polynomial that the step follows, so that histories do not change the run. If CHAINS is true
+blocks are bodies, and roll from edge to edge (event/stack/edges.py).
 """
 
 import warp as wp
 
-from warprock.kernels.event.stack import step
-from warprock.kernels.event.stack_moves import started
-from warprock.kernels.event.stack_rolling import turning_time, value_of
-from warprock.kernels.event.stack_state import Limits, State, at_rest
+from warprock.kernels.event.stack.moves import start_pose
+from warprock.kernels.event.stack.rocking_end import turning_time, value_of
+from warprock.kernels.event.stack.state import Limits, Shaking, State, at_rest
+from warprock.kernels.event.stack.step import finish_step
+from warprock.kernels.event.stack.trial import try_step
 from warprock.kernels.instance import SHORT_LOOPS_GO
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import sample_index
@@ -19,13 +21,15 @@ from warprock.kernels.shape.stack import (
     Blocks,
     Pose,
     Values,
-    anchored,
-    ends_below,
     face_middles,
     flat_rotation,
     lower_face,
-    upright_place,
+    slide_place,
 )
+from warprock.kernels.shape.stack_body import Foot
+
+if CHAINS:
+    from warprock.kernels.event.stack.edges import roll_on, stand_on
 
 wp.set_module_options(SHORT_LOOPS_GO)
 
@@ -35,23 +39,41 @@ LANES = 1
 
 @wp.struct
 class Knobs:
-    """What the lanes have in common."""
+    """What the lanes have in common: gravity [m/s^2]."""
 
     gravity: real
 
 
 @wp.struct
 class Block:
-    """One block: half sizes [m], inverse mass and inertia, start [m, rad]."""
+    """One block, and how it starts.
 
-    half_height: real
-    half_width: real
+    Attributes:
+        inverse_mass, inverse_inertia: [1/kg], [1/(kg m^2)].
+        friction: Coefficient of friction at the interface below it.
+        rest_rotation: Swing below which it rests [rad].
+        aside: How far its centre is to +x of the one below if both are upright [m].
+        theta: Rotation at the start [rad].
+        half_height, half_width: Half sizes of a box [m].
+        top_low, top_high, top: Ends of the top of a body and its height, from the centre [m].
+        edge: Row of the corners at which the edge begins that a body stands on at first, see
+            shape/stack_body.py.
+    """
+
     inverse_mass: real
     inverse_inertia: real
     friction: real
     rest_rotation: real
-    offset: real
-    rotation_start: real
+    aside: real
+    theta: real
+    if CHAINS:
+        top_low: real
+        top_high: real
+        top: real
+        edge: int
+    else:
+        half_height: real
+        half_width: real
 
 
 @wp.struct
@@ -98,7 +120,14 @@ class Found:
 
 @wp.struct
 class Seen:
-    """What has been observed of one lane so far."""
+    """What has been observed of one lane so far.
+
+    Attributes:
+        peak, peak_time: Largest rotations [rad], and when they were reached [s].
+        slide, peak_slide: Slides at the interfaces, and the largest of them [m].
+        uplift_time, rest_time: When an interface first opened, and when the stack last came to
+            rest [s]; NEVER if it has not.
+    """
 
     peak: Values
     peak_time: Values
@@ -109,7 +138,7 @@ class Seen:
 
 
 @wp.func
-def observe_start(pose: Pose) -> Seen:
+def observe_start(pose: wp.ref[Pose]) -> Seen:
     """What is observed at the start."""
     seen = Seen()
     flat = bool(True)
@@ -122,7 +151,9 @@ def observe_start(pose: Pose) -> Seen:
 
 
 @wp.func
-def observe(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -> Seen:
+def observe(
+    blocks: wp.ref[Blocks], before: Seen, offset: Values, s0: wp.ref[State], s: wp.ref[State]
+) -> Seen:
     """What a step from one state to the next, if it is taken, adds to what has been observed."""
     if not s.taken:
         return before
@@ -144,9 +175,7 @@ def observe(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -
             seen.peak_time[k] = at
         touch = s.pose.touch[k]
         if not s.plain:
-            ends = ends_below(s.pose, k)
-            anchor, rate = anchored(blocks, s.pose, k, ends)
-            seen.slide[k] = upright_place(blocks, k, ends, anchor, rate) - offset[k]
+            seen.slide[k] = slide_place(blocks, s.pose, k) - offset[k]
             if CHAINS:
                 seen.slide[k] = seen.slide[k] - blocks.rolled[k]
             seen.peak_slide[k] = larger(size(seen.slide[k]), seen.peak_slide[k])
@@ -165,7 +194,7 @@ def observe(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -
 
 
 @wp.func
-def centres(blocks: Blocks, pose: Pose):
+def centres(blocks: wp.ref[Blocks], pose: wp.ref[Pose]):
     """Centres x and z of all blocks [m]."""
     x, z = Values(), Values()
     at, up, s, c, height = real(0.0), real(0.0), real(0.0), real(1.0), real(0.0)
@@ -190,7 +219,7 @@ def centres(blocks: Blocks, pose: Pose):
 
 
 @wp.func
-def rotation_at(until: real, s0: State, s: State, k: int) -> real:
+def rotation_at(until: real, s0: wp.ref[State], s: wp.ref[State], k: int) -> real:
     """Rotation of a block inside the last step [rad], or at its end."""
     theta = s.pose.theta[k]
     if until < s.time:
@@ -199,7 +228,9 @@ def rotation_at(until: real, s0: State, s: State, k: int) -> real:
 
 
 @wp.func
-def between_steps(until: real, s0: State, s: State, first: real, rate: real, last: real) -> real:
+def between_steps(
+    until: real, s0: wp.ref[State], s: wp.ref[State], first: real, rate: real, last: real
+) -> real:
     """A coordinate inside the last step, from its first to its last value."""
     value = last
     if until < s.time:
@@ -210,40 +241,58 @@ def between_steps(until: real, s0: State, s: State, first: real, rate: real, las
     return value
 
 
+@wp.func
+def load_block(blocks: wp.ref[Blocks], b: Block, k: int):
+    """Sets what does not change of block k."""
+    blocks.inverse_mass[k] = b.inverse_mass
+    blocks.inverse_inertia[k] = b.inverse_inertia
+    blocks.friction[k] = b.friction
+    if CHAINS:
+        blocks.top_half[k] = HALF * (b.top_high - b.top_low)
+        blocks.top_middle[k] = HALF * (b.top_high + b.top_low)
+        blocks.top_height[k] = b.top
+    else:
+        blocks.half_height[k] = b.half_height
+        blocks.half_width[k] = b.half_width
+
+
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: Motions,
-    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), feet: wp.array2d(dtype=Foot),
+    motions: Motions, pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real),
+    knobs: Knobs, found: Found,
 ):  # fmt: skip
-    """Runs one lane a thread."""
+    """Runs one lane a thread; `feet` are the corners of all bodies, block by block."""
     lane = wp.tid()
+    shaking = Shaking()
     if VERTICAL:
-        m = motions[0, lane]
+        shaking.motion = motions[0, lane]
         up = motions[1, lane]
     else:
-        m = motions[lane]
-    pile = Blocks()
-    limits = Limits()
-    s = State()
-    offset = Values()
+        shaking.motion = motions[lane]
+    pile, limits, s, offset = Blocks(), Limits(), State(), Values()
     limits.gravity = knobs.gravity
     limits.mass = lanes[lane].mass
     limits.longest_step = lanes[lane].longest_step
     step_limit = lanes[lane].step_limit
     for k in range(BLOCKS):
         b = blocks[k, lane]
-        pile.half_height[k] = b.half_height
-        pile.half_width[k] = b.half_width
-        pile.inverse_mass[k] = b.inverse_mass
-        pile.inverse_inertia[k] = b.inverse_inertia
-        pile.friction[k] = b.friction
+        load_block(pile, b, k)
         limits.rest_rotation[k] = b.rest_rotation
-        offset[k] = b.offset
-        s.pose.along[k] = b.offset
-        s.pose.theta[k] = b.rotation_start
-    s.pose = started(pile, s.pose)
+        offset[k] = b.aside
+        s.pose.along[k] = b.aside
+        s.pose.theta[k] = b.theta
+        if CHAINS:
+            e = b.edge
+            stand_on(pile, k, e, feet[e - 1, lane], feet[e, lane], feet[e + 1, lane],
+                feet[e + 2, lane])  # fmt: skip
+            _upper, lower = face_middles(pile, k)
+            offset[k] = b.aside - lower
+            s.pose.along[k] = offset[k] + pile.rolled[k]
+    s.pose = start_pose(pile, s.pose)
     s.cap = NEVER
     s0 = s
+    pile0 = pile
     seen = observe_start(s.pose)
     steps = int(0)
     end = sample_times[sample_times.shape[0] - 1]
@@ -251,17 +300,34 @@ def run_lanes(
         until = sample_times[sample]
         while s.mode == RUNNING and s.time < until:
             steps += 1
-            place = sample_index(m, s.segment)
+            place = sample_index(shaking.motion, s.segment)
+            shaking.value = pool[0, place]
+            shaking.slope = pool[1, place]
             if VERTICAL:
                 high = sample_index(up, s.risen)
-                limits.above = Above(up, s.risen, pool[0, high], pool[1, high])
-            n = step(pile, limits, m, pool[0, place], pool[1, place], end, s)
-            # Field by field: of a struct that is set under a condition Warp makes copies each time.
-            seen = observe(pile, seen, offset, s, n)
+                shaking.above = Above(up, s.risen, pool[0, high], pool[1, high])
+            t = try_step(pile, limits, shaking, end, s)
+            if CHAINS:
+                after = pile
+                for k in range(BLOCKS):
+                    if t.way[k] != 0:
+                        e = pile.edge[k] + t.way[k]
+                        stand_on(after, k, e, feet[e - 1, lane], feet[e, lane], feet[e + 1, lane],
+                            feet[e + 2, lane])  # fmt: skip
+                roll_on(pile, after, t)
+                n = finish_step(after, limits, s, t)
+                seen = observe(after, seen, offset, s, n)
+            else:
+                n = finish_step(pile, limits, s, t)
+                seen = observe(pile, seen, offset, s, n)
             if n.taken:
+                # Field by field: Warp copies a struct that is set under a condition each time.
                 s0.pose = s.pose
                 s0.velocity = s.velocity
                 s0.time = s.time
+                if CHAINS:
+                    pile0 = pile
+                    pile = after
             s = n
             if steps >= step_limit and s.mode == RUNNING:
                 s.mode = STALLED
@@ -269,7 +335,7 @@ def run_lanes(
             for k in range(BLOCKS):
                 found.rotations[sample, k, lane] = rotation_at(until, s0, s, k)
         if found.places.shape[0] > 0:
-            x0, z0 = centres(pile, s0.pose)
+            x0, z0 = centres(pile0, s0.pose)
             x1, z1 = centres(pile, s.pose)
             for k in range(BLOCKS):
                 vx, vz = s0.velocity[3 * k], s0.velocity[3 * k + 1]

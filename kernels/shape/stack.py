@@ -2,20 +2,20 @@
 
 Block k stands on block k - 1, the lowest on the ground, an endless flat face. Rotations theta are
 absolute and clockwise; a lever (x, z) of a block points to (x cos + z sin, z cos - x sin).
-Interface k lies below block k. Where its upper block is to the lower one is told by (along,
-above): the middle of the upper block's bottom face as seen from the middle of the lower block's
-top face, in the lower block's frame. An interface has two ends, side = +1 and -1. What touches
-there is the corner that lies further in: of the upper block on the lower one's face (*kind* ON),
-or of the lower block under the upper one's face (UNDER).
+Interface k lies below block k. The place of block k is (along, above): the middle of its bottom
+face as seen from the middle of the top face below it, in the frame of the lower block. An interface
+has two ends, side = +1 and -1. The corner that lies further in touches there: that of the upper
+block on the lower one's face (*kind* ON), or that of the lower block under the upper one's face
+(UNDER).
 
-Touch is a sum of ENDS: 1 where the end to +x touches, 2 where the end to -x does; 3 is a closed
-interface. The place of a contact is one number, its *anchor*: the corner's coordinate on the face
-it touches, or `along` of a closed interface. It changes by sliding alone.
+Touch is a sum of ends: 1 (PLUS) if the end to +x touches, 2 (MINUS) if the end to -x does; 3 is a
+closed interface. The place of a contact is one number, its *anchor*: the corner's coordinate on the
+face it touches, or `along` of a closed interface. It changes by sliding alone.
 
-Where CHAINS is true the blocks are bodies on contact points. An upper block's face is then the
-edge of its chain of corners that it stands on, or would fall on; a lower block's is its top. Both
-may lie beside its centre, and the edge may be turned against the body: `foot` is what belongs to
-that edge. What goes from edge to edge is in event/stack_body.py.
+If CHAINS is true the blocks are bodies on contact points. An upper block's face is then one edge of
+its chain of corners: the one on which it lies, or on which it would fall. A lower block's face is
+its top. Both faces may lie beside the centre of mass, and the edge may be turned against the body:
+`foot` holds what belongs to that edge. event/stack/edges.py changes the edge.
 """
 
 import warp as wp
@@ -44,14 +44,21 @@ Matrix = wp.types.matrix(shape=(3, 3), dtype=real)
 
 @wp.struct
 class Blocks:
-    """What the blocks of one lane are; of bodies half sizes are those of the edge, and its depth.
+    """The blocks of one lane.
 
-    Of bodies, too, `foot`: rotation against what is below at which the edge lies flat [rad], with
-    its sine and cosine; the middle of the edge, to +x of the centre along the edge [m]. `rolled`:
-    where that middle comes to lie if the block rolls on from where it stood at first [m]. `ahead`
-    and `behind`: how far it turns from the edge to the next one to +x and to -x [rad], NEVER where
-    there is none. `top`: half the width of the top, its middle to +x of the centre and its height
-    above it [m].
+    Attributes:
+        half_height, half_width: Half sizes of boxes; of bodies the depth of the edge below the
+            centre of mass, and its half length [m].
+        inverse_mass, inverse_inertia: [1/kg], [1/(kg m^2)].
+        friction: Coefficient of friction at the interface below the block.
+        foot: Rotation against what is below at which the edge lies flat [rad].
+        foot_sine, foot_cosine: Of that rotation.
+        foot_middle: How far the middle of the edge lies to +x of the centre along the edge [m].
+        rolled: Where that middle comes to lie if the block rolls on from its first place [m].
+        ahead, behind: Turn from the edge to the next one to +x and to -x [rad]; NEVER at the last.
+        edge: Row of the corners at which the edge begins, see shape/stack_body.py.
+        top_half, top_middle, top_height: Half width of the top; how far its middle lies to +x of
+            the centre, and how high above it [m].
     """
 
     half_height: Values
@@ -67,6 +74,7 @@ class Blocks:
         rolled: Values
         ahead: Values
         behind: Values
+        edge: Counts
         top_half: Values
         top_middle: Values
         top_height: Values
@@ -74,9 +82,15 @@ class Blocks:
 
 @wp.struct
 class Pose:
-    """Where the blocks of one lane are, and which ends touch.
+    """Rotations and places of the blocks of one lane.
 
-    `foot`: see `Blocks`; its sine and cosine are those of the rotation of the edge.
+    Attributes:
+        theta: Rotations [rad].
+        sine, cosine: Of them.
+        along, above: Places [m]; see the head of this file.
+        touch: Ends that touch.
+        foot: See `Blocks`.
+        foot_sine, foot_cosine: Of the rotations of the edges.
     """
 
     theta: Values
@@ -89,6 +103,79 @@ class Pose:
         foot: Values
         foot_sine: Values
         foot_cosine: Values
+
+
+@wp.struct
+class Anchor:
+    """The place of a contact of an interface.
+
+    Attributes:
+        place: Coordinate of the corner on the face that it touches [m]; `along` if closed.
+        rate: How the place changes with the slip of the upper block: by +1 (kind ON, or closed) or
+            -1 (kind UNDER) times as much.
+    """
+
+    place: real
+    rate: real
+
+
+@wp.struct
+class Faces:
+    """The two faces of an interface, as seen from the lower one; all lengths in m.
+
+    Attributes:
+        lower_width, lower_height: Half width of the lower face, and its height above the centre of
+            its block.
+        upper_width, upper_height: Half width of the upper face, and the height of the centre of its
+            block above it.
+        along, above: See the head of this file.
+        sine, cosine: Of the rotation of the upper face against the lower one.
+        lower_middle, upper_middle: See `face_middles`.
+    """
+
+    lower_width: real
+    lower_height: real
+    upper_width: real
+    upper_height: real
+    along: real
+    above: real
+    sine: real
+    cosine: real
+    if CHAINS:
+        lower_middle: real
+        upper_middle: real
+
+
+@wp.struct
+class End:
+    """One end of an interface, in the frame of the face that is touched there; all lengths in m.
+
+    Attributes:
+        upper_x, upper_z: Lever from the centre of the upper block.
+        lower_x, lower_z: Lever from the centre of the lower block.
+        gap: Distance between corner and face.
+        on: Whether the corner of the upper block touches the lower face (kind ON).
+    """
+
+    upper_x: real
+    upper_z: real
+    lower_x: real
+    lower_z: real
+    gap: real
+    on: bool
+
+
+@wp.struct
+class Jacobian:
+    """Relative velocities at all interfaces from the velocities of the blocks.
+
+    Attributes:
+        upper: The matrix of the upper block of every interface, see `interface_rows`.
+        lower: That of the lower block; zero on the ground.
+    """
+
+    upper: Rows
+    lower: Rows
 
 
 @wp.func
@@ -109,42 +196,56 @@ def matrix_of(rows: Rows, k: int) -> Matrix:
 
 @wp.func
 def side_of(touch: int) -> real:
-    """Side of the end that touches, the one to +x where both do."""
+    """Side of the end that touches; +1 if both do."""
     return wp.where(touch == MINUS, real(-1.0), real(1.0))
 
 
 @wp.func
-def between(pose: Pose, k: int):
-    """Sine and cosine of the lower face, and of the rotation of the upper one against it."""
+def face_below(pose: wp.ref[Pose], k: int):
+    """Sine and cosine of the rotation of the lower face of interface k."""
     s = real(0.0)
     c = real(1.0)
     if k > 0:
         s = pose.sine[k - 1]
         c = pose.cosine[k - 1]
+    return s, c
+
+
+@wp.func
+def turn_across(pose: wp.ref[Pose], k: int):
+    """Sine and cosine of `turn_of`."""
+    s, c = face_below(pose, k)
     if CHAINS:
         sd = pose.foot_sine[k] * c - pose.foot_cosine[k] * s
         cd = pose.foot_cosine[k] * c + pose.foot_sine[k] * s
     else:
         sd = pose.sine[k] * c - pose.cosine[k] * s
         cd = pose.cosine[k] * c + pose.sine[k] * s
-    return s, c, sd, cd
+    return sd, cd
 
 
 @wp.func
-def with_foot(blocks: Blocks, pose: Pose, k: int) -> Pose:
-    """A pose with the edge that block k stands on turned as the block is."""
-    new = pose
+def turn_foot(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int):
+    """Turns the edge that block k stands on as the block is turned."""
     if CHAINS:
         s = pose.sine[k]
         c = pose.cosine[k]
-        new.foot[k] = blocks.foot[k]
-        new.foot_sine[k] = s * blocks.foot_cosine[k] - c * blocks.foot_sine[k]
-        new.foot_cosine[k] = c * blocks.foot_cosine[k] + s * blocks.foot_sine[k]
-    return new
+        pose.foot[k] = blocks.foot[k]
+        pose.foot_sine[k] = s * blocks.foot_cosine[k] - c * blocks.foot_sine[k]
+        pose.foot_cosine[k] = c * blocks.foot_cosine[k] + s * blocks.foot_sine[k]
 
 
 @wp.func
-def flat_rotation(blocks: Blocks, pose: Pose, k: int) -> real:
+def turn_block(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int, theta: real):
+    """Turns block k to a rotation [rad]."""
+    pose.theta[k] = theta
+    pose.sine[k] = sine(theta)
+    pose.cosine[k] = cosine(theta)
+    turn_foot(blocks, pose, k)
+
+
+@wp.func
+def flat_rotation(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int) -> real:
     """Rotation at which block k lies flat on what is below it [rad]."""
     theta = real(0.0)
     if k > 0:
@@ -155,7 +256,7 @@ def flat_rotation(blocks: Blocks, pose: Pose, k: int) -> real:
 
 
 @wp.func
-def turn_of(pose: Pose, k: int) -> real:
+def turn_of(pose: wp.ref[Pose], k: int) -> real:
     """Rotation of the upper face of interface k against the lower one [rad]."""
     below = real(0.0)
     if k > 0:
@@ -168,7 +269,7 @@ def turn_of(pose: Pose, k: int) -> real:
 
 @wp.func
 def leaning(turn: real) -> int:
-    """Ends of an interface that are nearest to the face below, both where it lies level.
+    """Ends of an interface that are nearest to the face below; both if it is level.
 
     Args:
         turn: Rotation of the upper face against the lower one [rad].
@@ -178,34 +279,34 @@ def leaning(turn: real) -> int:
 
 
 @wp.func
-def ends_below(pose: Pose, k: int) -> int:
-    """Ends of interface k that touch; of an open one those nearest to the face below.
+def ends_below(pose: wp.ref[Pose], k: int) -> int:
+    """Ends of interface k that touch; if none does, those nearest to the face below.
 
-    The place of an open interface is told by them: a fixed end would not do in a mirror.
+    They tell the place of an open interface: with a fixed end a mirrored scene would get another.
     """
     return wp.where(pose.touch[k] == OPEN, leaning(turn_of(pose, k)), pose.touch[k])
 
 
 @wp.func
-def lower_face(blocks: Blocks, k: int):
-    """Half width of the face that block k stands on, and half height of the body below [m]."""
+def lower_face(blocks: wp.ref[Blocks], k: int):
+    """Half width of the face below block k, and its height above the centre of its block [m]."""
     half_width = ENDLESS
-    half_height = real(0.0)
+    height = real(0.0)
     if k > 0:
         if CHAINS:
             half_width = blocks.top_half[k - 1]
-            half_height = blocks.top_height[k - 1]
+            height = blocks.top_height[k - 1]
         else:
             half_width = blocks.half_width[k - 1]
-            half_height = blocks.half_height[k - 1]
-    return half_width, half_height
+            height = blocks.half_height[k - 1]
+    return half_width, height
 
 
 @wp.func
-def face_middles(blocks: Blocks, k: int):
+def face_middles(blocks: wp.ref[Blocks], k: int):
     """How far the middles of the faces of interface k lie to +x of the centres along them [m].
 
-    Of the upper block, then of the lower one.
+    First of the upper face, then of the lower one.
     """
     upper = real(0.0)
     lower = real(0.0)
@@ -217,163 +318,152 @@ def face_middles(blocks: Blocks, k: int):
 
 
 @wp.func
-def anchored(blocks: Blocks, pose: Pose, k: int, touch: int):
-    """Anchor of interface k [m], some of its ends touching, and how it changes with slip.
-
-    By +1 (kind ON, or closed) or -1 (kind UNDER) times the slip of the upper block.
-    """
+def find_anchor(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int, touch: int) -> Anchor:
+    """The anchor of interface k if these ends of it touch."""
     one = real(1.0)
-    _s, _c, sd, cd = between(pose, k)
+    sd, cd = turn_across(pose, k)
     low, _height = lower_face(blocks, k)
     side = side_of(touch)
     corner = pose.along[k] + side * blocks.half_width[k] * cd
     on = side * corner <= ALIKE * low
     under = (side * low - pose.along[k]) * cd + pose.above[k] * sd
     place = wp.where(on, corner, under)
-    return wp.where(touch == CLOSED, pose.along[k], place), wp.where(
-        on or touch == CLOSED, one, -one
+    return Anchor(
+        wp.where(touch == CLOSED, pose.along[k], place),
+        wp.where(on or touch == CLOSED, one, -one),
     )
 
 
 @wp.func
-def carried(blocks: Blocks, k: int, touch: int, anchor: real, rate: real, sd: real, cd: real):
-    """Along and above of interface k from its anchor and the rotation across it."""
+def place_at(blocks: wp.ref[Blocks], k: int, touch: int, anchor: Anchor, sd: real, cd: real):
+    """Along and above of interface k from its anchor and the turn across it (sine, cosine)."""
     low, _height = lower_face(blocks, k)
     side = side_of(touch)
     half_width = side * blocks.half_width[k]
-    along = anchor - half_width * cd
+    along = anchor.place - half_width * cd
     above = half_width * sd
-    if rate < real(0.0):
-        along = side * low - anchor * cd
-        above = anchor * sd
+    if anchor.rate < real(0.0):
+        along = side * low - anchor.place * cd
+        above = anchor.place * sd
     if touch == CLOSED:
-        along = anchor
+        along = anchor.place
         above = real(0.0)
     return along, above
 
 
 @wp.func
-def upright_place(blocks: Blocks, k: int, touch: int, anchor: real, rate: real) -> real:
+def place_block(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int, touch: int, anchor: Anchor):
+    """Moves block k, turned already, to where its contact has an anchor."""
+    sd, cd = turn_across(pose, k)
+    along, above = place_at(blocks, k, touch, anchor, sd, cd)
+    pose.along[k] = along
+    pose.above[k] = above
+
+
+@wp.func
+def upright_place(blocks: wp.ref[Blocks], k: int, touch: int, anchor: Anchor) -> real:
     """`along` of interface k if its upper block were turned flat about its corner [m]."""
-    along, _above = carried(blocks, k, touch, anchor, rate, real(0.0), real(1.0))
+    along, _above = place_at(blocks, k, touch, anchor, real(0.0), real(1.0))
     return along
 
 
 @wp.func
-def end_levers(
-    side: real, lhalf_width: real, lhalf_height: real, half_width: real, half_height: real,
-    along: real, above: real, sd: real, cd: real,
-):  # fmt: skip
-    """One end of an interface, in the frame of the face that is touched there.
-
-    Args:
-        side: +1 or -1.
-        lhalf_width, lhalf_height: Half sizes of the lower block [m].
-        half_width, half_height: Half sizes of the upper block [m].
-        along, above: See the head of this file.
-        sd: Sine of the rotation of the upper block against the lower.
-        cd: Its cosine.
-
-    Returns:
-        Lever (two values) from the upper block's centre, from the lower one's; the gap [m];
-        whether the upper corner lies on the lower face.
-    """
-    corner = along + side * half_width * cd
-    on = side * corner <= ALIKE * lhalf_width
-    xu = side * half_width * cd - half_height * sd
-    zu = -half_height * cd - side * half_width * sd
-    xl = corner
-    zl = lhalf_height
-    gap = above - side * half_width * sd
-    if not on:
-        reach = side * lhalf_width - along
-        xu = reach * cd + above * sd
-        zu = -half_height
-        xl = side * lhalf_width * cd - lhalf_height * sd
-        zl = lhalf_height * cd + side * lhalf_width * sd
-        gap = above * cd - reach * sd
-    return xu, zu, xl, zl, gap, on
+def slide_place(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int) -> real:
+    """`upright_place` of interface k in a pose [m]; sliding alone changes it."""
+    ends = ends_below(pose, k)
+    return upright_place(blocks, k, ends, find_anchor(blocks, pose, k, ends))
 
 
 @wp.func
-def from_centres(
-    upper: real, lower: real, on: bool, sd: real, cd: real, xu: real, zu: real, xl: real, zl: real
-):
-    """Levers of `end_levers` from centres that lie beside the middles of their faces.
-
-    Args:
-        upper, lower: See `face_middles`.
-        on: Whether the upper corner lies on the lower face.
-        sd, cd: Sine and cosine of the rotation of the upper face against the lower one.
-        xu, zu, xl, zl: Levers from above the middle of the upper face, from below that of the
-            lower one [m].
-    """
-    return (
-        xu + wp.where(on, upper * cd, upper),
-        zu - wp.where(on, upper * sd, real(0.0)),
-        xl + wp.where(on, lower, lower * cd),
-        zl + wp.where(on, real(0.0), lower * sd),
-    )
+def find_end(f: Faces, side: real) -> End:
+    """The end of an interface on a side, +1 or -1."""
+    half = side * f.upper_width
+    corner = f.along + half * f.cosine
+    end = End()
+    end.on = side * corner <= ALIKE * f.lower_width
+    end.upper_x = half * f.cosine - f.upper_height * f.sine
+    end.upper_z = -f.upper_height * f.cosine - half * f.sine
+    end.lower_x = corner
+    end.lower_z = f.lower_height
+    end.gap = f.above - half * f.sine
+    if not end.on:
+        reach = side * f.lower_width - f.along
+        end.upper_x = reach * f.cosine + f.above * f.sine
+        end.upper_z = -f.upper_height
+        end.lower_x = side * f.lower_width * f.cosine - f.lower_height * f.sine
+        end.lower_z = f.lower_height * f.cosine + side * f.lower_width * f.sine
+        end.gap = f.above * f.cosine - reach * f.sine
+    if CHAINS:
+        # Levers from centres that lie beside the middles of the faces.
+        end.upper_x = end.upper_x + wp.where(end.on, f.upper_middle * f.cosine, f.upper_middle)
+        end.upper_z = end.upper_z - wp.where(end.on, f.upper_middle * f.sine, real(0.0))
+        end.lower_x = end.lower_x + wp.where(end.on, f.lower_middle, f.lower_middle * f.cosine)
+        end.lower_z = end.lower_z + wp.where(end.on, real(0.0), f.lower_middle * f.sine)
+    return end
 
 
 @wp.func
-def interface_rows(blocks: Blocks, pose: Pose, k: int):
+def faces_of(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int) -> Faces:
+    """The faces of interface k."""
+    f = Faces()
+    low, height = lower_face(blocks, k)
+    sd, cd = turn_across(pose, k)
+    f.lower_width = low
+    f.lower_height = height
+    f.upper_width = blocks.half_width[k]
+    f.upper_height = blocks.half_height[k]
+    f.along = pose.along[k]
+    f.above = pose.above[k]
+    f.sine = sd
+    f.cosine = cd
+    if CHAINS:
+        upper, lower = face_middles(blocks, k)
+        f.upper_middle = upper
+        f.lower_middle = lower
+    return f
+
+
+@wp.func
+def interface_rows(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int):
     """Relative velocities at interface k from those of its blocks.
 
     Returns:
         Matrix of the upper block (rows: along the face, away from it at the + and the - end;
         columns: x, z, rotation), of the lower one, and the gaps at both ends [m].
     """
-    sl, cl, sd, cd = between(pose, k)
-    lhalf_width, lhalf_height = lower_face(blocks, k)
-    half_width = blocks.half_width[k]
-    half_height = blocks.half_height[k]
-    along = pose.along[k]
-    above = pose.above[k]
-    xu1, zu1, xl1, zl1, gap1, on1 = end_levers(
-        real(1.0), lhalf_width, lhalf_height, half_width, half_height, along, above, sd, cd
-    )
-    xu2, zu2, xl2, zl2, gap2, on2 = end_levers(
-        real(-1.0), lhalf_width, lhalf_height, half_width, half_height, along, above, sd, cd
-    )
-    if CHAINS:
-        umid, lmid = face_middles(blocks, k)
-        xu1, zu1, xl1, zl1 = from_centres(umid, lmid, on1, sd, cd, xu1, zu1, xl1, zl1)
-        xu2, zu2, xl2, zl2 = from_centres(umid, lmid, on2, sd, cd, xu2, zu2, xl2, zl2)
-    minus = pose.touch[k] == MINUS
+    faces = faces_of(blocks, pose, k)
+    plus = find_end(faces, real(1.0))
+    minus = find_end(faces, real(-1.0))
+    sl, cl = face_below(pose, k)
     su = pose.sine[k]
     cu = pose.cosine[k]
     if CHAINS:
         su = pose.foot_sine[k]
         cu = pose.foot_cosine[k]
-    zu = wp.where(minus, zu2, zu1)
-    zl = wp.where(minus, zl2, zl1)
-    on = wp.where(minus, on2, on1)
+    at_minus = pose.touch[k] == MINUS
+    zu = wp.where(at_minus, minus.upper_z, plus.upper_z)
+    zl = wp.where(at_minus, minus.lower_z, plus.lower_z)
+    on = wp.where(at_minus, minus.on, plus.on)
     s = wp.where(on, sl, su)
     c = wp.where(on, cl, cu)
-    s1 = wp.where(on1, sl, su)
-    c1 = wp.where(on1, cl, cu)
-    s2 = wp.where(on2, sl, su)
-    c2 = wp.where(on2, cl, cu)
-    upper = Matrix(c, -s, zu, s1, c1, -xu1, s2, c2, -xu2)
-    lower = Matrix(-c, s, -zl, -s1, -c1, xl1, -s2, -c2, xl2)
-    return upper, lower, gap1, gap2
+    s1 = wp.where(plus.on, sl, su)
+    c1 = wp.where(plus.on, cl, cu)
+    s2 = wp.where(minus.on, sl, su)
+    c2 = wp.where(minus.on, cl, cu)
+    upper = Matrix(c, -s, zu, s1, c1, -plus.upper_x, s2, c2, -minus.upper_x)
+    lower = Matrix(-c, s, -zl, -s1, -c1, plus.lower_x, -s2, -c2, minus.lower_x)
+    return upper, lower, plus.gap, minus.gap
 
 
 @wp.func(inline=False)
-def all_rows(blocks: Blocks, pose: Pose):
-    """`interface_rows` of every interface: both matrices, and the gaps at both ends."""
-    upper = Rows()
-    lower = Rows()
-    plus = Values()
-    minus = Values()
+def jacobian_of(blocks: wp.ref[Blocks], pose: wp.ref[Pose]) -> Jacobian:
+    """`interface_rows` of every interface."""
+    g = Jacobian()
     for k in range(BLOCKS):
-        up, down, gap1, gap2 = interface_rows(blocks, pose, k)
-        plus[k] = gap1
-        minus[k] = gap2
+        up, down, _plus, _minus = interface_rows(blocks, pose, k)
         for i in range(3):
             for j in range(3):
-                upper[3 * k + i, j] = up[i, j]
+                g.upper[3 * k + i, j] = up[i, j]
                 if k > 0:
-                    lower[3 * k + i, j] = down[i, j]
-    return upper, lower, plus, minus
+                    g.lower[3 * k + i, j] = down[i, j]
+    return g

@@ -70,7 +70,7 @@ def test_boxes_as_bodies_are_the_stack_of_boxes(friction: float) -> None:
     # A block that falls off another one has left its top where nothing of it is above that.
     stands = boxes["outcome"] <= Outcome.ROCKING
     assert stands.sum() == 7
-    # Their loops are two texts: every field is compared, to round-off.
+    # Every field is compared, to round-off.
     assert set(bodies.fields) == set(boxes.fields)
     for name, values in boxes.fields.items():
         np.testing.assert_allclose(bodies[name][stands], values[stands], atol=1e-11, err_msg=name)

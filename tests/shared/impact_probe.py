@@ -11,7 +11,7 @@ real = wp.float64
 
 stack = kernel_module("shape/stack", precision="float64", blocks=BLOCKS)
 wp.set_module_options(module_options() | LOOPS_STAY)
-contact = kernel_module("event/stack_contact", precision="float64", blocks=BLOCKS)
+contact = kernel_module("event/stack/contact", precision="float64", blocks=BLOCKS)
 Blocks, Pose, Values, Counts, Triples = (
     stack.Blocks,
     stack.Pose,
@@ -19,12 +19,8 @@ Blocks, Pose, Values, Counts, Triples = (
     stack.Counts,
     stack.Triples,
 )
-carried, between, all_rows, solve = (
-    stack.carried,
-    stack.between,
-    stack.all_rows,
-    contact.solve,
-)
+Anchor, Contacts, RoundOff = stack.Anchor, contact.Contacts, contact.RoundOff
+place_block, jacobian_of, solve = stack.place_block, stack.jacobian_of, contact.solve
 OPEN = stack.OPEN
 
 
@@ -53,24 +49,18 @@ def strike(
         pose.cosine[k] = wp.cos(pose.theta[k])
     for k in range(BLOCKS):
         if k > 0:
-            _s, _c, sd, cd = between(pose, k)
-            along, above = carried(
-                blocks[lane], k, touch[lane][k], anchor[lane][k], real(1.0), sd, cd
-            )
-            pose.along[k] = along
-            pose.above[k] = above
+            place_block(blocks[lane], pose, k, touch[lane][k], Anchor(anchor[lane][k], real(1.0)))
         place[lane, k] = pose.along[k]
         place[lane, BLOCKS + k] = pose.above[k]
     touching = touch[lane]
     touching[0] = OPEN
     pose.touch = touching
-    upper, lower, _plus, _minus = all_rows(blocks[lane], pose)
     mass = real(0.0)
     for k in range(BLOCKS):
         mass += real(1.0) / blocks[lane].inverse_mass[k]
-    v, _p, _hold, _slip, done, _first, _left = solve(
-        blocks[lane], upper, lower, touching, glide[lane], touching, glide[lane], before[lane],
-        real(1.0e-12), mass,
-    )  # fmt: skip
-    after[lane] = v
-    settled[lane] = wp.where(done, 1, 0)
+    dust = RoundOff(real(1.0e-12), real(1.0e-12) * mass)
+    jacobian = jacobian_of(blocks[lane], pose)
+    guess = Contacts(touching, glide[lane])
+    found = solve(blocks[lane], jacobian, touching, glide[lane], guess, before[lane], dust)
+    after[lane] = found.velocity
+    settled[lane] = wp.where(found.solved, 1, 0)

@@ -106,10 +106,10 @@ class Event(AbstractEngine):
     They know a base that moves upwards in the plane, single boxes as bodies on two points, and so
     do stacks: gravity is then g + a_z, and below zero of it a block flies until it lands.
 
-    Stacks in the plane are of fifth order while all contacts stick (kernels/event/
-    stack_rocking.py), of second where something slides or flies. Bodies in them are run by the
+    Stacks in the plane are of fifth order while all contacts stick (kernels/event/stack/
+    rocking.py), of second where something slides or flies. Bodies in them are run by the
     text of boxes: the face that a block stands on is then an edge of its chain
-    (kernels/event/stack_body.py).
+    (kernels/event/stack/edges.py).
 
     With friction as a box single blocks are second order through the ends of their slips, along x
     and along y; of blocks that rock and slide errors scatter (1.4 to 2). How rigid faces share
@@ -145,7 +145,7 @@ class Event(AbstractEngine):
         """The kernel that runs a scene: packed are single blocks alone, in space on a cone."""
         if not scene.spatial:
             if scene.stacked:
-                return Kernel(event, "stack_body_run" if scene.bodies else "stack_run")
+                return Kernel(event, "stack_run")
             cornered = scene.on_points or scene.restitution_given
             name = "body_run" if cornered else "block_run"
             return Kernel(event, name, lanes=self.target.lanes)
@@ -239,7 +239,8 @@ class Event(AbstractEngine):
                 feet = foot_columns(lanes)
                 return {"blocks": blocks, "lanes": per_lane, "feet": feet, "knobs": knobs}
             blocks = _stacked_blocks(lanes, self.settings)
-            return {"blocks": blocks, "lanes": per_lane, "knobs": knobs}
+            no_feet = np.empty((0, 0), module.Foot.numpy_dtype())
+            return {"blocks": blocks, "lanes": per_lane, "feet": no_feet, "knobs": knobs}
         if lanes.body is not None or lanes.restitution_given:
             body = lanes.body or box_bodies(lanes)
             corners = Corners.of(body)
@@ -327,8 +328,8 @@ def _stacked_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, Array]:
         "inverse_inertia": 1.0 / inertia,
         "friction": lanes.friction,
         "rest_rotation": _stack_rest(lanes, settings),
-        "offset": lanes.offset,
-        "rotation_start": lanes.rotation_start,
+        "aside": lanes.offset,
+        "theta": lanes.rotation_start,
     }
 
 

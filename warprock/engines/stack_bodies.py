@@ -177,7 +177,7 @@ def profile_columns(lanes: Lanes, side: Array) -> dict[str, npt.NDArray[Any]]:
 
 
 def edge_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
-    """Fields of the struct `Block` of kernels/event/stack_body_run.py, shape [lane, block] each.
+    """Fields of the struct `Block` of kernels/event/stack_run.py, shape [lane, block] each.
 
     All but the rotations from which they rest. The edge is the one on which a block lies, or on
     which it would fall if it turned back; of a block that leans beyond the first corner of its

@@ -1,19 +1,19 @@
-"""Blocks of a stack that stick at all their contacts, as polynomials in time; event/stack.py.
+"""Taylor polynomials of a stack that sticks at all its contacts; event/stack/step.py.
 
 While every interface is closed or pivots on a corner that sticks, the stack is a chain: block k
-turns about a point of its own below it, at B_k from its centre, and carries the next one at C_k
-from that point, both in its frame. With R_k v such a lever after the rotation theta_k and v^ =
-(z, -x) its change with it, the centres and what the contacts bear are
+turns about a pivot below it, at B_k from its centre, and carries the pivot of the next one at C_k
+from its own, both in its frame. With R_k v such a lever after the rotation theta_k and v^ =
+(z, -x) its derivative by theta_k, the centres and the forces on the interfaces are
 
     r_k = R_0 C_0 + ... + R_(k-1) C_(k-1) - R_k B_k,   F_k = sum over i >= k of m_i (r_i'' + G),
 
-G = (a, g) the acceleration of the base and gravity. The moment that interface k bears about that
-point is the one that interface k + 1 bears, and
+G = (a, g) the acceleration of the base and gravity. The moment on interface k about its pivot is
+that on interface k + 1, and
 
     I_k theta_k'' - m_k (R_k B_k)^ . (r_k'' + G) + (R_k C_k)^ . F_(k+1);
 
-it is zero at a corner, and at a closed interface what keeps both rotations alike. Of each order in
-time these equations are linear in that coefficient of theta'', all with the matrix of the start
+it is zero at a corner; at a closed interface it keeps both rotations alike. At each order in time
+these equations are linear in that coefficient of theta'', all with the matrix of the start
 (Leibniz's rule). Rotations are found to degree 6, forces and moments to degree 4.
 """
 
@@ -26,8 +26,8 @@ from warprock.kernels.shape.stack import (
     Pose,
     Triples,
     Values,
-    anchored,
     face_middles,
+    find_anchor,
     lower_face,
     side_of,
 )
@@ -47,9 +47,12 @@ Square = wp.types.matrix(shape=(BLOCKS, BLOCKS), dtype=real)
 
 @wp.struct
 class Chain:
-    """Levers of a stack whose contacts stick: B and C of every block [m]; masses and inertias.
+    """A stack whose contacts stick.
 
-    `under`: 1 where the lower block's corner touches the upper one's face, whose normal counts.
+    Attributes:
+        bx, bz, cx, cz: Levers B and C of every block [m].
+        mass, inertia: [kg], [kg m^2].
+        under: 1 where the lower block's corner touches the upper one's face, whose normal counts.
     """
 
     bx: Values
@@ -63,7 +66,14 @@ class Chain:
 
 @wp.struct
 class Rocking:
-    """Rotations [rad], and what interfaces bear: force [N] along x and z, moment [N m]."""
+    """Polynomials of a stack whose contacts stick.
+
+    Attributes:
+        chain: Its levers.
+        theta: Rotations [rad].
+        fx, fz: Forces on the interfaces [N].
+        moment: Moments on the interfaces about their pivots [N m].
+    """
 
     chain: Chain
     theta: Curves
@@ -73,17 +83,17 @@ class Rocking:
 
 
 @wp.func
-def chain_of(blocks: Blocks, pose: Pose, touch: Counts) -> Chain:
-    """The levers of a stack some of whose ends touch, and stick."""
+def chain_of(blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts) -> Chain:
+    """The levers of a stack that sticks where its ends touch."""
     chain = Chain()
     for k in range(BLOCKS):
-        anchor, rate = anchored(blocks, pose, k, touch[k])
+        anchor = find_anchor(blocks, pose, k, touch[k])
         low, height = lower_face(blocks, k)
         side = side_of(touch[k])
         below = side * blocks.half_width[k]
-        onto = anchor
-        if rate < real(0.0):
-            below = anchor
+        onto = anchor.place
+        if anchor.rate < real(0.0):
+            below = anchor.place
             onto = side * low
             chain.under[k] = 1
         if touch[k] == CLOSED:
@@ -107,8 +117,8 @@ def chain_of(blocks: Blocks, pose: Pose, touch: Counts) -> Chain:
 
 
 @wp.func
-def factors(chain: Chain, pose: Pose, touch: Counts) -> Square:
-    """Gauss's factors of the matrix of theta''; blocks that lie flat turn with what is below."""
+def factorize(chain: wp.ref[Chain], pose: wp.ref[Pose], touch: Counts) -> Square:
+    """Gauss's factors of the matrix of theta''; a block that lies flat turns with the one below."""
     m = Square()
     carried = real(0.0)
     for step in range(BLOCKS):
@@ -154,8 +164,8 @@ def factors(chain: Chain, pose: Pose, touch: Counts) -> Square:
 
 
 @wp.func(inline=False)
-def bent(m: Square, touch: Counts, moments: Values) -> Values:
-    """Angular accelerations, or coefficients of them, that take up moments of all blocks."""
+def accelerate(m: wp.ref[Square], touch: Counts, moments: Values) -> Values:
+    """Angular accelerations, or coefficients of them, from moments of all blocks [N m]."""
     b = moments
     for step in range(BLOCKS):
         k = BLOCKS - 1 - step
@@ -178,8 +188,8 @@ def bent(m: Square, touch: Counts, moments: Values) -> Values:
 
 
 @wp.func
-def inertias(chain: Chain, s2: Values, c2: Values, ax: real, az: real):
-    """Mass times acceleration of all blocks, as the ground sees it, and gravity [N].
+def inertia_forces(chain: wp.ref[Chain], s2: Values, c2: Values, ax: real, az: real):
+    """Mass times acceleration of all blocks in the frame of the ground, with gravity [N].
 
     Args:
         chain: Their levers.
@@ -201,11 +211,11 @@ def inertias(chain: Chain, s2: Values, c2: Values, ax: real, az: real):
 
 
 @wp.func
-def carrying(chain: Chain, gx: Values, gz: Values):
-    """Forces that interfaces bear (x, z), and moments u and w about the points they turn about.
+def interface_forces(chain: wp.ref[Chain], gx: Values, gz: Values):
+    """Forces on the interfaces (x, z) [N], and moments u and w of them in the frames of the blocks.
 
-    With (X, Z) = (R_0 C)^ and (R_0 B)^ as at the start, c u - s w of the cosine and sine of a
-    block's rotation is the moment that it bears without its inertia [N m].
+    With s and c of a block's rotation, c u - s w is the moment on it about its pivot without its
+    inertia [N m].
     """
     fx = Values()
     fz = Values()
@@ -215,7 +225,7 @@ def carrying(chain: Chain, gx: Values, gz: Values):
     z = real(0.0)
     for step in range(BLOCKS):
         k = wp.static(BLOCKS - 1 - step)
-        # What is borne from above is known last.
+        # The forces from above are known last.
         own_u = fused_less(chain.bz[k], gx[k], chain.bx[k] * gz[k])
         own_w = fused(chain.bx[k], gx[k], chain.bz[k] * gz[k])
         u[k] = fused(chain.cz[k], x, fused_less(chain.cx[k], z, own_u))
@@ -228,14 +238,14 @@ def carrying(chain: Chain, gx: Values, gz: Values):
 
 
 @wp.func
-def lack_of(load: Values, pose: Pose, u: Values, w: Values) -> Values:
-    """Moments that the angular accelerations have still to take up [N m], see `carrying`."""
+def missing_moments(load: Values, pose: wp.ref[Pose], u: Values, w: Values) -> Values:
+    """Moments that the angular accelerations must balance [N m], see `interface_forces`."""
     return -load - wp.cw_mul(pose.cosine, u) + wp.cw_mul(pose.sine, w)
 
 
 @wp.func
-def first_terms(pose: Pose, velocity: Triples):
-    """Rotations, their sines and cosines as far as the state tells them."""
+def first_terms(pose: wp.ref[Pose], velocity: Triples):
+    """Polynomials of rotations, their sines and cosines to the terms that the state gives."""
     theta, s, c = Curves(), Curves(), Curves()
     for k in range(BLOCKS):
         spin = velocity[wp.static(3 * k + 2)]
@@ -249,16 +259,17 @@ def first_terms(pose: Pose, velocity: Triples):
 
 
 @wp.func(inline=False)
-def rocking(
-    blocks: Blocks, pose: Pose, touch: Counts, velocity: Triples, ax: Terms, az: Terms
-) -> Rocking:
+def predict_rocking(
+    blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts, velocity: Triples, ax: Terms,
+    az: Terms,
+) -> Rocking:  # fmt: skip
     """Taylor polynomials of a stack that sticks where its ends touch.
 
     Args:
         blocks: The blocks.
-        pose: Where they are.
+        pose: The pose.
         touch: Ends that touch and stick.
-        velocity: Velocities, of which the rotations count.
+        velocity: Velocities; the angular ones count.
         ax, az: Taylor coefficients of the acceleration of the base, upwards with gravity [m/s^2].
     """
     r = Rocking()
@@ -266,7 +277,7 @@ def rocking(
     r.chain = chain
     theta, s, c = first_terms(pose, velocity)
     us, ws = Curves(), Curves()
-    m = factors(chain, pose, touch)
+    m = factorize(chain, pose, touch)
     for n in range(ORDERS):
         # Second derivatives without the new coefficients of the rotations; moments of lower orders.
         s2 = Values()
@@ -286,14 +297,14 @@ def rocking(
             s2[k] = real(n + 1) * sk
             c2[k] = real(n + 1) * ck
             load[wp.static(k)] = lk
-        gx, gz = inertias(chain, s2, c2, ax[n], az[n])
-        _fx, _fz, u, w = carrying(chain, gx, gz)
-        bend = bent(m, touch, lack_of(load, pose, u, w))
+        gx, gz = inertia_forces(chain, s2, c2, ax[n], az[n])
+        _fx, _fz, u, w = interface_forces(chain, gx, gz)
+        bend = accelerate(m, touch, missing_moments(load, pose, u, w))
         s2 = s2 + wp.cw_mul(bend, pose.cosine)
         c2 = c2 - wp.cw_mul(bend, pose.sine)
-        gx, gz = inertias(chain, s2, c2, ax[n], az[n])
-        fx, fz, u, w = carrying(chain, gx, gz)
-        moments = wp.cw_mul(bend, chain.inertia) - lack_of(load, pose, u, w)
+        gx, gz = inertia_forces(chain, s2, c2, ax[n], az[n])
+        fx, fz, u, w = interface_forces(chain, gx, gz)
+        moments = wp.cw_mul(bend, chain.inertia) - missing_moments(load, pose, u, w)
         over = real(1.0) / real((n + 1) * (n + 2))
         above = real(0.0)
         for step in range(BLOCKS):

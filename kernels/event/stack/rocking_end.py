@@ -1,13 +1,15 @@
-"""How far a stack that sticks at all its contacts gets in a step; event/stack_rocking.py.
+"""Where a step ends in which a stack sticks at all its contacts; event/stack/rocking.py.
 
-A step ends where a pivoting block falls flat, and where a contact has nothing left to spare: a
-closed one is about to open, or one that sticks to slide.
+It ends where a pivoting block falls flat, and where the margin of a contact is used up: a closed
+interface is about to open, or a contact to slide.
 """
 
 import warp as wp
 
-from warprock.kernels.event.block import first_root
-from warprock.kernels.event.stack_rocking import DEGREE, ORDERS, Chain, Curve, Curves, Rocking
+from warprock.kernels.event.block_begin import first_root
+from warprock.kernels.event.stack.moves import Opening, settles
+from warprock.kernels.event.stack.rocking import DEGREE, ORDERS, Chain, Curve, Curves, Rocking
+from warprock.kernels.event.stack.state import GRAIN, NEARLY, SOON, Limits
 from warprock.kernels.shape.stack import (
     CLOSED,
     Blocks,
@@ -20,20 +22,36 @@ from warprock.kernels.shape.stack import (
 )
 
 if CHAINS:
-    from warprock.kernels.event.stack_body import WITHIN, end_of_edge, room_of
+    from warprock.kernels.event.stack.edges import WITHIN, end_of_edge, room_of
 
 LACKS = 0
 ROLLS = 1
 SPENT = 2
-"""What becomes of a step: a contact lacks force from its start; it ends at `d` or where a block
-falls flat; it ends where a contact has nothing left to spare."""
+"""How a step comes out: a contact lacks force from its start; it ends after its whole length or
+where a block falls flat; it ends where the margin of a contact is used up."""
 
 SLIGHT = by_precision(1.0e-9, 1.0e-4)
-"""Part of the stack's weight by which a contact may lack force and still be taken to hold."""
+"""Part of the stack's weight by which a contact may lack force and still hold."""
 NEWTON_STEPS = 7
 SECANT_STEPS = 8
 CLOSE = real(1.0e-4)
-"""Part of the stack's weight to which the moment is found at which nothing is left to spare."""
+"""Part of the stack's weight to which the margin is zero at the end of a step that uses it up."""
+
+
+@wp.struct
+class Loads:
+    """Loads of the interfaces and rotations of the blocks at a time in a step.
+
+    Attributes:
+        fx, fz, moment: See `Rocking`.
+        sine, cosine: Of the rotations.
+    """
+
+    fx: Values
+    fz: Values
+    moment: Values
+    sine: Values
+    cosine: Values
 
 
 @wp.func
@@ -56,7 +74,7 @@ def rate_of(p: Curve, tau: real) -> real:
 
 @wp.func
 def load_of(p: Curve, tau: real) -> real:
-    """Value of a polynomial that ends with what is known of an acceleration."""
+    """Value of a polynomial of the degree to which loads are known."""
     found = p[ORDERS - 1]
     for i in range(wp.static(ORDERS - 1)):
         found = fused(found, tau, p[wp.static(ORDERS - 2 - i)])
@@ -77,8 +95,8 @@ def turning_time(p: Curve, first: real, last: real, d: real) -> real:
 
 
 @wp.func
-def opening_curve(blocks: Blocks, p: Curves, k: int, side: real) -> Curve:
-    """How far a pivoting interface is open [rad], as a polynomial of the time since the start."""
+def opening_curve(blocks: wp.ref[Blocks], p: Curves, k: int, side: real) -> Curve:
+    """Opening of a pivoting interface [rad], as a polynomial of the time since the start."""
     e = p[k]
     if CHAINS:
         e[0] = e[0] - blocks.foot[k]
@@ -89,20 +107,18 @@ def opening_curve(blocks: Blocks, p: Curves, k: int, side: real) -> Curve:
 
 @wp.func
 def spare_of(
-    blocks: Blocks, pose: Pose, touch: Counts, under: Counts, fx: Values, fz: Values,
-    moment: Values, sines: Values, cosines: Values,
-) -> real:  # fmt: skip
-    """What the weakest contact has to spare before it opens or slides [N].
+    blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts, under: Counts, loads: wp.ref[Loads]
+) -> real:
+    """Margin of the weakest contact before it opens or slides [N].
 
-    Of a closed interface both ends of the overlap of its faces must bear a load.
+    Both ends of the overlap of the faces of a closed interface must bear a load.
 
     Args:
         blocks: The blocks.
-        pose: Where they are, for what does not change while contacts stick.
+        pose: Their pose, for what does not change while contacts stick.
         touch: Ends that touch and stick.
         under: See `Chain`.
-        fx, fz, moment: See `Rocking`.
-        sines, cosines: Of the rotations.
+        loads: Loads and rotations.
     """
     least = NEVER
     for k in range(BLOCKS):
@@ -110,54 +126,61 @@ def spare_of(
         c = real(1.0)
         face = k - 1 + under[k]
         if face >= 0:
-            s = sines[face]
-            c = cosines[face]
+            s = loads.sine[face]
+            c = loads.cosine[face]
         if CHAINS:
-            edge_s = sines[k] * blocks.foot_cosine[k] - cosines[k] * blocks.foot_sine[k]
-            edge_c = cosines[k] * blocks.foot_cosine[k] + sines[k] * blocks.foot_sine[k]
+            edge_s = loads.sine[k] * blocks.foot_cosine[k] - loads.cosine[k] * blocks.foot_sine[k]
+            edge_c = loads.cosine[k] * blocks.foot_cosine[k] + loads.sine[k] * blocks.foot_sine[k]
             s = wp.where(under[k] == 1, edge_s, s)
             c = wp.where(under[k] == 1, edge_c, c)
-        normal = dot(fx[k], fz[k], s, c)
-        along = fused_less(fz[k], s, fx[k] * c)
+        normal = dot(loads.fx[k], loads.fz[k], s, c)
+        along = fused_less(loads.fz[k], s, loads.fx[k] * c)
         least = smaller(least, fused(blocks.friction[k], normal, -size(along)))
         least = smaller(least, normal)
         if touch[k] == CLOSED:
             low, _height = lower_face(blocks, k)
+            moment = loads.moment[k]
             ahead = smaller(blocks.half_width[k], low - pose.along[k])
             behind = smaller(blocks.half_width[k], low + pose.along[k])
-            ends = smaller(fused(behind, normal, -moment[k]), fused(ahead, normal, moment[k]))
+            ends = smaller(fused(behind, normal, -moment), fused(ahead, normal, moment))
             least = smaller(least, ends / (ahead + behind))
     return least
 
 
 @wp.func
-def spare_at(blocks: Blocks, pose: Pose, touch: Counts, r: Rocking, tau: real) -> real:
+def spare_at(
+    blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts, r: wp.ref[Rocking], tau: real
+) -> real:
     """`spare_of` at a time in a step."""
-    fx, fz, moment, sines, cosines = Values(), Values(), Values(), Values(), Values()
+    loads = Loads()
     for k in range(BLOCKS):
-        fx[k] = load_of(r.fx[wp.static(k)], tau)
-        fz[k] = load_of(r.fz[k], tau)
-        moment[k] = load_of(r.moment[k], tau)
+        loads.fx[k] = load_of(r.fx[wp.static(k)], tau)
+        loads.fz[k] = load_of(r.fz[k], tau)
+        loads.moment[k] = load_of(r.moment[k], tau)
         theta = value_of(r.theta[k], tau)
-        sines[k] = sine(theta)
-        cosines[k] = cosine(theta)
-    return spare_of(blocks, pose, touch, r.chain.under, fx, fz, moment, sines, cosines)
+        loads.sine[k] = sine(theta)
+        loads.cosine[k] = cosine(theta)
+    return spare_of(blocks, pose, touch, r.chain.under, loads)
 
 
 @wp.func
-def spare_first(blocks: Blocks, pose: Pose, touch: Counts, r: Rocking) -> real:
+def spare_first(
+    blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts, r: wp.ref[Rocking]
+) -> real:
     """`spare_of` at the start of a step."""
-    fx, fz, moment = Values(), Values(), Values()
+    loads = Loads()
     for k in range(BLOCKS):
-        fx[k] = r.fx[k, 0]
-        fz[k] = r.fz[k, 0]
-        moment[k] = r.moment[k, 0]
-    return spare_of(blocks, pose, touch, r.chain.under, fx, fz, moment, pose.sine, pose.cosine)
+        loads.fx[k] = r.fx[k, 0]
+        loads.fz[k] = r.fz[k, 0]
+        loads.moment[k] = r.moment[k, 0]
+    loads.sine = pose.sine
+    loads.cosine = pose.cosine
+    return spare_of(blocks, pose, touch, r.chain.under, loads)
 
 
 @wp.func
-def landing(p: Curve, room: real, guess: real, d: real, grain: real) -> real:
-    """Time in (0, d] at which an interface is open by `room`, which it is not yet or no more at d.
+def landing_time(p: Curve, room: real, guess: real, d: real) -> real:
+    """Time in (0, d] at which an opening crosses `room` [rad]; it is beyond `room` at d.
 
     Newton's method inside a shrinking bracket.
     """
@@ -169,28 +192,29 @@ def landing(p: Curve, room: real, guess: real, d: real, grain: real) -> real:
         before = wp.where(room > real(0.0), room - e, e) > real(0.0)
         low = wp.where(before, tau, low)
         high = wp.where(before, high, tau)
-        left = wp.where(size(e - room) <= grain, 0, left - 1)
+        left = wp.where(size(e - room) <= GRAIN, 0, left - 1)
         tau = tau - (e - room) / rate_of(p, tau)
         tau = wp.where(tau >= low and tau <= high, tau, HALF * (low + high))
     return tau
 
 
 @wp.func
-def to_landing(
-    blocks: Blocks, theta: Curves, pose: Pose, touch: Counts, d: real, near: real, grain: real,
-    rest: Values,
+def find_impact(
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], pose: wp.ref[Pose], touch: Counts,
+    theta: Curves, d: real,
 ):  # fmt: skip
-    """Length of a step to the first impact in it; d where there is none.
+    """The first impact in a step; arguments as of `find_end`, and the rotations.
 
     Returns:
-        That; whether there is one; whether a block rests at once (see `pivot_event` in
-        event/stack_moves.py); whether a contact that was to open has not.
+        Length of the step to there, d if there is none; whether there is one; whether a block rests
+        at once (`settles` in event/stack/moves.py); whether a contact that was to open has not.
     """
     zero = real(0.0)
     d1 = real(d)
     waits = bool(False)
     fails = bool(False)
     lands = bool(False)
+    near = NEARLY * limits.longest_step
     for k in range(BLOCKS):
         if touch[k] != CLOSED:
             side = side_of(touch[k])
@@ -199,7 +223,7 @@ def to_landing(
             r0 = curve[1]
             e1 = value_of(curve, d)
             r1 = rate_of(curve, d)
-            reach = near * size(r1) + grain
+            reach = near * size(r1) + GRAIN
             end = real(d)
             if r0 < zero and r1 > zero and e1 >= -reach:
                 # It may have been below in between: look where it turns.
@@ -210,14 +234,10 @@ def to_landing(
             if pose.touch[k] == CLOSED:
                 fails = fails or e1 <= zero
             elif e1 < -reach:
-                quiet = (
-                    end >= d
-                    and e0 <= grain
-                    and (r0 <= zero or r0 * r0 <= real(-4.0) * curve[2] * rest[k])
-                )
-                waits = waits or quiet
+                quiet = settles(Opening(e0, r0), curve[2], limits.rest_rotation[k])
+                waits = waits or (end >= d and quiet)
                 guess = first_root(e0, r0, e1, end)
-                d1 = smaller(d1, landing(curve, zero, guess, end, grain))
+                d1 = smaller(d1, landing_time(curve, zero, guess, end))
             if CHAINS:
                 # The edge that a body comes to as it turns on.
                 room = room_of(blocks, k, side)
@@ -225,34 +245,31 @@ def to_landing(
                 within = size(end_of_edge(blocks, pose, k, side)) < WITHIN * low
                 if within and e0 < room and e1 > room + reach:
                     guess = first_root(room - e0, -r0, room - e1, end)
-                    d1 = smaller(d1, landing(curve, room, guess, end, grain))
-    # Whether a block rests is told by the end of the whole step.
+                    d1 = smaller(d1, landing_time(curve, room, guess, end))
+    # The end of the whole step tells whether a block rests.
     return wp.where(waits, d, d1), lands, waits, fails
 
 
 @wp.func(inline=False)
-def rolled(
-    blocks: Blocks, pose: Pose, touch: Counts, r: Rocking, d: real, near: real, grain: real,
-    rest: Values, weight: real, soon: real,
+def find_end(
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], pose: wp.ref[Pose], touch: Counts,
+    r: wp.ref[Rocking], d: real,
 ):  # fmt: skip
-    """How far a stack gets in a step of length d.
+    """The end of a step in which all contacts stick.
 
     Args:
         blocks: The blocks.
-        pose: Where they are, with the ends that touched before.
+        limits: The lane's limits.
+        pose: Their pose, with the ends that touched before.
         touch: Ends that touch and stick in the step.
-        r: What they do.
+        r: Polynomials of the step.
         d: Longest length of the step [s].
-        near: Time by which an impact may be missed [s].
-        grain: Round-off of a rotation [rad].
-        rest: Swings that are left out [rad].
-        weight: That of the stack [N].
-        soon: A contact that lacks force within that time lacks it from the start [s].
 
     Returns:
         Length of the step; LACKS, ROLLS or SPENT; whether a block falls flat or rests.
     """
-    d1, lands, waits, fails = to_landing(blocks, r.theta, pose, touch, d, near, grain, rest)
+    weight = limits.mass * limits.gravity
+    d1, lands, waits, fails = find_impact(blocks, limits, pose, touch, r.theta, d)
     found = int(ROLLS)
     if fails:
         found = LACKS
@@ -280,14 +297,15 @@ def rolled(
                     low = middle
                     at_low = at
                     at_high = HALF * at_high
-            if d1 <= soon:
+            # A contact that lets go that soon lacks force from the start.
+            if d1 <= SOON * limits.longest_step:
                 found = LACKS
     return d1, found, lands
 
 
 @wp.func
-def rolled_velocity(chain: Chain, pose: Pose, p: Curves, tau: real) -> Triples:
-    """Velocities of all blocks at a time in a step, `pose` being that of then."""
+def velocity_at(chain: wp.ref[Chain], pose: wp.ref[Pose], p: Curves, tau: real) -> Triples:
+    """Velocities of all blocks at a time in a step; `pose` is the pose then."""
     v = Triples()
     x = real(0.0)
     z = real(0.0)

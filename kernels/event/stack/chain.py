@@ -1,0 +1,263 @@
+"""How impulses at the interfaces of a stack change velocities: a block tridiagonal system.
+
+Three impulses p = (f along the face, n at the + end, n at the - end) act at each interface on the
+upper block, and -p on the lower one. Both ends of a closed interface move alike along it and share
+f. With G the Jacobian of shape/stack.py and W the inverse masses, the relative velocities become
+q + D p, D = G W G^T. Impulses at one interface act on the next ones alone, so D is block
+tridiagonal. G^T p = 0 has no other solution than p = 0 (as seen from the top down), so D is
+positive definite.
+
+`wp.static` of a loop's index writes the loop out, so that its numbers stay out of memory.
+"""
+
+import warp as wp
+
+from warprock.kernels.shape.stack import (
+    MINUS,
+    PLUS,
+    Blocks,
+    Counts,
+    Jacobian,
+    Matrix,
+    Rows,
+    Three,
+    Triples,
+    Values,
+    matrix_of,
+    three_of,
+)
+
+
+@wp.struct
+class Couplings:
+    """What impulses do to relative velocities: the matrix D, and friction.
+
+    Attributes:
+        own: Diagonal blocks of D, one an interface [1/kg].
+        below: Blocks beside them, from the impulses of the next lower interface [1/kg].
+        friction: Coefficients of friction.
+    """
+
+    own: Rows
+    below: Rows
+    friction: Values
+
+
+@wp.struct
+class Contacts:
+    """An assumed state of all interfaces.
+
+    Attributes:
+        hold: Ends whose gap stays closed, a sum of ends.
+        slip: Direction of sliding, -1 or 1; 0 if the interface sticks, or holds no end.
+    """
+
+    hold: Counts
+    slip: Counts
+
+
+@wp.struct
+class Factors:
+    """Factors of the system of all interfaces, eliminated from below; see `eliminate`.
+
+    Attributes:
+        inverse: Inverse of the diagonal block that is left at an interface.
+        reach: What the impulses of the next higher interface do to those of this one.
+        positive: 1 if the determinant of the system up to each interface is positive, as without
+            contact.
+    """
+
+    inverse: Rows
+    reach: Rows
+    positive: Counts
+
+
+@wp.func
+def state_rows(d: Matrix, hold: int, slip: int, mu: real) -> Matrix:
+    """The equations of an interface: of its rows of D those of held velocities.
+
+    The others say that an impulse is zero, or that friction opposes sliding.
+    """
+    zero = real(0.0)
+    one = real(1.0)
+    drag = real(slip) * mu
+    sticks = hold != 0 and slip == 0
+    plus = (hold & PLUS) != 0
+    minus = (hold & MINUS) != 0
+    return Matrix(
+        wp.where(sticks, d[0, 0], one),
+        wp.where(sticks, d[0, 1], drag),
+        wp.where(sticks, d[0, 2], drag),
+        wp.where(plus, d[1, 0], zero),
+        wp.where(plus, d[1, 1], one),
+        wp.where(plus, d[1, 2], zero),
+        wp.where(minus, d[2, 0], zero),
+        wp.where(minus, d[2, 1], zero),
+        wp.where(minus, d[2, 2], one),
+    )
+
+
+@wp.func
+def held_rows(hold: int, slip: int) -> Three:
+    """1 for every row of an interface that holds a velocity, else 0."""
+    one = real(1.0)
+    zero = real(0.0)
+    return Three(
+        wp.where(hold != 0 and slip == 0, one, zero),
+        wp.where((hold & PLUS) != 0, one, zero),
+        wp.where((hold & MINUS) != 0, one, zero),
+    )
+
+
+@wp.func
+def over_mass(m: Matrix, blocks: wp.ref[Blocks], k: int) -> Matrix:
+    """Rows of an interface times the inverse masses of block k."""
+    w = blocks.inverse_mass[k]
+    return m * wp.diag(Three(w, w, blocks.inverse_inertia[k]))
+
+
+@wp.func
+def relative_velocity(g: wp.ref[Jacobian], velocity: Triples, k: int) -> Three:
+    """Relative velocities at interface k [m/s]."""
+    u = matrix_of(g.upper, k) * three_of(velocity, k)
+    if k > 0:
+        u = u + matrix_of(g.lower, k) * three_of(velocity, k - 1)
+    return u
+
+
+@wp.func(inline=False)
+def relative_velocities(g: wp.ref[Jacobian], velocity: Triples) -> Triples:
+    """Relative velocities at all interfaces [m/s]."""
+    q = Triples()
+    for k in range(BLOCKS):
+        u = relative_velocity(g, velocity, wp.static(k))
+        for i in range(3):
+            q[3 * k + i] = u[i]
+    return q
+
+
+@wp.func(inline=False)
+def couplings_of(blocks: wp.ref[Blocks], g: wp.ref[Jacobian]) -> Couplings:
+    """What impulses at the interfaces do to their relative velocities."""
+    c = Couplings()
+    c.friction = blocks.friction
+    for k in range(BLOCKS):
+        up = matrix_of(g.upper, wp.static(k))
+        d = over_mass(up, blocks, k) * wp.transpose(up)
+        couple = Matrix()
+        if k > 0:
+            down = matrix_of(g.lower, k)
+            heavy = over_mass(down, blocks, k - 1)
+            d = d + heavy * wp.transpose(down)
+            couple = heavy * wp.transpose(matrix_of(g.upper, k - 1))
+        for i in range(3):
+            for j in range(3):
+                c.own[3 * k + i, j] = d[i, j]
+                c.below[3 * k + i, j] = couple[i, j]
+    return c
+
+
+@wp.func(inline=False)
+def respond(c: wp.ref[Couplings], q: Triples, p: Triples) -> Triples:
+    """Relative velocities q + D p [m/s] after impulses p [N s]."""
+    u = q
+    for k in range(BLOCKS):
+        own = matrix_of(c.own, wp.static(k)) * three_of(p, k)
+        if k > 0:
+            own = own + matrix_of(c.below, k) * three_of(p, k - 1)
+        if k < BLOCKS - 1:
+            own = own + wp.transpose(matrix_of(c.below, k + 1)) * three_of(p, k + 1)
+        for i in range(3):
+            u[3 * k + i] = u[3 * k + i] + own[i]
+    return u
+
+
+@wp.func(inline=False)
+def eliminate(c: wp.ref[Couplings], contacts: Contacts, first: int, f: wp.ref[Factors]):
+    """Factors of the system of an assumed state, from below: p_k = inverse_k ... - reach_k p_(k+1).
+
+    Args:
+        c: The couplings.
+        contacts: The state.
+        first: The lowest interface whose state has changed.
+        f: Factors of the state before; those of the new one after.
+    """
+    for k in range(BLOCKS):
+        if k >= first:
+            hold = contacts.hold[wp.static(k)]
+            slip = contacts.slip[k]
+            keep = wp.diag(held_rows(hold, slip))
+            system = state_rows(matrix_of(c.own, k), hold, slip, c.friction[k])
+            positive = int(1)
+            if k > 0:
+                system = system - keep * matrix_of(c.below, k) * matrix_of(f.reach, k - 1)
+                positive = f.positive[k - 1]
+            turned = not wp.determinant(system) > real(0.0)
+            f.positive[k] = wp.where(turned, 1 - positive, positive)
+            inverse = wp.inverse(system)
+            reach = Matrix()
+            if k < BLOCKS - 1:
+                reach = inverse * (keep * wp.transpose(matrix_of(c.below, k + 1)))
+            for i in range(3):
+                for j in range(3):
+                    f.inverse[3 * k + i, j] = inverse[i, j]
+                    f.reach[3 * k + i, j] = reach[i, j]
+
+
+@wp.func
+def is_positive(f: wp.ref[Factors]) -> bool:
+    """Whether the determinant is positive; if not, friction jams a contact (Painleve)."""
+    return f.positive[BLOCKS - 1] == 1
+
+
+@wp.func(inline=False)
+def find_impulses(
+    c: wp.ref[Couplings], f: wp.ref[Factors], contacts: Contacts, q: Triples
+) -> Triples:
+    """Impulses of an assumed state [N s] from relative velocities without contact."""
+    part = Triples()
+    last = Three()
+    hold = contacts.hold
+    slip = contacts.slip
+    for k in range(BLOCKS):
+        right = -three_of(q, wp.static(k))
+        if k > 0:
+            right = right - matrix_of(c.below, k) * last
+        last = matrix_of(f.inverse, k) * wp.cw_mul(held_rows(hold[k], slip[k]), right)
+        for i in range(3):
+            part[3 * k + i] = last[i]
+    for step in range(1, BLOCKS):
+        k = wp.static(BLOCKS - 1 - step)
+        last = three_of(part, k) - matrix_of(f.reach, k) * last
+        for i in range(3):
+            part[3 * k + i] = last[i]
+    return part
+
+
+@wp.func(inline=False)
+def apply_impulses(
+    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], velocity: Triples, p: Triples
+) -> Triples:
+    """Velocities of all blocks after impulses."""
+    v = velocity
+    for k in range(BLOCKS):
+        kick = wp.transpose(matrix_of(g.upper, wp.static(k))) * three_of(p, k)
+        if k < BLOCKS - 1:
+            kick = kick + wp.transpose(matrix_of(g.lower, k + 1)) * three_of(p, k + 1)
+        w = blocks.inverse_mass[k]
+        v[3 * k] = v[3 * k] + w * kick[0]
+        v[3 * k + 1] = v[3 * k + 1] + w * kick[1]
+        v[3 * k + 2] = v[3 * k + 2] + blocks.inverse_inertia[k] * kick[2]
+    return v
+
+
+@wp.func(inline=False)
+def constrain(
+    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], contacts: Contacts, free: Triples
+) -> Triples:
+    """Velocities of all blocks in an assumed state, from those without contact."""
+    c = couplings_of(blocks, g)
+    q = relative_velocities(g, free)
+    f = Factors()
+    eliminate(c, contacts, 0, f)
+    return apply_impulses(blocks, g, free, find_impulses(c, f, contacts, q))

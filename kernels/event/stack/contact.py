@@ -1,0 +1,177 @@
+"""Contact of stacked planar blocks: exact, or reported as unsolved.
+
+The contact law at an interface, with impulses and velocities as in event/stack/chain.py: n >= 0; an
+end that touches does not sink; an end without n opens; a contact sticks with |f| <= mu (n + n), or
+slides with f = -slip mu (n + n). A *state* says which ends are held (`hold`, a sum of ends) and in
+which direction an interface slides (`slip`: -1, 1, or 0 if it sticks). With the states of all
+interfaces given the system is linear and solved at once. If the first guess breaks the law, a path
+leads from it to a state that obeys the law (event/stack/path.py); if that path fails, another one
+starts at open contacts. If directions of sliding are given and no state obeys the law with them,
+friction finds its own.
+"""
+
+import warp as wp
+
+from warprock.kernels.event.stack.chain import (
+    Contacts,
+    Factors,
+    apply_impulses,
+    couplings_of,
+    eliminate,
+    find_impulses,
+    is_positive,
+    relative_velocities,
+    respond,
+)
+from warprock.kernels.event.stack.path import (
+    ENDS_OF_LAW,
+    STOPS,
+    Contact,
+    Problem,
+    applies,
+    bears,
+    contact_of,
+    follow_path,
+    margin,
+    path_from_guess,
+    path_from_open,
+)
+from warprock.kernels.shape.stack import (
+    PLUS,
+    Blocks,
+    Counts,
+    Jacobian,
+    Three,
+    Triples,
+    three_of,
+)
+
+ATTEMPTS = 4
+"""Paths: from the guess and from open contacts; twice from those without given sliding."""
+IMPOSSIBLE = real(1.0e30)
+
+
+@wp.struct
+class RoundOff:
+    """What counts as round-off: a velocity [m/s] and an impulse [N s]."""
+
+    velocity: real
+    impulse: real
+
+
+@wp.struct
+class Solution:
+    """What `solve` finds.
+
+    Attributes:
+        velocity: Velocities of the blocks.
+        impulse: Impulses at the interfaces [N s].
+        contacts: State of the interfaces.
+        solved: Whether it obeys the contact law.
+        guessed: Whether it is the first guess.
+        spare: Margin of the weakest contact in the state of the first guess [N s], see `spare_of`.
+    """
+
+    velocity: Triples
+    impulse: Triples
+    contacts: Contacts
+    solved: bool
+    guessed: bool
+    spare: real
+
+
+@wp.func
+def violation(p: Three, u: Three, contact: Contact, dust: RoundOff) -> real:
+    """By how much an interface breaks the contact law, over what counts as round-off.
+
+    Args:
+        p: Its impulses.
+        u: Its relative velocities with them.
+        contact: Its state.
+        dust: What counts as round-off.
+    """
+    worst = real(0.0)
+    for code in range(PLUS, ENDS_OF_LAW):
+        if applies(code, contact):
+            grain = wp.where(bears(code, contact), dust.impulse, dust.velocity)
+            worst = larger(worst, -margin(code, p, u, contact) / grain)
+    return worst
+
+
+@wp.func
+def worst_violation(
+    problem: wp.ref[Problem], contacts: Contacts, p: Triples, dust: RoundOff
+) -> real:
+    """The largest `violation` of all interfaces."""
+    worst = real(0.0)
+    u = respond(problem.couplings, problem.free, p)
+    for k in range(BLOCKS):
+        contact = contact_of(problem, contacts, wp.static(k))
+        if contact.touch != 0:
+            worst = larger(worst, violation(three_of(p, k), three_of(u, k), contact, dust))
+    return worst
+
+
+@wp.func
+def spare_of(problem: wp.ref[Problem], contacts: Contacts, impulse: Triples) -> real:
+    """Margin of the weakest contact before a held end opens or one that sticks slides [N s]."""
+    least = IMPOSSIBLE
+    for k in range(BLOCKS):
+        contact = contact_of(problem, contacts, k)
+        p = three_of(impulse, k)
+        for code in range(PLUS, STOPS):
+            if bears(code, contact):
+                least = smaller(least, margin(code, p, Three(), contact))
+    return least
+
+
+@wp.func(inline=False)
+def solve(
+    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], touch: Counts, glide: Counts, guess: Contacts,
+    free: Triples, dust: RoundOff,
+) -> Solution:  # fmt: skip
+    """Velocities that obey the contact law.
+
+    Args:
+        blocks: The blocks.
+        g: The Jacobian.
+        touch: Ends that touch.
+        glide: Directions of sliding that are given; 0 where friction finds its own.
+        guess: State that is tried first.
+        free: Velocities without contact.
+        dust: What counts as round-off.
+    """
+    problem = Problem()
+    problem.couplings = couplings_of(blocks, g)
+    problem.free = relative_velocities(g, free)
+    problem.touch = touch
+    problem.glide = glide
+    found = Solution()
+    found.contacts = guess
+    f = Factors()
+    eliminate(problem.couplings, guess, 0, f)
+    p = find_impulses(problem.couplings, f, guess, problem.free)
+    found.spare = spare_of(problem, guess, p)
+    worst = IMPOSSIBLE
+    if is_positive(f):
+        worst = worst_violation(problem, guess, p, dust)
+    tries = int(0)
+    while worst > real(1.0) and tries < ATTEMPTS:
+        r = Triples()
+        if tries == 0:
+            r = path_from_guess(problem, guess, p)
+        else:
+            r = path_from_open(problem, tries)
+            found.contacts = Contacts()
+        if tries > 1:
+            problem.glide = Counts()
+        p, contacts, arrived = follow_path(problem, found.contacts, r)
+        found.contacts = contacts
+        if arrived:
+            worst = worst_violation(problem, contacts, p, dust)
+        tries += 1
+    found.velocity = apply_impulses(blocks, g, free, p)
+    found.impulse = p
+    found.solved = not (worst > real(1.0))
+    found.guessed = tries == 0
+    return found

@@ -1,0 +1,364 @@
+"""Contact step of a stack of rocking blocks: order 5 while all contacts stick, else 2.
+
+While every interface touches and sticks, rotations follow Taylor polynomials, and the step ends at
+their first impact, opening or slip (rocking.py, rocking_end.py); if no event lies in it, nothing
+else is done. Else the scheme is that of event/block.py for all blocks at once: one clock a lane, a
+midpoint Moreau-Jean step, an event inside a step ends the next one there, and at a step's end the
+velocity is projected on its contacts. In the frame of the base, with v = (vx, vz, omega) of every
+block:
+
+    1. mean velocity v_m = v - (dV/2, g d/2, 0) + W G^T p, G at the pose d/2 ahead, p such that
+       v_m obeys the contact law of event/stack/contact.py at all interfaces;
+    2. theta = theta + d omega_m; every contact keeps its anchor but for its slide (see
+       shape/stack.py), so that there is no drift; what flies moves by v_m; v = 2 v_m - v;
+    3. if inside the step an open end lands, a pivoting block falls flat on what it stands on, a
+       sliding contact stops or a block overturns, the step is not taken: the next one ends there;
+    4. v is projected on the contacts at the end of the step. If something landed or the base
+       stepped its velocity, this is the inelastic impact with Coulomb friction, in which all ends
+       of the stack take part that touch then.
+
+A closed interface shares one rotation, and while it sticks one motion, exactly. So a stack that
+nothing moves stays where it is to the last digit, and on a base at rest it waits in one step.
+
+On a base that moves upwards, too, gravity is g + a_z; blocks fly when it is not positive.
+
+Rest rule: an interface closes when its block, after an impact, would fall back inside the next
+step from an opening below `rest_rotation`. The impacts that this leaves out take no time.
+
+The kernel is scalar on purpose, one lane a thread on a CPU too: which contacts act differs from
+lane to lane, and packs of lanes would run all branches of all. Functions take large structs as
+`wp.ref`, a pointer: copies of them took up to a quarter of the time.
+"""
+
+import warp as wp
+
+from warprock.kernels.event.stack.chain import Contacts, constrain, relative_velocity
+from warprock.kernels.event.stack.contact import RoundOff, Solution, solve
+from warprock.kernels.event.stack.moves import find_stop, glue, lay_down, opening
+from warprock.kernels.event.stack.state import (
+    DUST,
+    FOUND,
+    NEARLY,
+    SEEKING,
+    SOON,
+    STEADY,
+    Limits,
+    Search,
+    State,
+    Trial,
+    at_rest,
+    fastest,
+    left_behind,
+    lost_in_impact,
+)
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
+from warprock.kernels.shape.stack import (
+    CLOSED,
+    MINUS,
+    OPEN,
+    PLUS,
+    Blocks,
+    Counts,
+    Jacobian,
+    Triples,
+    Values,
+    jacobian_of,
+    lower_face,
+    slide_place,
+    three_of,
+    turn_of,
+)
+
+if CHAINS:
+    from warprock.kernels.event.stack.edges import has_left
+
+TOUCHING = by_precision(1.0e-8, 1.0e-5)
+"""Opening [rad] below which an end takes part in an impact elsewhere."""
+
+
+@wp.func
+def search_switch(limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]) -> State:
+    """The state with its search for the moment at which a contact lets go, see `Search`.
+
+    The first trial in which a contact lets go tells the lack of force in its middle. A probe of
+    next to no length tells the margin at its start. The next step ends where a line between the two
+    is zero. A moment within `SOON` is not searched for.
+    """
+    n = s
+    soon = SOON * limits.longest_step
+    n.taken = False
+    if s.search.stage == SEEKING:
+        n.search.stage = FOUND
+        n.cap = NEVER
+        if not t.switches:
+            there = HALF * s.search.span * t.spare / (t.spare - s.search.lack)
+            n.cap = wp.where(there > soon, there, NEVER)
+    elif s.search.stage == STEADY and t.switches and t.d > soon and t.spare < real(0.0):
+        n.search = Search(SEEKING, t.spare, t.d)
+        n.cap = soon
+    return n
+
+
+@wp.func
+def keep_touching(
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], t: wp.ref[Trial], g: wp.ref[Jacobian],
+    touch: Counts, hold: Counts, v: Triples,
+) -> Counts:  # fmt: skip
+    """Ends that still touch after an impact.
+
+    Those held; and of an interface that leaves, those that would rise by no more than the half face
+    times `rest_rotation`.
+
+    Args:
+        blocks: The blocks.
+        limits: The lane's limits.
+        t: The step.
+        g: wp.ref[Jacobian] at its end.
+        touch: Ends that touched in the impact.
+        hold: Ends held after it.
+        v: Velocities after it.
+    """
+    ends = hold
+    gravity = limits.gravity
+    if VERTICAL:
+        gravity = t.weight.end
+    for k in range(BLOCKS):
+        if hold[k] == OPEN and touch[k] != OPEN:
+            u = relative_velocity(g, v, k)
+            rise = TWO * gravity * limits.rest_rotation[k] * blocks.half_width[k]
+            for end in range(2):
+                code = wp.where(end == 0, PLUS, MINUS)
+                if (touch[k] & code) != 0 and u[1 + end] * u[1 + end] <= rise:
+                    ends[k] = ends[k] + code
+    return ends
+
+
+@wp.func
+def mode_of(blocks: wp.ref[Blocks], s: wp.ref[State], near: real) -> int:
+    """Mode of a lane at the end of a step; an overturning may be early by the time `near` [s]."""
+    mode = int(RUNNING)
+    for k in range(BLOCKS):
+        if CHAINS:
+            mode = wp.where(has_left(blocks, s.pose, k), SLID_OFF, mode)
+        else:
+            low, _height = lower_face(blocks, k)
+            if size(slide_place(blocks, s.pose, k)) >= low + blocks.half_width[k]:
+                mode = SLID_OFF
+    for k in range(BLOCKS):
+        if size(s.pose.theta[k]) >= HALF_PI - near * size(s.swing[k]):
+            mode = OVERTURNED
+        if CHAINS:
+            upright = size(turn_of(s.pose, k) + s.pose.foot[k]) < HALF_PI
+            mode = wp.where(upright, mode, OVERTURNED)
+    return sound_mode(s, mode)
+
+
+@wp.func
+def sound_mode(s: wp.ref[State], running: int) -> int:
+    """A mode, or BROKEN if the state is not finite."""
+    mode = int(running)
+    for k in range(BLOCKS):
+        v = three_of(s.velocity, k)
+        sound = s.pose.theta[k] + s.pose.along[k] + s.pose.above[k] + v[0] + v[1] + v[2] + s.time
+        mode = wp.where(sound - sound == real(0.0), mode, BROKEN)
+    return mode
+
+
+@wp.func
+def guess_held(before: Counts, touch: Counts) -> Counts:
+    """Ends likely to be held in an impact: of a block that falls flat, those that land."""
+    ends = touch
+    for k in range(BLOCKS):
+        if touch[k] == CLOSED and before[k] != OPEN and before[k] != CLOSED:
+            ends[k] = CLOSED - before[k]
+    return ends
+
+
+@wp.func
+def kick_base(t: wp.ref[Trial], velocity: Triples) -> Triples:
+    """Velocities as seen from the base after its velocity steps at the end of a trial step."""
+    v = velocity
+    for k in range(BLOCKS):
+        v[3 * k] = v[3 * k] - t.kick
+    if VERTICAL:
+        v = left_behind(v, t.weight.kick)
+    return v
+
+
+@wp.func
+def take_step(s: wp.ref[State], t: wp.ref[Trial], n: wp.ref[State]):
+    """Sets the clock, the base and the search of a state that the step t from s has reached."""
+    n.time = t.time
+    n.segment = t.segment
+    n.base = s.base + t.dv + t.kick
+    n.cap = NEVER
+    n.taken = True
+    n.plain = t.plain
+    n.search.stage = wp.where(t.spends, FOUND, STEADY)
+    n.calm = (
+        at_rest(s.pose.touch, s.slip) and at_rest(n.pose.touch, n.slip)
+        and t.dv == real(0.0) and t.kick == real(0.0)
+    )  # fmt: skip
+    if VERTICAL:
+        n.rising = s.rising + t.weight.gained + t.weight.kick
+        n.risen = s.risen + wp.where(t.weight.passed, 1, 0)
+        n.calm = n.calm and t.weight.gained == real(0.0) and t.weight.kick == real(0.0)
+
+
+@wp.func
+def collide(
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], t: wp.ref[Trial], g: wp.ref[Jacobian],
+    contacts: Contacts, free: Triples,
+) -> Solution:  # fmt: skip
+    """The impact at the end of a step.
+
+    Args:
+        blocks: The blocks.
+        limits: The lane's limits.
+        t: The step.
+        g: wp.ref[Jacobian] at its end.
+        contacts: Ends that touch then, and directions of sliding before.
+        free: Velocities without contact.
+    """
+    if t.struck:
+        speed, _spin = fastest(free)
+        grain = DUST * (speed + limits.gravity * limits.longest_step)
+        guess = Contacts(guess_held(t.pose.touch, contacts.hold), contacts.slip)
+        dust = RoundOff(grain, grain * limits.mass)
+        return solve(blocks, g, contacts.hold, Counts(), guess, free, dust)
+    # An end that closes without an impact has no friction, so that it adds no energy.
+    smooth = blocks
+    smooth.friction = Values()
+    found = Solution()
+    found.contacts = contacts
+    found.solved = True
+    found.velocity = constrain(smooth, g, contacts, free)
+    return found
+
+
+@wp.func
+def project(
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial],
+    g: wp.ref[Jacobian], n: wp.ref[State],
+):  # fmt: skip
+    """Projects velocities at the end of a step that is taken, impacts included.
+
+    Args:
+        blocks: The blocks.
+        limits: The lane's limits.
+        s: State before the step.
+        t: The step.
+        g: Jacobian at its end.
+        n: State with the pose and the directions of sliding at its end; what the step has reached
+            after it.
+    """
+    v = t.velocity
+    if not t.rocks:
+        v = constrain(blocks, g, Contacts(t.pose.touch, n.slip), t.velocity)
+    contacts = Contacts(n.pose.touch, n.slip)
+    settled = bool(True)
+    if t.struck or t.resting:
+        free = kick_base(t, v)
+        impact = collide(blocks, limits, t, g, contacts, free)
+        v = impact.velocity
+        contacts = impact.contacts
+        settled = impact.solved
+        n.lost = s.lost + lost_in_impact(blocks, t, free, v)
+    n.pose.touch = keep_touching(blocks, limits, t, g, n.pose.touch, contacts.hold, v)
+    for k in range(BLOCKS):
+        n.slip[k] = wp.where(n.pose.touch[k] == OPEN, 0, contacts.slip[k])
+    n.velocity = glue(blocks, n.pose, n.slip, v)
+    for k in range(BLOCKS):
+        u = relative_velocity(g, n.velocity, k)
+        for i in range(3):
+            n.rate[3 * k + i] = u[i]
+    n.lost = n.lost + t.lost
+    take_step(s, t, n)
+    n.mode = mode_of(blocks, n, NEARLY * limits.longest_step)
+    for k in range(BLOCKS):
+        n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
+    if n.mode != BROKEN and not (settled and t.settled):
+        n.mode = UNSOLVED
+
+
+@wp.func
+def cut_short(limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial], cut: real) -> State:
+    """The old state, whose next step ends at the first event inside this one, after `cut` [s]."""
+    # Not shorter than `near`: with less than that left to go, the event is reached. An event at
+    # the very end of the step would be met there for ever.
+    near = NEARLY * limits.longest_step
+    n = s
+    n.cap = larger(wp.where(cut > t.d - near, HALF * t.d, cut), HALF * near)
+    n.taken = False
+    n.mode = wp.where(t.settled, s.mode, UNSOLVED)
+    return n
+
+
+@wp.func
+def end_step(
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]
+) -> State:
+    """The state after a trial step and its impacts, or the old one if an event lay inside."""
+    falls = t.falls
+    hits = int(0)
+    for k in range(BLOCKS):
+        if falls[k] != OPEN and t.struck:
+            hits += 1
+        elif t.struck and t.pose.touch[k] != OPEN and t.pose.touch[k] != CLOSED:
+            other = opening(t.pose, t.velocity, k, t.pose.touch[k])
+            falls[k] = wp.where(other.angle <= TOUCHING, CLOSED, OPEN)
+    n = s
+    n.curve = t.curve
+    n.pose = lay_down(blocks, t.pose, falls)
+    g = jacobian_of(blocks, n.pose)
+    n.slip = t.slip
+    cut = t.cut
+    for k in range(BLOCKS):
+        u = relative_velocity(g, t.velocity, k)
+        stop, after = find_stop(s, t, k, u[0], NEARLY * limits.longest_step)
+        cut = smaller(cut, stop)
+        n.slip[k] = after
+        n.swing[k] = t.velocity[3 * k + 2]
+    if cut < NEVER:
+        return cut_short(limits, s, t, cut)
+    n.impacts = s.impacts + hits
+    n.deepest = larger(t.deep, s.deepest)
+    project(blocks, limits, s, t, g, n)
+    return n
+
+
+@wp.func
+def rock_on(s: wp.ref[State], t: wp.ref[Trial]) -> State:
+    """The state after a step without events of a stack that sticks at all its contacts."""
+    n = s
+    n.pose = t.pose
+    n.velocity = t.velocity
+    n.rate = Triples()
+    n.slip = Counts()
+    n.curve = t.curve
+    for k in range(BLOCKS):
+        n.swing[k] = t.velocity[3 * k + 2]
+    take_step(s, t, n)
+    n.mode = sound_mode(n, RUNNING)
+    return n
+
+
+@wp.func(inline=False)
+def meet_events(
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]
+) -> State:
+    """The state after a trial step, or the old one with an event to search for or to end at."""
+    n = search_switch(limits, s, t)
+    if n.search.stage != s.search.stage and not t.resting:
+        return n
+    return end_step(blocks, limits, s, t)
+
+
+@wp.func
+def finish_step(
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]
+) -> State:
+    """The state after a trial step; the old one, but for `cap` and `search`, if it is not taken."""
+    if t.plain:
+        return rock_on(s, t)
+    return meet_events(blocks, limits, s, t)
