@@ -40,7 +40,7 @@ from warprock.kernels.motion import (
     knot_step,
     knot_time,
 )
-from warprock.kernels.shape.taylor import Polynomial, choose, root, scale, slope_at, value_at
+from warprock.kernels.shape.taylor import Polynomial, root, scale, slope_at, value_at
 
 NEARLY = by_precision(1.0e-9, 1.0e-5)
 """What counts as round-off of an event that the last step has located."""
@@ -235,14 +235,25 @@ def first_event(
     zero = real(0.0)
     resting, rocking = s.mode == RESTING, s.mode == ROCKING
     limit = block.uplift_acceleration * (real(1.0) + real(2.0) * ROUND_OFF)
-    lean = scale(s.side, rotation)
-    lack = Polynomial(
-        fused_less(pull, a.a0, limit), -pull * a.a1, -pull * a.a2, -pull * a.a3, -pull * a.a4,
-        -pull * a.a5, -pull * a.a6, -pull * a.a7, -pull * a.a8, zero, zero,
-    )  # fmt: skip
-    watched = choose(resting, lack, lean)
+    side = s.side
+    # One coefficient after the other: two whole polynomials would take registers that packed lanes
+    # lack.
+    watched = Polynomial(
+        wp.where(resting, fused_less(pull, a.a0, limit), side * rotation.c0),
+        wp.where(resting, -pull * a.a1, side * rotation.c1),
+        wp.where(resting, -pull * a.a2, side * rotation.c2),
+        wp.where(resting, -pull * a.a3, side * rotation.c3),
+        wp.where(resting, -pull * a.a4, side * rotation.c4),
+        wp.where(resting, -pull * a.a5, side * rotation.c5),
+        wp.where(resting, -pull * a.a6, side * rotation.c6),
+        wp.where(resting, -pull * a.a7, side * rotation.c7),
+        wp.where(resting, -pull * a.a8, side * rotation.c8),
+        wp.where(resting, zero, side * rotation.c9),
+        wp.where(resting, zero, side * rotation.c10),
+    )
     passes = bool(False)
     if TURNS:
+        lean = scale(side, rotation)
         passes = rocking and lean.c0 >= zero and tops_below(peak, lean, h)
     event = next_event(watched, h, passes)
     # A jump of the acceleration lifts a resting block, round-off sinks a rocking one: at once.

@@ -76,7 +76,9 @@ if RECORD and LANES > 1:
         block_of = wp.array(ptr=blocks.ptr, shape=(blocks.shape[0],), dtype=Block)
         motion_of = wp.array(ptr=motions.ptr, shape=(motions.shape[0],), dtype=Motion)
         # By names of their own: read off the struct they would keep the loops over lanes scalar.
-        results, leaves, rotations = found.results, found.blocks, found.rotations
+        results = found.results
+        leaves = found.blocks
+        rotations = found.rotations
         place = rows(Place, lanes=PLACES)
         block = rows(Block, lanes=PLACES)
         motion = rows(Motion, lanes=PLACES)
@@ -103,7 +105,8 @@ if RECORD and LANES > 1:
                     place[i] = Place(coming, 0, real(0.0), COME)
                     coming += 1
                 while place[i].due == COME:
-                    lane, sample = place[i].lane, place[i].sample
+                    lane = place[i].lane
+                    sample = place[i].sample
                     state[i].mode = stall(state[i].mode, seen[i].steps, block[i].step_limit)
                     ended = state[i].mode >= OVERTURNED
                     while sample < samples and (ended or state[i].time >= sample_times[sample]):
@@ -168,7 +171,9 @@ if RECORD and LANES > 1:
                 for i in range(PLACES):
                     at = sample_index(motion[i], state[i].segment)
                     ground = Ground(pool[0, at], pool[1, at], real(0.0))
-                    due, peak, until = place[i].due, seen[i].peak, place[i].until
+                    due = place[i].due
+                    peak = seen[i].peak
+                    until = place[i].until
                     calm, after = roll(block[i], motion[i], ground, until, state[i], peak)
                     taken = calm and due == ROLL
                     state[i] = wp.where(taken, after, state[i])
@@ -200,7 +205,9 @@ else:
         block_of = wp.array(ptr=blocks.ptr, shape=(blocks.shape[0],), dtype=Block)
         motion_of = wp.array(ptr=motions.ptr, shape=(motions.shape[0],), dtype=Motion)
         # By names of their own: read off the struct they would keep the loop over lanes scalar.
-        results, leaves, rotations = found.results, found.blocks, found.rotations
+        results = found.results
+        leaves = found.blocks
+        rotations = found.rotations
         state = rows(State)
         seen = rows(Seen)
         for i in range(LANES):

@@ -106,8 +106,10 @@ def run_lanes(
     `feet` and `edges` are [number, lane]; lanes with fewer repeat the last.
     """
     first = wp.tid() * LANES
-    results, leaves = found.results, found.blocks
-    rotations, sides = found.rotations, found.sides
+    results = found.results
+    leaves = found.blocks
+    rotations = found.rotations
+    sides = found.sides
     state = rows(State)
     seen = rows(Seen)
     reach = rows(Sides)
@@ -133,7 +135,8 @@ def run_lanes(
                 ground = Ground(pool[0, at], pool[1, at], real(0.0))
                 going = state[i].mode < OVERTURNED and state[i].time < until
                 # The last foot has no edge behind it.
-                place, last = state[i].place, state[i].last - 1
+                place = state[i].place
+                last = state[i].last - 1
                 foot = feet[place, first + i]
                 behind = edges[wp.min(place, last), first + i]
                 ahead, ending = advance(
