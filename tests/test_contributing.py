@@ -19,7 +19,9 @@ MOST_FILES = {"analysis": 3, "waveform": 4}
 
 
 def test_every_kind_of_change_has_a_recipe():
-    assert {recipe.title.removeprefix("Add a").removeprefix("n").strip() for recipe in RECIPES} == WANTED
+    assert {
+        recipe.title.removeprefix("Add a").removeprefix("n").strip() for recipe in RECIPES
+    } == WANTED
 
 
 @pytest.mark.parametrize("recipe", RECIPES, ids=lambda recipe: recipe.diff.stem)
