@@ -118,7 +118,7 @@ if MOTION == "still":
         return real(0.0)
 
 
-if MOTION in ("harmonic", "ricker", "modulated"):
+if MOTION not in ("still", "record"):
 
     @wp.func
     def inside(m: Any, segment: int) -> real:

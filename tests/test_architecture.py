@@ -20,7 +20,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 FRONT = ("warprock/__init__.py", "warprock/__main__.py")
 """Where users come in: names for `import warprock`, each brought from its room when it is first
 asked for, and `python -m warprock`."""
-MOST_ARGUMENTS = 8
+MOST_ARGUMENTS, MOST_VALUES = 8, 4
 KERNEL_MARKS = {"wp.kernel", "kernel"}
 """Decorators of kernels: `kernel` writes rows of structs out first, see kernels/rows.py."""
 
@@ -168,6 +168,7 @@ def test_no_engine_imports_another_engine():
                 *("warprock/oracle/", "warprock/records/", "warprock/programs/"),
                 *("warprock/case/sampling", "warprock/running/cells"),
                 *("warprock/analysis/", "warprock/bodies/", "warprock/model/hull"),
+                "warprock/model/base_path",
             ),
         ),
         ("tables", ("warprock/records/fema_p695",)),
@@ -239,6 +240,25 @@ def test_kernels_have_few_arguments_and_funcs_take_no_arrays():
                     note = "" if argument.annotation is None else ast.unparse(argument.annotation)
                     assert note, f"{file}: {function.name}: {argument.arg} has no type"
                     assert "array" not in note, f"{file}: {function.name} takes an array"
+
+
+WIDE: dict[str, str] = {}
+"""Funcs that keep more arguments or values than others, `FILE: NAME` -> what a struct would cost:
+the ratio of speeds in paired runs."""
+
+
+def test_funcs_take_few_arguments_and_give_few_values_back():
+    found = set()
+    for file in KERNEL_FILES:
+        for function in _functions(_tree(file)):
+            if "wp.func" not in _decorators(function):
+                continue
+            taken = len(function.args.posonlyargs + function.args.args + function.args.kwonlyargs)
+            values = (node.value for node in ast.walk(function) if isinstance(node, ast.Return))
+            given = max((len(v.elts) for v in values if isinstance(v, ast.Tuple)), default=1)
+            if taken > MOST_ARGUMENTS or given > MOST_VALUES:
+                found.add(f"{file}: {function.name}")
+    assert found == set(WIDE)
 
 
 def test_every_kernel_module_is_built_without_its_adjoint():

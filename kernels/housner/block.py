@@ -269,6 +269,12 @@ def first_event(
 
 
 @wp.func
+def rebound(block: Block, omega: real) -> real:
+    """Angular velocity after an impact [rad/s]: the law of impact, Housner's or prescribed."""
+    return block.angular_restitution * omega
+
+
+@wp.func
 def apply_event(
     block: Block, impact: bool, uplift: bool, pull: real, acceleration: real, s: wp.ref[State],
     seen: wp.ref[Seen],
@@ -276,7 +282,7 @@ def apply_event(
     """Changes what an impact or an uplift changes; `pull` is the sign of the acceleration."""
     zero = real(0.0)
     before = s.omega
-    after = block.angular_restitution * before
+    after = rebound(block, before)
     stays, tail = may_rest(block, after, acceleration)
     rests = stays and impact
     after = wp.where(rests, zero, after)

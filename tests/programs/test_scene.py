@@ -14,7 +14,7 @@ from tests.shared.blocks import free_lanes, make_lanes, sines
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.errors import DeclinedError
-from warprock.model.base_path import base_path
+from warprock.model.base_path import base_path, integrated_path
 from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import (
     Control,
@@ -151,6 +151,20 @@ def test_a_base_is_where_its_acceleration_and_its_velocity_steps_bring_it(kind: 
         velocity += gained
     np.testing.assert_allclose(path.displacement(np.array([2.0]))[0], (place, 0.0, 0.0), atol=1e-9)
     np.testing.assert_allclose(path.displacement(np.array([0.0])), 0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in motions() if kind != "record"])
+def test_a_waveform_without_a_closed_form_is_integrated(kind: str) -> None:
+    """Simpson's rule on NODES nodes: of the fourth order, twice."""
+    motion = motions()[kind]
+    times = np.linspace(motion.start[0], motion.stop[0] - 1e-9, 301)
+    closed = base_path(motion, 0)
+    assert closed is not None
+    place, velocity = integrated_path(motion, 0)(times)
+    size = np.abs(closed.displacement(times)).max()
+    np.testing.assert_allclose(place, closed.displacement(times)[:, 0], atol=1e-9 * size)
+    speed = np.abs(closed.velocity(times)).max()
+    np.testing.assert_allclose(velocity, closed.velocity(times)[:, 0], atol=1e-8 * speed)
 
 
 def test_a_table_meets_the_base_at_every_step_and_carries_the_velocity_step() -> None:

@@ -1,0 +1,59 @@
+"""The recipes of CONTRIBUTING are carried out on a copy of the tree, and what they add is run."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+
+import pytest
+
+from tests.shared.recipes import ROOT, Recipe, apply, copy_of_the_tree, files_of, recipes
+
+RECIPES = recipes()
+WANTED = {"engine", "case", "key", "waveform", "law of impact", "analysis", "command"}
+MOST_FILES = {"analysis": 3, "waveform": 4}
+
+
+def test_every_kind_of_change_has_a_recipe():
+    assert {
+        recipe.title.removeprefix("Add a").removeprefix("n").strip() for recipe in RECIPES
+    } == WANTED
+
+
+@pytest.mark.parametrize("recipe", RECIPES, ids=lambda recipe: recipe.diff.stem)
+def test_a_recipe_names_the_files_that_it_changes(recipe: Recipe):
+    changed = files_of(recipe.diff.read_text(encoding="utf-8"))
+    text = recipe.text
+    for file in changed:
+        # NAME stands for what the reader calls the thing.
+        general = re.sub(r"[\w-]+(?=/case\.toml$)|\w+(?=\.py$)|\w+(?=/\w+\.py$)", "NAME", file)
+        assert f"`{file}`" in text or f"`{general}`" in text, f"{file} is not in the recipe"
+    for kind, most in MOST_FILES.items():
+        if recipe.title.endswith(f" {kind}"):
+            assert len(changed) <= most
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("recipe", RECIPES, ids=lambda recipe: recipe.diff.stem)
+def test_a_recipe_runs(recipe: Recipe, tmp_path: pathlib.Path):
+    tree = copy_of_the_tree(tmp_path / "tree")
+    apply(recipe.diff.read_text(encoding="utf-8"), tree)
+    assert recipe.commands
+    for command in recipe.commands:
+        words = shlex.split(command.partition("  #")[0])
+        done = subprocess.run(
+            [sys.executable, "-m", *words],
+            cwd=tree,
+            env={**os.environ, "PYTHONPATH": str(tree), "COLUMNS": "200"},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
+        expected = command.partition("  # ")[2]
+        assert expected in done.stdout, f"{command}\n{done.stdout}"
+    assert ROOT not in tree.parents
