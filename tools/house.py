@@ -137,8 +137,7 @@ ROOMS = (
     ),
     _room(
         "findings",
-        """what came out, told once: sentences and tables to read, made of facts and tables as they
-        are written; the terminal, a page, figures and Python show them""",
+        "what came out, told once in sentences and tables, for terminal, page, figures and Python",
         f"{_BASE} case running sweeps analysis verification",
         "numpy pandas",
     ),
@@ -180,8 +179,7 @@ ROOMS = (
     ),
     _room(
         "api",
-        """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
-        they find as an object with tables, figures and files""",
+        "`import warprock`: cases from Python objects; commands as functions; what they find",
         f"""{_BASE} records case bodies running sweeps analysis verification measure findings tables
         figures report""",
         "numpy pandas",

@@ -21,6 +21,7 @@ from warprock.case.load import load_case
 from warprock.figures.drawing import Drawing
 from warprock.figures.fragility import draw_curves
 from warprock.figures.run import draw_run
+from warprock.findings.fragility import find_fragility
 from warprock.running.case_run import run_case
 
 FOLDER = pathlib.Path(__file__).parent.parent / "images"
@@ -52,7 +53,9 @@ def drawings() -> dict[str, Drawing]:
         }
     )
     curves = fragility_curves(lanes, source="made up", limits=read_limits(DEFAULT_LIMITS))
-    (found["fragility"],) = draw_curves(curves, "peak_acceleration_m_s2")
+    intensity = "peak_acceleration_m_s2"
+    said = find_fragility(lanes, curves, "made up", intensity).headline
+    (found["fragility"],) = draw_curves(curves, intensity, said)
     return {name: found[name] for name in NAMES}
 
 

@@ -57,7 +57,10 @@ def fits_headline(rows: pd.DataFrame, groups: Sequence[str], intensity: str) -> 
     """
     measured, mine = measure(intensity), worst_limit(rows)
     if len(mine) == 1:
-        return _fit_text(mine.iloc[0], [], measured)
+        row = mine.iloc[0]
+        at = f"{_reached(row)} at a {measured.name} of {measured.text(row['median'])}"
+        fitted_alone = row["verdict"] == FITTED
+        return f"Half of the lanes reach {at}." if fitted_alone else _fit_text(row, [], measured)
     what, fitted = _reached(mine.iloc[0]), mine[mine["verdict"] == FITTED].sort_values("median")
     if fitted.empty:
         reasons = sorted({_WHY_NONE.get(verdict, "fewer reach it at a greater intensity")
