@@ -1,12 +1,9 @@
 """Velocity-level contact step of a stack of rocking blocks.
 
 Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
-body k the k-th block. A body has its centre of mass at (x, z), in the frame of the base, the half
-width `half_width` and the half height `half_height` [m], the clockwise rotation theta [rad] with
-its sine s and cosine c, the inverse mass m [1/kg] and moment of inertia j [1/(kg m^2)], and the
-velocity (vx, vz) [m/s], omega [rad/s]. A lever (X, Z) of a body points to (X c + Z s, Z c - X s);
-(c, -s) is the direction of its faces, (s, c) their normal. Of the two bodies of an interface the
-lower one's names begin with l.
+body k the k-th block. A body has half sizes (`Box`), a place and a rotation (`Pose`), a mass and a
+`Velocity`, see shape/interface.py. A lever (X, Z) of a body points to (X c + Z s, Z c - X s);
+(c, -s) is the direction of its faces, (s, c) their normal.
 
 Interface k, below block k, touches at the two ends of the overlap of the upper block's bottom face
 and the lower one's top face. An end is whichever corner lies further in along the lower face: a

@@ -28,10 +28,10 @@ from warprock.kernels.shape.stack_found import Peaks, Seen, observe_peaks
 
 @wp.struct
 class Block:
-    """One block of a stack, and where it starts; names as at the head of impulse/stack.py.
+    """One block of a stack, and where it starts; units as in shape/interface.py.
 
-    `left` and `right` are first guesses of what is carried below it, at -x and at +x: normal
-    impulses [N s], or the engine's normal multipliers [kg m].
+    `offset` is its slide at the start, `left` and `right` are first guesses of what is carried
+    below it, at -x and at +x: normal impulses [N s], or the engine's normal multipliers [kg m].
     """
 
     half_width: real
