@@ -21,6 +21,8 @@ from warprock.kernels.shape.stack import (
     Blocks,
     Pose,
     Values,
+    face_above,
+    face_below,
     face_middles,
     flat_rotation,
     lower_face,
@@ -197,22 +199,20 @@ def observe(
 def centres(blocks: wp.ref[Blocks], pose: wp.ref[Pose]):
     """Centres x and z of all blocks [m]."""
     x, z = Values(), Values()
-    at, up, s, c, height = real(0.0), real(0.0), real(0.0), real(1.0), real(0.0)
+    at, up = real(0.0), real(0.0)
     for k in range(BLOCKS):
-        reach = height + pose.above[k]
+        s, c = face_below(pose, k)
+        su, cu = face_above(pose, k)
+        _low, low_height = lower_face(blocks, k)
+        reach = low_height + pose.above[k]
         if CHAINS:
             upper, lower = face_middles(blocks, k)
-            _low, low_height = lower_face(blocks, k)
-            reach = low_height + pose.above[k]
             along = pose.along[k] + lower
-            su = pose.foot_sine[k]
-            cu = pose.foot_cosine[k]
             at = at + along * c + reach * s + blocks.half_height[k] * su - upper * cu
             up = up + reach * c - along * s + blocks.half_height[k] * cu + upper * su
         else:
-            at = at + pose.along[k] * c + reach * s + blocks.half_height[k] * pose.sine[k]
-            up = up + reach * c - pose.along[k] * s + blocks.half_height[k] * pose.cosine[k]
-        s, c, height = pose.sine[k], pose.cosine[k], blocks.half_height[k]
+            at = at + pose.along[k] * c + reach * s + blocks.half_height[k] * su
+            up = up + reach * c - pose.along[k] * s + blocks.half_height[k] * cu
         x[k] = at
         z[k] = up
     return x, z

@@ -212,16 +212,22 @@ def face_below(pose: wp.ref[Pose], k: int):
 
 
 @wp.func
+def face_above(pose: wp.ref[Pose], k: int):
+    """Sine and cosine of the rotation of the upper face of interface k."""
+    s = pose.sine[k]
+    c = pose.cosine[k]
+    if CHAINS:
+        s = pose.foot_sine[k]
+        c = pose.foot_cosine[k]
+    return s, c
+
+
+@wp.func
 def turn_across(pose: wp.ref[Pose], k: int):
     """Sine and cosine of `turn_of`."""
-    s, c = face_below(pose, k)
-    if CHAINS:
-        sd = pose.foot_sine[k] * c - pose.foot_cosine[k] * s
-        cd = pose.foot_cosine[k] * c + pose.foot_sine[k] * s
-    else:
-        sd = pose.sine[k] * c - pose.cosine[k] * s
-        cd = pose.cosine[k] * c + pose.sine[k] * s
-    return sd, cd
+    sl, cl = face_below(pose, k)
+    su, cu = face_above(pose, k)
+    return su * cl - cu * sl, cu * cl + su * sl
 
 
 @wp.func
@@ -435,11 +441,7 @@ def interface_rows(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int):
     plus = find_end(faces, real(1.0))
     minus = find_end(faces, real(-1.0))
     sl, cl = face_below(pose, k)
-    su = pose.sine[k]
-    cu = pose.cosine[k]
-    if CHAINS:
-        su = pose.foot_sine[k]
-        cu = pose.foot_cosine[k]
+    su, cu = face_above(pose, k)
     at_minus = pose.touch[k] == MINUS
     zu = wp.where(at_minus, minus.upper_z, plus.upper_z)
     zl = wp.where(at_minus, minus.lower_z, plus.lower_z)

@@ -20,6 +20,7 @@ from warprock.kernels.shape.stack import (
     Triples,
     Values,
     ends_below,
+    face_above,
     face_below,
     face_middles,
     find_anchor,
@@ -73,6 +74,10 @@ def fly(
     """Along and above of an open interface after a time d at constant velocities."""
     s0, c0 = face_below(old, k)
     s1, c1 = face_below(new, k)
+    su0, cu0 = face_above(old, k)
+    su1, cu1 = face_above(new, k)
+    su = su1 - su0
+    cu = cu1 - cu0
     _low, low_height = lower_face(blocks, k)
     height = blocks.half_height[k]
     v = three_of(velocity, k)
@@ -84,13 +89,11 @@ def fly(
         z = z - d * below[1]
     if CHAINS:
         upper, lower = face_middles(blocks, k)
-        su = new.foot_sine[k] - old.foot_sine[k]
-        cu = new.foot_cosine[k] - old.foot_cosine[k]
         x = x - height * su + upper * cu - low_height * (s1 - s0) - lower * (c1 - c0)
         z = z - height * cu - upper * su - low_height * (c1 - c0) + lower * (s1 - s0)
     else:
-        x = x - height * (new.sine[k] - old.sine[k]) - low_height * (s1 - s0)
-        z = z - height * (new.cosine[k] - old.cosine[k]) - low_height * (c1 - c0)
+        x = x - height * su - low_height * (s1 - s0)
+        z = z - height * cu - low_height * (c1 - c0)
     return x * c1 - z * s1, z * c1 + x * s1
 
 

@@ -206,7 +206,7 @@ def at_rest(touch: Counts, slip: Counts) -> bool:
 
 
 @wp.func
-def left_behind(velocity: Triples, gained: real) -> Triples:
+def as_base_rises(velocity: Triples, gained: real) -> Triples:
     """Velocities of blocks as seen from a base that gains velocity upwards [m/s]."""
     v = velocity
     for k in range(BLOCKS):

@@ -46,9 +46,9 @@ from warprock.kernels.event.stack.state import (
     Search,
     State,
     Trial,
+    as_base_rises,
     at_rest,
     fastest,
-    left_behind,
     lost_in_impact,
 )
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
@@ -181,7 +181,7 @@ def kick_base(t: wp.ref[Trial], velocity: Triples) -> Triples:
     for k in range(BLOCKS):
         v[3 * k] = v[3 * k] - t.kick
     if VERTICAL:
-        v = left_behind(v, t.weight.kick)
+        v = as_base_rises(v, t.weight.kick)
     return v
 
 

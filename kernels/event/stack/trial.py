@@ -40,8 +40,8 @@ from warprock.kernels.event.stack.state import (
     Shaking,
     State,
     Trial,
+    as_base_rises,
     fastest,
-    left_behind,
     still_curve,
 )
 
@@ -300,7 +300,7 @@ def try_sliding(
         free[3 * k] = free[3 * k] - HALF * t.dv
         free[3 * k + 1] = free[3 * k + 1] - HALF * d * limits.gravity
     if VERTICAL:
-        free = left_behind(free, HALF * t.weight.gained)
+        free = as_base_rises(free, HALF * t.weight.gained)
     middle = move(blocks, s.pose, s.pose.touch, s.velocity, slide, HALF * d)
     g = jacobian_of(blocks, middle)
     grain = DUST * (speed + limits.gravity * limits.longest_step)
