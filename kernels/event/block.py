@@ -21,17 +21,18 @@ half of `time_step` (Moreau 1988, Jean 1999; at the midpoint second order in d):
 At the end of either:
 
     3. if an event lies inside the step (the other corner or a flying one lands, a sliding corner
-       stops, a resting block lifts, a sticking corner slips, a sliding one leaves, the block has
-       overturned), nothing is taken: the next step ends there, by the parabola through both ends
-       and the first velocity. Whether a corner slips or leaves says the force that holds it, from
-       the accelerations at both ends (`hold_reserve` in event/block_contact.py); as long as the one
-       at the start is surely inside its bound, the corner does in the step what it did before;
+       stops, a sticking corner slips, a sliding one leaves, the block has overturned), nothing is
+       taken: the next step ends there, by the parabola through both ends and the first velocity.
+       The holding force decides whether a corner slips or leaves, from the accelerations at both
+       ends (`hold_reserve` in event/block_contact.py); as long as the one at the start is surely
+       inside its bound, the corner does in the step what it did before;
     4. v is projected on the contacts at the end of the step, along their force. Where a corner
        lands or the base steps its velocity this is the inelastic impact with Coulomb friction,
        one contact or both at once, whichever obeys the contact law (event/block_impact.py). The
        base's velocity steps fall on ends of steps. Where sticking and leaving both obey it, the
        corner sticks. Sliding that has turned round by now ends.
 
+A block at rest looks ahead where the base may let it go (event/lift.py): its step ends there.
 Most steps have no event at all, and event/block_roll.py takes those.
 
 A corner that leaves and lands, or a swing that dips through zero and turns back, inside one step
@@ -55,15 +56,15 @@ from warprock.kernels.event.block_begin import begin, first_root
 from warprock.kernels.event.block_contact import (
     SOON,
     Block,
-    held_lack,
     held_velocity,
     hold_reserve,
     lower_corner,
 )
 from warprock.kernels.event.block_impact import end_of_step
 from warprock.kernels.event.block_rocking import advance, rate_after, rotation_after, turning_point
+from warprock.kernels.event.lift import Lack, held_time
 from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING
-from warprock.kernels.motion import Motion
+from warprock.kernels.motion import Motion, acceleration_after, knot_time, series
 
 NEARLY = by_precision(1.0e-6, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
@@ -84,6 +85,20 @@ class Knobs:
 
 
 @wp.func
+def look_ahead(
+    block: Block, m: Motion, sample: real, sample_slope: real, end: real, time: real, segment: int
+) -> real:
+    """Longest step of a block at rest [s]: see event/lift.py."""
+    d = smaller(block.longest_step, smaller(knot_time(m, segment), end) - time)
+    a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, sample_slope)
+    a = acceleration_after(a0, a1, a2, a3, a4, a5, a6, a7, a8, d)
+    s = -sign_of(wp.where(size(a) > size(a0), a, a0))
+    hold = block.hold_acceleration
+    lack = Lack(fused(s, a0, hold), s * a1, s * a2, s * a3, s * a4, s * a5, s * a6, s * a7, s * a8)
+    return held_time(lack, hold, TICK * fused(size(a1), time, hold), d)
+
+
+@wp.func
 def missed_event(
     flying: bool, theta: real, omega: real, theta1: real, omega1: real,
     gap: real, rise: real, gap1: real, rise1: real,
@@ -97,10 +112,10 @@ def missed_event(
         theta, omega: Rotation [rad] and its rate [rad/s] at the start; with a 1 at the end.
         gap, rise, along: Gap of the lower corner [m], its rate, and the corner's velocity along the
             base [m/s], at the start; with a 1 at the end.
-        lack: `held_lack` at the start; with a 1 at the end.
+        lack: `hold_reserve` at the start; with a 1 at the end.
         slip: Direction of sliding in the step.
         reach: How far a stop may be missed [m/s].
-        holds: Whether at the start a force holds the block where it lies or a corner where it is.
+        holds: Whether at the start the force surely holds a corner that the block turns about.
         d, per: Length of the step [s] and its reciprocal.
         near: Time by which an event may be missed [s].
         grain: Gap that is round-off [m].
@@ -239,11 +254,11 @@ def integrate(
     gap1 = wp.where(flying, wp.where(mode != FLYING, larger(raw_gap, zero), raw_gap), zero)
     rise1 = fused_less(omega1, x1, vz1)
     reserve1, _surely = hold_reserve(block, gravity, slip, x1, z1, omega1, a)
-    holds, lack, lack1 = held_lack(block, mode, mode1, slip, surely, reserve, reserve1, a0, a)
+    holds = surely and (mode == PIVOTING or mode1 == PIVOTING)
     grain = GRAIN * block.half_height
     missed, cut = missed_event(
         flying, theta, omega, theta1, omega1, gap, fused_less(omega, x0, vz), gap1, rise1,
-        slip, along, along1, reach, holds, lack, lack1, d, per, near, grain,
+        slip, along, along1, reach, holds, reserve, reserve1, d, per, near, grain,
     )  # fmt: skip
     falls = mode1 != FLAT and omega1 < zero and theta1 <= -near * omega1
     lands = flying and rise1 < zero and gap1 <= fused_less(near, rise1, grain)

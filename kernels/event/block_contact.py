@@ -114,37 +114,6 @@ def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omeg
 
 
 @wp.func
-def uplift_lack(limit: real, a0: real, a1: real):
-    """How far the acceleration is from moving a block at rest, at both ends of a step."""
-    pull = sign_of(wp.where(size(a1) > size(a0), a1, a0))
-    return fused_less(pull, a0, limit), fused_less(pull, a1, limit)
-
-
-@wp.func
-def held_lack(
-    block: Block, mode: int, mode1: int, slip: real, surely: bool, reserve: real, reserve1: real,
-    a0: real, a1: real,
-):  # fmt: skip
-    """How far the force is from changing the contact of a block, at both ends of a step.
-
-    Args:
-        block: The block.
-        mode, mode1: FLYING, PIVOTING or FLAT at the start and in the step.
-        slip: Direction of sliding at the start, 0 where the block sticks.
-        surely: Whether the reserve at the start is surely positive.
-        reserve, reserve1: `hold_reserve` at the start and at the end.
-        a0, a1: Acceleration of the base at the start [m/s^2] and at the end.
-
-    Returns:
-        Whether the start of the step holds it; the lack at the start and at the end.
-    """
-    lack, lack1 = uplift_lack(block.hold_acceleration, a0, a1)
-    rests = mode == FLAT and slip == real(0.0) and lack > -SOON * lack1
-    corner = surely and not rests and (mode == PIVOTING or mode1 == PIVOTING)
-    return rests or corner, wp.where(corner, reserve, lack), wp.where(corner, reserve1, lack1)
-
-
-@wp.func
 def mean_velocity(
     block: Block, mode: int, slip: real, hold: bool, theta: real, ux: real, uz: real, uo: real
 ):

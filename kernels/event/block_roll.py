@@ -21,6 +21,7 @@ from warprock.kernels.event.block_rocking import (
 from warprock.kernels.event.block_sliding import slide_after, slides_flat, sliding_series
 from warprock.kernels.modes import FLAT, PIVOTING
 from warprock.kernels.motion import (
+    LINEAR,
     Motion,
     acceleration_after,
     knot_step,
@@ -106,7 +107,11 @@ def roll(
     hold = block.hold_acceleration
     weak, far = undisturbed(m, segment, strongest, hold)
     calm = rests and weak and far <= end
-    still = calm or (rests and size(a0) < hold and size(a) < hold)
+    # Ends below the bound, and between them no more than the first terms of the series together.
+    below = size(a0) < hold and size(a) < hold
+    if not LINEAR:
+        below = below and fused(d, fused(d, size(a2), size(a1)), size(a0)) < hold
+    still = calm or (rests and below)
     dv = base_change(m, time1, d, a, a1, base, zero)
     u = slip * vx
     u1, u2, u3, u4, u5, u6 = sliding_series(

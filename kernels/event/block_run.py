@@ -8,7 +8,7 @@ With one lane a thread the same text is the plain form.
 
 import warp as wp
 
-from warprock.kernels.event.block import Knobs, step
+from warprock.kernels.event.block import Knobs, look_ahead, step
 from warprock.kernels.event.block_contact import Block, lower_corner
 from warprock.kernels.event.block_rocking import rotation_after
 from warprock.kernels.event.block_roll import roll
@@ -274,11 +274,13 @@ def run_lanes(
                     live = mode[i] < OVERTURNED and time[i] < until
                     remember_place(live, slide[i], gap[i], vx[i], vz[i],
                         slide0[i], gap0[i], vx0[i], vz0[i])  # fmt: skip
-            busy, waiting = int(0), int(0)
+            busy, waiting, resting = int(0), int(0), int(0)
             for i in range(LANES):
                 goes = wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
+                lies = wp.where(mode[i] == FLAT and slip[i] == real(0.0), 1, 0)
                 busy = busy + goes
                 waiting = waiting + goes * due[i]
+                resting = resting + goes * due[i] * lies
             patient = waiting < busy and 2 * (lost_rounds + waiting) < PATIENCE * busy
             lost_rounds = wp.where(patient, lost_rounds + waiting, 0)
             if patient:
@@ -302,6 +304,14 @@ def run_lanes(
                     steps[i] = steps[i] + wp.where(ok, 1, 0)
                     due[i] = wp.where(going and not ok, 1, due[i])
                     mode[i] = wp.where(ok and steps[i] >= limit, STALLED, mode[i])
+            if resting > 0 and not patient:
+                for i in range(LANES):
+                    m = motion_of[first + i]
+                    place = sample_index(m, segment[i])
+                    most = look_ahead(block_of[first + i], m, pool[0, place], pool[1, place], end,
+                        time[i], segment[i])  # fmt: skip
+                    rests = mode[i] == FLAT and slip[i] == real(0.0)
+                    cap[i] = wp.where(rests and due[i] == 1, smaller(most, cap[i]), cap[i])
             if waiting > 0 and not patient:
                 for i in range(LANES):
                     m = motion_of[first + i]

@@ -97,38 +97,26 @@ def hold_reserve(body: Body, gravity: real, slip: real, x: real, z: real, omega:
 
 
 @wp.func
-def held_lack(
-    body: Body, weight: Weight, edge: Edge, mode: int, mode1: int, slip: real, surely: bool,
-    reserve: real, reserve1: real, a0: real, a1: real,
-):  # fmt: skip
-    """How far the force is from changing the contact of a body, at both ends of a step.
+def bounds(body: Body, edge: Edge):
+    """Accelerations of the base to -x and to +x / weight that let a body on an edge go."""
+    per = real(1.0) / edge.height
+    return smaller(body.friction, edge.right * per), smaller(body.friction, -edge.left * per)
+
+
+@wp.func
+def least_lack(body: Body, weight: Weight, edge: Edge, a0: real, a1: real) -> real:
+    """What the acceleration of the base lacks at the ends of a step to let a body go [m/s^2].
 
     Args:
         body: The body.
         weight: What weighs on it in the step.
-        edge: The edge it lies on, if it is flat.
-        mode, mode1: FLYING, PIVOTING or FLAT at the start and in the step.
-        slip: Direction of sliding at the start, 0 where the body sticks.
-        surely: Whether the reserve at the start is surely positive.
-        reserve, reserve1: `hold_reserve` at the start and at the end.
+        edge: The edge it lies on.
         a0, a1: Acceleration of the base at the start [m/s^2] and at the end.
-
-    Returns:
-        Whether the start of the step holds it; the lack at the start and at the end.
     """
-    per = real(1.0) / edge.height
-    most = weight.start * smaller(body.friction, -edge.left * per)
-    least = -weight.start * smaller(body.friction, edge.right * per)
-    up = most - larger(a0, a1) < smaller(a0, a1) - least
-    lack, lack1 = wp.where(up, most - a0, a0 - least), wp.where(up, most - a1, a1 - least)
-    if VERTICAL:
-        most1 = weight.end * smaller(body.friction, -edge.left * per)
-        least1 = -weight.end * smaller(body.friction, edge.right * per)
-        up = smaller(most - a0, most1 - a1) < smaller(a0 - least, a1 - least1)
-        lack, lack1 = wp.where(up, most - a0, a0 - least), wp.where(up, most1 - a1, a1 - least1)
-    rests = mode == FLAT and slip == real(0.0) and lack > -SOON * lack1
-    corner = surely and not rests and (mode == PIVOTING or mode1 == PIVOTING)
-    return rests or corner, wp.where(corner, reserve, lack), wp.where(corner, reserve1, lack1)
+    back, ahead = bounds(body, edge)
+    lack = smaller(weight.start * back + a0, weight.start * ahead - a0)
+    lack1 = smaller(weight.end * back + a1, weight.end * ahead - a1)
+    return smaller(lack, lack1)
 
 
 @wp.func

@@ -10,9 +10,9 @@ import warp as wp
 
 from warprock.kernels.event.block import Knobs
 from warprock.kernels.event.block_run import BlockResult
-from warprock.kernels.event.body import begin, step
+from warprock.kernels.event.body import begin, look_ahead, step
 from warprock.kernels.event.body_contact import Body
-from warprock.kernels.event.body_view import View, tips_about_second
+from warprock.kernels.event.body_view import View, edge_of, tips_about_second
 from warprock.kernels.event.body_weight import rise, weight_in
 from warprock.kernels.modes import FLAT, OVERTURNED, PIVOTING, STALLED
 from warprock.kernels.motion import sample_index
@@ -203,6 +203,11 @@ Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 
+ASKED = wp.constant(1)
+DONE = wp.constant(2)
+"""What a lane at rest does before a step in which its base may let it go: look ahead."""
+
+
 @wp.kernel
 def run_lanes(
     blocks: wp.array(dtype=Body), corners: wp.array2d(dtype=Corner),
@@ -225,6 +230,7 @@ def run_lanes(
     left, right = Lane(), Lane()
     segment, mode, impacts, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     corner, last, about, risen, rising = LaneInt(), LaneInt(), LaneInt(), LaneInt(), Lane()
+    look = LaneInt()
     for i in range(LANES):
         for k in range(corners.shape[0] - 1):
             corner[i] = corner[i] + starts_past(blocks[first + i], corners[k, first + i].angle)
@@ -235,8 +241,27 @@ def run_lanes(
     end = sample_times[sample_times.shape[0] - 1]
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
-        busy = int(1)
+        busy, looking = int(1), int(0)
         while busy > 0:
+            if looking > 0:
+                for i in range(LANES):
+                    above = Above()
+                    if VERTICAL:
+                        m = motions[0, first + i]
+                        up = motions[1, first + i]
+                        high = sample_index(up, risen[i])
+                        above = Above(up, risen[i], pool[0, high], pool[1, high])
+                    else:
+                        m = motions[first + i]
+                    place = sample_index(m, segment[i])
+                    lower = corners[corner[i], first + i]
+                    other = corners[wp.min(corner[i] + 1, last[i]), first + i]
+                    edge = edge_of(blocks[first + i], lower.x, lower.z, other.x, other.z,
+                        sine(theta[i]), cosine(theta[i]))  # fmt: skip
+                    most = look_ahead(blocks[first + i], knobs.gravity, edge, m, pool[0, place],
+                        pool[1, place], end, time[i], segment[i], above)  # fmt: skip
+                    cap[i] = wp.where(look[i] == ASKED, smaller(most, cap[i]), cap[i])
+                    look[i] = wp.where(look[i] == ASKED, DONE, look[i])
             for i in range(LANES):
                 above = Above()
                 if VERTICAL:
@@ -248,7 +273,7 @@ def run_lanes(
                     m = motions[first + i]
                 place = sample_index(m, segment[i])
                 going = mode[i] < OVERTURNED and time[i] < until
-                d, ti, passed, kick, a, dv = begin(
+                d, ti, passed, kick, a, dv, more = begin(
                     blocks[first + i], knobs, m, pool[0, place], pool[1, place], end, going,
                     mode[i], slip[i], time[i], segment[i], omega[i], base[i], cap[i], above,
                 )  # fmt: skip
@@ -266,11 +291,11 @@ def run_lanes(
                 )  # fmt: skip
                 (
                     co, th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, ta, hit, ok, dp,
-                    ne,
+                    ne, asks,
                 ) = step(
-                    blocks[first + i], knobs, weight, view, going, d, ti, passed, kick, a, dv,
-                    corner[i], theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], slip[i], mode[i],
-                    time[i], segment[i], base[i], cap[i])  # fmt: skip
+                    blocks[first + i], knobs, weight, view, going, look[i] == DONE, d, ti, passed,
+                    kick, a, dv, more, corner[i], theta[i], slide[i], gap[i], vx[i], vz[i],
+                    omega[i], slip[i], mode[i], time[i], segment[i], base[i], cap[i])  # fmt: skip
                 remember(ok, time[i], theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], k,
                     begun[i], theta0[i], slide0[i], gap0[i], vx0[i], vz0[i], omega0[i],
                     about[i])  # fmt: skip
@@ -281,6 +306,7 @@ def run_lanes(
                     peak_slide[i], uplift_time[i], rest_time[i], loss[i], deepest[i], left[i],
                     right[i], impacts[i], steps[i])  # fmt: skip
                 needed[i] = larger(ne, needed[i])
+                look[i] = wp.where(asks, ASKED, wp.where(ok, 0, look[i]))
                 corner[i] = co
                 theta[i] = th
                 slide[i] = sl
@@ -294,9 +320,10 @@ def run_lanes(
                 segment[i] = se
                 base[i] = ba
                 cap[i] = ca
-            busy = int(0)
+            busy, looking = int(0), int(0)
             for i in range(LANES):
                 busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
+                looking = looking + wp.where(look[i] == ASKED, 1, 0)
         if rotations.shape[0] > 0:
             for i in range(LANES):
                 at = rotation_at(until, time[i], theta[i], begun[i], theta0[i], omega0[i])
