@@ -4,7 +4,9 @@ It lies still while the acceleration a of the base stays below a bound: that of 
 which the base presses one end of the face alone. What is left up to the bound, on the side s to
 which a is nearer to it, is a polynomial in time, the lack
 
-    p(t) = bound(t) - s a(t).
+    p(t) = bound(t) - s a(t),
+
+in Taylor coefficients, as the acceleration.
 
 The block is let go where p comes to zero, for however short a time. A step of it ends there. The
 next one begins with no lack; what it does its mean velocity decides. So that one ends where p is
@@ -14,7 +16,7 @@ least, or where p comes back to zero: in the mean the acceleration is then beyon
 import warp as wp
 
 from warprock.kernels.event.block_begin import first_root
-from warprock.kernels.motion import LINEAR
+from warprock.kernels.motion import LINEAR, Acceleration, acceleration_at
 
 NEWTON_STEPS = 4
 """From the root of a parabola through the ends: round-off."""
@@ -31,49 +33,27 @@ DOUBT = real(1.0e-3)
 """Part of the bound by which the least lack may seem to miss zero from farther away."""
 
 
-@wp.struct
-class Lack:
-    """What is left of the acceleration up to its bound [m/s^2]: Taylor coefficients in time."""
-
-    c0: real
-    c1: real
-    c2: real
-    c3: real
-    c4: real
-    c5: real
-    c6: real
-    c7: real
-    c8: real
+@wp.func
+def slope_after(p: Acceleration, tau: real) -> real:
+    """First derivative of a lack a time later [m/s^3]."""
+    high = fused(tau, real(8.0) * p.a8, real(7.0) * p.a7)
+    high = fused(tau, fused(tau, high, real(6.0) * p.a6), real(5.0) * p.a5)
+    high = fused(tau, fused(tau, high, real(4.0) * p.a4), real(3.0) * p.a3)
+    return fused(tau, fused(tau, high, TWO * p.a2), p.a1)
 
 
 @wp.func
-def lack_after(p: Lack, tau: real) -> real:
-    """The lack a time later [m/s^2]."""
-    high = fused(tau, fused(tau, fused(tau, fused(tau, p.c8, p.c7), p.c6), p.c5), p.c4)
-    return fused(tau, fused(tau, fused(tau, fused(tau, high, p.c3), p.c2), p.c1), p.c0)
+def bend_after(p: Acceleration, tau: real) -> real:
+    """Second derivative of a lack a time later [m/s^4]."""
+    high = fused(tau, real(56.0) * p.a8, real(42.0) * p.a7)
+    high = fused(tau, fused(tau, high, real(30.0) * p.a6), real(20.0) * p.a5)
+    return fused(tau, fused(tau, fused(tau, high, real(12.0) * p.a4), real(6.0) * p.a3), TWO * p.a2)
 
 
 @wp.func
-def slope_after(p: Lack, tau: real) -> real:
-    """Its first derivative a time later [m/s^3]."""
-    high = fused(tau, real(8.0) * p.c8, real(7.0) * p.c7)
-    high = fused(tau, fused(tau, high, real(6.0) * p.c6), real(5.0) * p.c5)
-    high = fused(tau, fused(tau, high, real(4.0) * p.c4), real(3.0) * p.c3)
-    return fused(tau, fused(tau, high, TWO * p.c2), p.c1)
-
-
-@wp.func
-def bend_after(p: Lack, tau: real) -> real:
-    """Its second derivative a time later [m/s^4]."""
-    high = fused(tau, real(56.0) * p.c8, real(42.0) * p.c7)
-    high = fused(tau, fused(tau, high, real(30.0) * p.c6), real(20.0) * p.c5)
-    return fused(tau, fused(tau, fused(tau, high, real(12.0) * p.c4), real(6.0) * p.c3), TWO * p.c2)
-
-
-@wp.func
-def least_lack(p: Lack, d: real) -> real:
+def least_lack(p: Acceleration, d: real) -> real:
     """Time within d at which a lack is least that falls at first and rises at d [s]."""
-    first, last = p.c1, slope_after(p, d)
+    first, last = p.a1, slope_after(p, d)
     tau = d * first / (first - last)
     for _ in range(DEEPEST_STEPS):
         tau = larger(smaller(tau - slope_after(p, tau) / bend_after(p, tau), d), real(0.0))
@@ -81,16 +61,16 @@ def least_lack(p: Lack, d: real) -> real:
 
 
 @wp.func
-def crossing(p: Lack, d: real) -> real:
+def crossing(p: Acceleration, d: real) -> real:
     """Time within d at which a lack is zero that has another sign at d than at first [s].
 
     Newton's method inside a shrinking bracket.
     """
-    side = sign_of(p.c0)
+    side = sign_of(p.a0)
     low, high = real(0.0), real(d)
-    tau = first_root(side * p.c0, side * p.c1, side * lack_after(p, d), d)
+    tau = first_root(side * p.a0, side * p.a1, side * acceleration_at(p, d), d)
     for _ in range(NEWTON_STEPS):
-        at = lack_after(p, tau)
+        at = acceleration_at(p, tau)
         before = side * at > real(0.0)
         low = wp.where(before, tau, low)
         high = wp.where(before, high, tau)
@@ -100,7 +80,7 @@ def crossing(p: Lack, d: real) -> real:
 
 
 @wp.func
-def held_time(p: Lack, bound: real, slack: real, d: real) -> real:
+def held_time(p: Acceleration, bound: real, slack: real, d: real) -> real:
     """Longest step of a block at rest [s]; NEVER where nothing ends it within d.
 
     Args:
@@ -110,16 +90,17 @@ def held_time(p: Lack, bound: real, slack: real, d: real) -> real:
         d: How far to look ahead [s].
     """
     zero = real(0.0)
-    far, found = d, NEVER
+    far = real(d)
+    found = NEVER
     if not LINEAR:
         deepest = least_lack(p, d)
-        least = lack_after(p, deepest) - wp.where(deepest > NEAR * d, DOUBT * bound, zero)
-        dips = p.c1 < zero and slope_after(p, d) > zero and least < zero
+        least = acceleration_at(p, deepest) - wp.where(deepest > NEAR * d, DOUBT * bound, zero)
+        dips = p.a1 < zero and slope_after(p, d) > zero and least < zero
         far, found = wp.where(dips, deepest, d), wp.where(dips, deepest, NEVER)
-    last = lack_after(p, far)
-    crosses = (p.c0 > slack and last < zero) or (p.c0 < -slack and last > zero)
+    last = acceleration_at(p, far)
+    crosses = (p.a0 > slack and last < zero) or (p.a0 < -slack and last > zero)
     if LINEAR:
-        found = wp.where(crosses, -p.c0 / p.c1, found)
+        found = wp.where(crosses, -p.a0 / p.a1, found)
     else:
         found = wp.where(crosses, crossing(p, far), found)
         early = found > NEAR * d and found < NEVER
