@@ -178,3 +178,24 @@ def test_a_folder_without_results_is_refused(tmp_path: pathlib.Path):
         assert "DIR" in result.stderr
         assert result.stderr.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_fallen_stack_says_that_its_model_ended(browser: Browser, tmp_path: pathlib.Path):
+    change = ["-s", "motion.amplitude=6 mm, 60 mm", "-s", "run.duration=2 s"]
+    arguments = ["run", "stack-sine-pulse", *change, "-o", str(tmp_path)]
+    assert CliRunner().invoke(main, arguments).exit_code == 0
+    browser.open(tmp_path / "report.html")
+    lane = "JSON.parse(document.querySelector('script[type=\"application/json\"]').textContent)"
+    fallen = browser.run(f"{lane}.lanes.findIndex((each) => each.fell !== undefined)")
+    browser.run(
+        f"""var choice = document.querySelector('.player .lane');
+        choice.value = '{fallen}'; choice.dispatchEvent(new Event('change'));"""
+    )
+    seek = "var slider = document.querySelector('.player .time'); slider.value = {}; "
+    seek += "slider.dispatchEvent(new Event('input'));"
+    for time, count in (("0", 0), ("slider.max", 2)):
+        browser.run(seek.format(time))
+        assert browser.run("document.querySelectorAll('.scene .fallen').length") == count
+        said = browser.run("document.querySelector('.scene .clock').textContent")
+        assert ("what follows is not modelled" in said) == (count > 0)
+    assert browser.complaints == []

@@ -33,6 +33,7 @@ from warprock.engines.dem_springs_space import (
 from warprock.engines.launching import NEVER, Found, Kernel
 from warprock.engines.soundness import account_in_space, account_of, unstable
 from warprock.engines.stack_bodies import foot_columns
+from warprock.kernels import dem, dem_space
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions, StillBase
@@ -116,17 +117,17 @@ class Dem(AbstractEngine):
         lanes, settings = self.target.lanes, self.settings
         if scene.bodies and not (scene.spatial or scene.stacked):
             points = corner_rows(scene.contact_point_count)
-            return Kernel("dem/body_run", lanes=lanes, points=points)
+            return Kernel(dem, "body_run", lanes=lanes, points=points)
         if scene.bodies and scene.stacked:
-            return Kernel("dem/stack_body_run", lanes=lanes)
+            return Kernel(dem, "stack_body_run", lanes=lanes)
         if not scene.spatial:
-            return Kernel("dem/stack_run", lanes=lanes, iterations=settings.subcontacts)
+            return Kernel(dem, "stack_run", lanes=lanes, iterations=settings.subcontacts)
         if scene.bodies or scene.moving:
             friction = "box" if settings.friction_box else "cone"
-            return Kernel("dem_space/body_run", lanes=lanes, friction=friction)
+            return Kernel(dem_space, "body_run", lanes=lanes, friction=friction)
         pairs = point_pairs(settings.subcontacts, settings.subcontacts_across).shape[1]
         friction = "box" if settings.friction_box else "cone"
-        return Kernel("dem_space/stack_run", lanes=lanes, iterations=pairs, friction=friction)
+        return Kernel(dem_space, "stack_run", lanes=lanes, iterations=pairs, friction=friction)
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step of every lane [s], from its stiffest mode and the damping."""

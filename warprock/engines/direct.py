@@ -13,6 +13,7 @@ from warprock.engines.blocks import body_columns, carried, stack_columns, start_
 from warprock.engines.decoding import lane_fields, planar_fields, still_since
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_of, contacts_hold, unstable
+from warprock.kernels import direct
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import GroundMotions
 from warprock.model.response import SampleTimes, Status
@@ -46,8 +47,8 @@ class Direct(AbstractEngine):
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: stacks run one lane a thread on any device."""
         if scene.stacked:
-            return Kernel("direct/stack_run")
-        return Kernel("direct/block_run", lanes=self.target.lanes)
+            return Kernel(direct, "stack_run")
+        return Kernel(direct, "block_run", lanes=self.target.lanes)
 
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes

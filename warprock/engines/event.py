@@ -24,6 +24,7 @@ from warprock.engines.soundness import account_in_space, unstable
 from warprock.engines.spatial_bodies import point_rows, quickest, spatial_inputs
 from warprock.engines.stack_bodies import edge_columns, foot_columns
 from warprock.engines.workload import step_limit
+from warprock.kernels import event, event_space
 from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, as_stacks
@@ -144,21 +145,21 @@ class Event(AbstractEngine):
         """The kernel that runs a scene: packed are single blocks alone, in space on a cone."""
         if not scene.spatial:
             if scene.stacked:
-                return Kernel("event/stack_body_run" if scene.bodies else "event/stack_run")
+                return Kernel(event, "stack_body_run" if scene.bodies else "stack_run")
             cornered = scene.on_points or scene.restitution_given
-            file = "event/body_run" if cornered else "event/block_run"
-            return Kernel(file, lanes=self.target.lanes)
+            name = "body_run" if cornered else "block_run"
+            return Kernel(event, name, lanes=self.target.lanes)
         friction = "box" if self.settings.friction_box else "cone"
         if scene.stacked:
-            return Kernel("event_space/stack_run", friction=friction)
+            return Kernel(event_space, "stack_run", friction=friction)
         if scene.bodies:
             rows = point_rows(scene)
-            return Kernel("event_space/body_run", friction=friction, points=rows)
+            return Kernel(event_space, "body_run", friction=friction, points=rows)
         if scene.moving:
-            return Kernel("event_space/thrown_run", friction=friction)
+            return Kernel(event_space, "thrown_run", friction=friction)
         if self.target.kernel_form is Form.PACKED and friction == "cone":
-            return Kernel("event_space/block_pack_run", lanes=PACK)
-        return Kernel("event_space/block_run", friction=friction)
+            return Kernel(event_space, "block_pack_run", lanes=PACK)
+        return Kernel(event_space, "block_run", friction=friction)
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step that every lane may take [s]: also cut at the knots of a record."""

@@ -14,6 +14,7 @@ from warprock.engines.decoding import asked_friction, lane_fields, planar_fields
 from warprock.engines.housner_body import body_inputs
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.workload import step_limit
+from warprock.kernels import housner
 from warprock.kernels.modes import RESTING
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
@@ -90,8 +91,8 @@ class Housner(AbstractEngine):
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene; see `AbstractEngine.kernel_of`."""
-        file = "housner/body_run" if scene.on_points else "housner/block_run"
-        return Kernel(file, lanes=self.target.lanes)
+        name = "body_run" if scene.on_points else "block_run"
+        return Kernel(housner, name, lanes=self.target.lanes)
 
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes

@@ -15,6 +15,7 @@ from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_in_space, account_of, unstable
 from warprock.engines.spatial_bodies import spatial_inputs
 from warprock.engines.stack_bodies import foot_columns
+from warprock.kernels import impulse, impulse_space
 from warprock.kernels.instance import MAX_UNROLL
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import GroundMotions
@@ -66,19 +67,19 @@ class Impulse(AbstractEngine):
         if scene.spatial:
             friction = "box" if self.settings.friction_box else "cone"
             if scene.stacked:
-                return Kernel("impulse_space/stack_run", friction=friction)
+                return Kernel(impulse_space, "stack_run", friction=friction)
             if scene.bodies:
-                return Kernel("impulse_space/body_run", lanes=lanes, friction=friction)
+                return Kernel(impulse_space, "body_run", lanes=lanes, friction=friction)
             if scene.moving or self.settings.restitution > 0.0:
-                return Kernel("impulse_space/thrown_run", friction=friction)
-            return Kernel("impulse_space/block_run", lanes=lanes, friction=friction)
+                return Kernel(impulse_space, "thrown_run", friction=friction)
+            return Kernel(impulse_space, "block_run", lanes=lanes, friction=friction)
         if scene.stacked:
-            file = "impulse/stack_body_run" if scene.bodies else "impulse/stack_run"
-            return Kernel(file, lanes=lanes, iterations=sweeps)
+            name = "stack_body_run" if scene.bodies else "stack_run"
+            return Kernel(impulse, name, lanes=lanes, iterations=sweeps)
         slow = self.target.form is None and sweeps > MAX_UNROLL
         # Boxes that start in motion run as bodies: the loop of boxes lets them go from rest.
-        file = "impulse/body_run" if scene.on_points or scene.moving else "impulse/block_run"
-        return Kernel(file, lanes=1 if slow else lanes, iterations=sweeps)
+        name = "body_run" if scene.on_points or scene.moving else "block_run"
+        return Kernel(impulse, name, lanes=1 if slow else lanes, iterations=sweeps)
 
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes

@@ -85,18 +85,26 @@ class Kernel:
     """The kernel that an engine runs a scene with, and the constants it is compiled with.
 
     Attributes:
-        file: Stem of its file in the folder of kernels.
+        scheme: Package of kernels of its scheme.
+        name: Stem of its file there.
         lanes: Lanes that a thread runs side by side.
         iterations: Sweeps of its solver, or points of its springs, where they are a constant.
         friction: Law of friction where a block slides in two directions: cone or box.
         points: Contact points of a body, where they are a constant.
     """
 
-    file: str
+    scheme: ModuleType
+    name: str
     lanes: int = 1
     iterations: int = 0
     friction: str = "cone"
     points: int = 0
+
+    @property
+    def file(self) -> str:
+        """Path of its file in the folder of kernels, without its ending."""
+        folder = self.scheme.__name__.removeprefix("warprock.kernels.").replace(".", "/")
+        return f"{folder}/{self.name}"
 
     @property
     def packed(self) -> bool:
@@ -150,8 +158,8 @@ def launch(
     """Runs the kernel `run_lanes` of a kernel file over a batch of lanes.
 
     Args:
-        module: Instance of a `*_run` kernel file, with the structs `Result`, `BlockResult` and
-            `Found`, and `LANES`, the lanes of a thread.
+        module: Instance of a `*_run` kernel file, with the struct `Found`, and `LANES`, the lanes
+            of a thread.
         target: Precision and device.
         motions: Ground motions of the lanes.
         times: Duration and sampling.
@@ -169,8 +177,9 @@ def launch(
     sampled = times.count if times.interval is not None else 0
     device = target.device
     found = module.Found()
-    found.results = wp.empty(count, dtype=module.Result, device=device)
-    found.blocks = wp.empty((block_count, count), dtype=module.BlockResult, device=device)
+    leaves = {name: field.type.dtype for name, field in module.Found.vars.items()}
+    found.results = wp.empty(count, dtype=leaves["results"], device=device)
+    found.blocks = wp.empty((block_count, count), dtype=leaves["blocks"], device=device)
     seen = _samples((sampled, block_count, *((4,) if in_space else ()), count), real, device)
     setattr(found, "attitudes" if in_space else "rotations", seen)
     placed = hasattr(found, "places")

@@ -12,6 +12,7 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.decoding import lane_fields, planar_fields, time_or_nan
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.workload import step_limit
+from warprock.kernels import two_block
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
@@ -71,7 +72,7 @@ class TwoBlock(AbstractEngine):
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: one lane a thread on any device."""
-        return Kernel("two_block/stack_run")
+        return Kernel(two_block, "stack_run")
 
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes

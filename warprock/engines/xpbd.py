@@ -13,6 +13,7 @@ from warprock.engines.blocks import planar_columns, stack_columns
 from warprock.engines.decoding import lane_fields, planar_fields, still_since
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_of, contacts_hold, unstable
+from warprock.kernels import xpbd
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import GroundMotions
 from warprock.model.response import SampleTimes, Status
@@ -41,7 +42,7 @@ class Xpbd(AbstractEngine):
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: the same text for a single block and for a stack."""
         return Kernel(
-            "xpbd/stack_run", lanes=self.target.lanes, iterations=self.settings.iterations
+            xpbd, "stack_run", lanes=self.target.lanes, iterations=self.settings.iterations
         )
 
     def inputs(

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from warprock.figures.palette import DARK, FALLEN, GREY, PALE, SERIES
 from warprock.figures.sheet import style
 from warprock.model.hull import lower_hull
-from warprock.run.scene_motion import SceneMotion
+from warprock.running.scene_motion import SceneMotion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,6 +32,8 @@ AXES = "xyz"
 """Axes of the places and accelerations of a base."""
 FAR = 1.0
 """Drift of the base over the size of the scene from which the view goes with it."""
+FAINT = 0.3
+"""Opacity of blocks that stay where they were when their model ended."""
 FACES = np.array(
     [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
 )
@@ -86,7 +88,9 @@ def _said(motion: SceneMotion, sample: int) -> str:
             for name in motion.axes
         )
         parts.append(f"base moved by {moved}")
-    if sample == len(motion.times) - 1:
+    if motion.end is not None and motion.times[sample] >= motion.end:
+        parts.append(f"{motion.outcome} at {motion.end:.2f} s; what follows is not modelled")
+    elif sample == len(motion.times) - 1:
         parts.append(f"end: {motion.outcome}")
     return "     ".join(parts)
 
@@ -189,7 +193,10 @@ class _View:
 
     def show(self, sample: int) -> None:
         """Puts everything where it is at a sample."""
-        base = self.base[sample]
+        base, end = self.base[sample], self.motion.end
+        faint = end is not None and self.motion.times[sample] >= end
+        for patch in self.blocks:
+            patch.set_alpha(FAINT if faint else 1.0)
         self.slabs[0].set_xy(self._slab(base))
         self._show_ground(sample)
         if not self.motion.spatial:

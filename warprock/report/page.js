@@ -341,6 +341,8 @@
     const put = (point) => this.place(point.map((value, k) => value - off[k]));
     const polygon = (points, attributes) =>
       make("polygon", Object.assign({ points: points.map((p) => p[0].toFixed(1) + "," + p[1].toFixed(1)).join(" ") }, attributes), svg);
+    // Blocks stay where they were, in the air, too, when the model of their lane ended.
+    const shape = lane.fell !== undefined && this.time >= lane.fell ? "block fallen" : "block";
     while (svg.lastChild.tagName !== "title") svg.removeChild(svg.lastChild);
     this.drawGround(off);
     const s = this.plate;
@@ -356,20 +358,20 @@
       const points = corners.map(put);
       const color = COLORS[k % COLORS.length];
       if (lane.blocks[k].p) {
-        polygon(lane.spatial ? hull(points) : points, { class: "block", fill: color, stroke: color });
+        polygon(lane.spatial ? hull(points) : points, { class: shape, fill: color, stroke: color });
         const centre = put(["x", "y", "z"].map((axis) => this.at(lane.blocks[k][axis], lane.length)));
         make("circle", { cx: centre[0], cy: centre[1], r: 3, fill: color }, svg);
         return;
       }
       if (!lane.spatial) {
-        polygon([0, 4, 5, 1].map((c) => points[c]), { class: "block", fill: color, stroke: color });
+        polygon([0, 4, 5, 1].map((c) => points[c]), { class: shape, fill: color, stroke: color });
         return;
       }
       FACES.map((face) => face.map((c) => points[c]))
         .map((face) => [face.reduce((sum, p) => sum + p[2], 0), face])
         .sort((a, b) => b[0] - a[0])
         .slice(3)
-        .forEach((pair) => polygon(pair[1], { class: "block", fill: color, stroke: color }));
+        .forEach((pair) => polygon(pair[1], { class: shape, fill: color, stroke: color }));
     });
     this.say(base);
   };
@@ -388,9 +390,15 @@
       if (!this.lane.spatial && x > 14 && x < width - 30)
         make("text", { x: x, y: height - 2, "text-anchor": "middle" }, svg, written(k * step, step) + " m");
     }
-    make("text", { x: 6, y: 16, class: "clock" }, svg, this.time.toFixed(2) + " s");
+    make("text", { x: 6, y: 16, class: "clock" }, svg, [this.time.toFixed(2) + " s", this.ended()].filter(Boolean).join("   "));
     if (this.lane.spatial)
       make("text", { x: 6, y: height - 4 }, svg, "a mark on the ground every " + written(step, step) + " m");
+  };
+
+  // What is said of a lane whose model has ended, since a block of its stack fell.
+  Player.prototype.ended = function () {
+    const fell = this.lane.fell;
+    return fell !== undefined && this.time >= fell ? "fell at " + fell.toFixed(2) + " s; what follows is not modelled" : "";
   };
 
   Player.prototype.say = function (base) {
@@ -404,6 +412,7 @@
       parts.push("base moved " + (1000 * base[0]).toFixed(1) + " mm, accelerated " + this.at(lane.acc, lane.rate).toFixed(2) + " m/s²");
     if (lane.rise)
       parts.push("upwards " + (1000 * base[2]).toFixed(1) + " mm, " + this.at(lane.rise, lane.rate).toFixed(2) + " m/s²");
+    if (this.ended()) parts.push(this.ended());
     const text = this.time.toFixed(2) + " s: " + parts.join("; ");
     this.now.textContent = text;
     this.slider.value = String(this.time);

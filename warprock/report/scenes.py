@@ -13,9 +13,10 @@ import pandas as pd
 from warprock.case.case import Case
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.report.lanes import lane_name, peak_ratio, standing
-from warprock.run.case_run import CaseRun, run_lanes
-from warprock.run.lane_table import history_table, lane_table
-from warprock.run.provenance import provenance
+from warprock.running.case_run import CaseRun, run_lanes
+from warprock.running.lane_table import history_table, lane_table
+from warprock.running.provenance import provenance
+from warprock.running.scene_motion import last_move
 
 Array = npt.NDArray[np.float64]
 
@@ -137,7 +138,7 @@ def scene(
     """One lane as a page plays it: whole numbers, and what one of them is worth.
 
     Args:
-        history: Its history, as `run.lane_table.history_table` gives it.
+        history: Its history, as `running.lane_table.history_table` gives it.
         row: Its row of the lane table.
         name: What sets it apart.
         why: Why it was chosen; empty where all lanes are.
@@ -160,6 +161,10 @@ def scene(
     if stride > 1:
         about += f" One in {stride} samples of its history is kept here."
     times = shown["time_s"].to_numpy()
+    fell = len(parts) > 1 and row["outcome"] in ("overturned", "slid_off")
+    end = float(times[last_move(np.stack([part["r"] for part in parts]))]) if fell else None
+    if end is not None:
+        about += f" The run ended at {end:.3g} s: what follows the fall is not modelled."
     spatial = any("q" in part for part in parts)
     return {
         "lane": int(row["lane"]),
@@ -168,6 +173,7 @@ def scene(
         "n": len(times),
         "dt": float(f"{times[1] - times[0]:.9g}") if len(times) > 1 else 1.0,
         "spatial": spatial,
+        **({} if end is None else {"fell": end}),
         "length": length,
         "angle": angle,
         "rate": rate,

@@ -1,0 +1,267 @@
+"""`run.json` as it is read: what each kind of results says there is declared here and held to.
+
+A file that was edited, damaged or written by another program is refused in one line, and readers
+take what they read for what it is.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import pathlib
+from collections.abc import Mapping
+from typing import Any
+
+from warprock.errors import InputError
+from warprock.quantity import Said
+from warprock.reading import read_bytes, reason
+
+Shape = Any
+"""What a value may be: a type of `_NAMES`; a tuple of shapes, any of them; `[shape]`, a list of
+them; `{...: shape}`, an object of any keys; `{"key": shape, "other?": shape}`, an object that has
+`key`, may have `other`, and may have more."""
+
+_NAMES = {str: "text", int: "a whole number", float: "a number", bool: "true or false",
+          dict: "an object", list: "a list", None: "null"}  # fmt: skip
+_MOST = 10**15
+"""Whole numbers are counts: none is larger."""
+
+RESOLVED = {
+    "title?": str,
+    "source?": str,
+    "block?": {...: object},
+    "sweep?": ([{"label?": {...: ([(str, float, bool)], str)}, ...: object}], {...: object}),
+    "sample?": {
+        "lanes?": int,
+        "seed?": int,
+        "sampling?": str,
+        "over?": {...: object},
+    },
+    "ensemble?": {"members?": int, "spread?": {...: object}, ...: object},
+    ...: object,
+}
+CASE = {
+    "name": str,
+    "title": str,
+    "source?": (str, None),
+    "file": str,
+    "folder?": (str, None),
+    "resolved": RESOLVED,
+    "overridden?": [str],
+    "tables?": [{"sweep": int, "file": str, "rows": int, "keys": [str], "labelled?": bool}],
+}
+ENGINE = {"name": str, "settings?": {...: (float, str, bool, None, [(float, str)])}}
+COUNTS = {...: int}
+_RECORD = {"name": str, "sha256": str, "source": str, "licence": str}
+COMMON: dict[Any, Shape] = {
+    "case?": (CASE, str),
+    "engine?": (ENGINE, str, None),
+    "precision?": str,
+    "device?": str,
+    "versions?": {...: (str, None)},
+    "kernel_sha256?": str,
+    "machine?": {"cpu": str, "cores": int, "vector_flags": [str]},
+    "records?": [_RECORD],
+    "finished?": str,
+    "lanes?": int,
+    "status?": COUNTS,
+    "outcome?": COUNTS,
+    "estimate?": bool,
+    "tolerance?": (float, None),
+    "accuracy?": (None, {"met": int, ...: float}, {}),
+    "rotation_error_rad?": (None, {"median": float, "largest": float}),
+    "duration_s?": float,
+    "shortest_duration_s?": float,
+    "wall_time_s?": float,
+}
+"""What results of any kind may say."""
+
+_OF_CASE = {"case": CASE, "engine": ENGINE, "lanes": int, "status": COUNTS, "outcome": COUNTS}
+RUN = {**_OF_CASE, "precision": str, "device": str}
+"""What a run says."""
+_ROWS = [{...: (str, float, bool, None, [object])}]
+_FACTORS = {"lowest": float, "highest": float, "count": int, "accuracy": float}
+KINDS: dict[str, dict[Any, Shape]] = {
+    "modes": {
+        **_OF_CASE,
+        "modes": COUNTS,
+        "grid_lanes": int,
+        "lanes_run": int,
+        "boundaries": int,
+        "tolerance": float,
+    },
+    "curves": {**_OF_CASE, "curves": [str]},
+    "incremental": {"case": CASE, "incremental": _FACTORS, "intensity": str, "runs": int},
+    "study": {
+        "case": CASE,
+        "study": [{"engine?": str, "vary": [{"setting": str, "baseline": float}]}],
+    },
+    "of": {
+        **_OF_CASE,
+        "of": str,
+        "groups": [
+            {
+                "group": str,
+                "lanes": int,
+                "mean": float,
+                "standard_deviation": float,
+                "overturned": int,
+            }
+        ],
+    },
+    "validation": {
+        "case": CASE,
+        "validation": {
+            "tests": int,
+            "overturned": int,
+            "members": int,
+            "observed": str,
+            "group?": (str, None),
+            "records?": (int, None),
+            "unobserved": int,
+            "rules": [str],
+        },
+        "engines": [{"name": str}],
+        "sentence": str,
+        "pairs": [
+            {
+                "first": str,
+                "second": str,
+                "first_only_right": int,
+                "second_only_right": int,
+                "p_value": float,
+            }
+        ],
+        "medians": [
+            {
+                "source": str,
+                "over_observed": (float, None),
+                "intensity": str,
+                "median": (float, None),
+            }
+        ],
+        **dict.fromkeys(("scores", "by_status", "measured", "reliability"), _ROWS),
+    },
+    "body": {
+        "body": {
+            "name": str,
+            "file": str,
+            "unit": str,
+            "up": str,
+            "model": str,
+            "sizes_m": [float],
+            **dict.fromkeys(("mass_kg", "density_kg_m3", "centre_height_m"), float),
+            "direction_deg": (float, None),
+        },
+        "came_out": str,
+        "notes": [str],
+        "sha256": str,
+        "rests": _ROWS,
+        "by_tolerance": _ROWS,
+    },
+    "asked": {"asked": CASE, "engines": [str], "costs?": _ROWS},
+}
+"""What only one kind of results says in `run.json`, by which it is known, and what goes with it."""
+
+
+def read_facts(path: pathlib.Path) -> dict[str, Any]:
+    """What `run.json` holds.
+
+    Args:
+        path: The file.
+
+    Raises:
+        InputError: It cannot be read, holds no object, or is not as a command wrote it.
+    """
+    facts = read_object(path)
+    kind = next((name for name in KINDS if name in facts), None)
+    require_shape(facts, {**COMMON, **KINDS.get(kind or "", {})}, str(path))
+    return facts
+
+
+def read_object(path: pathlib.Path) -> dict[str, Any]:
+    """The object in a JSON file.
+
+    Raises:
+        InputError: It cannot be read, or holds no object.
+    """
+    try:
+        found = json.loads(read_bytes(path))
+        # Half of a surrogate pair, which no file of text can hold, is no text.
+        json.dumps(found, ensure_ascii=False).encode()
+    except (OSError, ValueError, RecursionError) as error:
+        why = reason(error) if isinstance(error, OSError) else str(error)
+        raise InputError(str(path), "", "the file", f"must be readable JSON ({why})") from None
+    if not isinstance(found, dict):
+        raise InputError(str(path), "", "the file", "must hold a JSON object")
+    return found
+
+
+def require_shape(value: object, shape: Shape, source: str, key: str = "") -> None:
+    """Refuses a value that is not of a shape.
+
+    Args:
+        value: What was read.
+        shape: What it must be.
+        source: File that holds it.
+        key: Its dotted key there.
+
+    Raises:
+        InputError: It is not; the error names the first key that is wrong.
+    """
+    if isinstance(shape, tuple):
+        fitting = [each for each in shape if _is_kind(value, each)]
+        # An object without keys is one of its own kind.
+        fitting.sort(key=lambda each: each != {})
+        if not fitting:
+            allowed = f"must be {' or '.join(dict.fromkeys(map(_name, shape)))}"
+            raise InputError(source, key, value, allowed)
+        require_shape(value, fitting[0], source, key)
+    elif not _is_kind(value, shape):
+        raise InputError(source, key, value, f"must be {_name(shape)}")
+    elif isinstance(shape, list):
+        assert isinstance(value, list)
+        for number, each in enumerate(value):
+            require_shape(each, shape[0], source, f"{key}.{number}")
+    elif isinstance(shape, Mapping):
+        assert isinstance(value, dict)
+        _require_keys(value, shape, source, key)
+
+
+def _require_keys(value: dict[str, Any], shape: Shape, source: str, key: str) -> None:
+    """Refuses an object that lacks a key, or has a wrong value at one."""
+    inside = f"{key}." if key else ""
+    known = {name: each for name, each in shape.items() if name is not ...}
+    for name, each in known.items():
+        bare = name.removesuffix("?")
+        if bare in value:
+            require_shape(value[bare], each, source, inside + bare)
+        elif bare == name:
+            what = "must be there: warprock writes it"
+            raise InputError(source, inside + bare, Said("nothing"), what)
+    if ... in shape:
+        for name in value.keys() - {name.removesuffix("?") for name in known}:
+            require_shape(value[name], shape[...], source, inside + name)
+
+
+def _is_kind(value: object, shape: Shape) -> bool:
+    """Whether a value is of the outermost kind of a shape."""
+    if shape is object:
+        return True
+    if shape is None:
+        return value is None
+    if isinstance(shape, list):
+        return isinstance(value, list)
+    if isinstance(shape, Mapping):
+        return isinstance(value, dict) and (bool(shape) or not value)
+    if shape in (int, float):
+        if isinstance(value, bool) or not isinstance(value, (int, shape)):
+            return False
+        return math.isfinite(value) if isinstance(value, float) else abs(value) <= _MOST
+    return isinstance(value, shape)
+
+
+def _name(shape: Shape) -> str:
+    if isinstance(shape, Mapping):
+        return _NAMES[dict] if shape else "an empty object"
+    return _NAMES[list] if isinstance(shape, list) else _NAMES[shape]
