@@ -8,16 +8,24 @@ comes to an impact or a stop. All others are of second order and take shorter on
 import warp as wp
 
 from warprock.kernels.event.block_contact import SOON, Block, hold_reserve, lower_corner
-from warprock.kernels.event.block_rocking import landing, rocking_series, rotation_after
+from warprock.kernels.event.block_rocking import (
+    Curve,
+    mirror_acceleration,
+    rocking_series,
+    value_after,
+    zero_of,
+)
 from warprock.kernels.event.block_sliding import slide_after, slides_flat, sliding_series
+from warprock.kernels.event.block_state import Span, State
 from warprock.kernels.modes import FLAT, PIVOTING
 from warprock.kernels.motion import (
+    Ground,
     Motion,
-    acceleration_after,
+    acceleration_at,
     base_velocity,
+    expand,
     knot_step,
     knot_time,
-    series,
 )
 
 REACH = real(0.125)
@@ -74,63 +82,53 @@ def step_length(
 
 
 @wp.func
-def begin(
-    block: Block, gravity: real, m: Motion, sample: real, sample_slope: real, end: real, live: bool,
-    theta: real, vx: real, omega: real, slip: real, mode: int, time: real, segment: int,
-    base: real, cap: real,
-):  # fmt: skip
+def begin(block: Block, gravity: real, m: Motion, ground: Ground, end: real, live: bool, s: State):
     """What a trial step of a lane begins with.
 
     Where a corner surely sticks the step ends at the impact that its polynomial comes to, and
     where a block slides flat at its stop.
 
     Returns:
-        Its length [s], its end, whether that is a knot, the velocity step of the base there; the
-        side that the block leans to or would if it lifted; acceleration of the base at both ends
-        [m/s^2], change of its velocity between [m/s]; way that the block slides where it does so
-        flat [m], else 0; coefficients 2 to 6 of the rotation should the corner stick, seen so that
-        the block leans to +x.
+        The step; the rotation in it should the corner stick, seen so that the block leans to +x;
+        the side that the block leans to, or would if it lifted; way that it slides where it does so
+        flat [m], else 0.
     """
     zero = real(0.0)
-    knot = knot_time(m, segment)
+    knot = knot_time(m, s.segment)
     target = smaller(knot, end)
-    room = target - time
-    resting = mode == FLAT and slip == zero
-    d = step_length(block, resting, segment == 0 or knot >= NEVER, omega, room, cap)
+    room = target - s.time
+    resting = s.mode == FLAT and s.slip == zero
+    d = step_length(block, resting, s.segment == 0 or knot >= NEVER, s.omega, room, s.cap)
     d = wp.where(live, d, zero)
-    a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, sample_slope)
-    a = acceleration_after(a0, a1, a2, a3, a4, a5, a6, a7, a8, d)
-    upright = wp.where(mode == FLAT, wp.where(slip != zero, slip, -a0 - a), omega)
-    side = sign_of(wp.where(theta != zero, theta, upright))
-    th, om = side * theta, side * omega
-    x, z = lower_corner(block, sine(th), cosine(th))
-    t2, t3, t4, t5, t6, _x2, _z2 = rocking_series(
-        block, gravity, x, z, om, side * a0, side * a1, side * a2, side * a3, side * a4
-    )
-    _reserve, surely = hold_reserve(block, gravity, slip, x, z, om, side * a0)
+    a = expand(m, s.segment, s.time, ground.value, ground.slope)
+    last = acceleration_at(a, d)
+    upright = wp.where(s.mode == FLAT, wp.where(s.slip != zero, s.slip, -a.a0 - last), s.omega)
+    side = sign_of(wp.where(s.theta != zero, s.theta, upright))
+    th, om = side * s.theta, side * s.omega
+    lower = lower_corner(block, th)
+    seen = mirror_acceleration(side, a)
+    curve, _x2, _z2 = rocking_series(block, gravity, lower, th, om, seen)
+    _reserve, surely = hold_reserve(block, gravity, s.slip, lower, om, seen.a0)
     # One at rest that friction does not hold is about to slide.
-    starts = size(a0) >= (real(1.0) - SOON) * block.friction * gravity
-    rolls = slip == zero and ((mode == FLAT and not starts) or (mode == PIVOTING and surely))
-    slides = slides_flat(block, mode, slip, vx)
-    u = slip * vx
-    u1, u2, u3, u4, u5, u6 = sliding_series(
-        block, gravity, slip * a0, slip * a1, slip * a2, slip * a3, slip * a4, slip * a5
-    )
+    starts = size(a.a0) >= (real(1.0) - SOON) * block.friction * gravity
+    rolls = s.slip == zero and ((s.mode == FLAT and not starts) or (s.mode == PIVOTING and surely))
+    slides = slides_flat(block, s.mode, s.slip, s.vx)
+    speed = sliding_series(block, gravity, s.slip * s.vx, mirror_acceleration(s.slip, a))
     d = wp.where(rolls or slides, d, smaller(d, block.short_step))
     # The polynomial that comes to zero at the event: the rotation, or the velocity.
-    p0, p1, p2 = wp.where(slides, u, th), wp.where(slides, u1, om), wp.where(slides, u2, t2)
-    p3, p4 = wp.where(slides, u3, t3), wp.where(slides, u4, t4)
-    p5, p6 = wp.where(slides, u5, t5), wp.where(slides, u6, t6)
-    ends = rotation_after(p0, p1, p2, p3, p4, p5, p6, d)
-    meets = (slides or (rolls and mode == PIVOTING)) and ends < zero
-    met = landing(p0, p1, p2, p3, p4, p5, p6, first_root(p0, p1, ends, d), d)
-    d = wp.where(meets, met, d)
-    slid = wp.where(slides, slide_after(u, u1, u2, u3, u4, u5, u6, d), zero)
-    time1 = wp.where(d >= room, target, time + d)
-    passed = time1 >= knot
-    kick = wp.where(passed, knot_step(m, segment), zero)
-    a = acceleration_after(a0, a1, a2, a3, a4, a5, a6, a7, a8, d)
-    return (
-        d, time1, passed, kick, side, a0, a, base_change(m, time1, d, a, a1, base, kick),
-        slid, t2, t3, t4, t5, t6,
+    p = Curve(
+        wp.where(slides, speed.c0, th), wp.where(slides, speed.c1, om),
+        wp.where(slides, speed.c2, curve.c2), wp.where(slides, speed.c3, curve.c3),
+        wp.where(slides, speed.c4, curve.c4), wp.where(slides, speed.c5, curve.c5),
+        wp.where(slides, speed.c6, curve.c6),
     )  # fmt: skip
+    ends = value_after(p, d)
+    meets = (slides or (rolls and s.mode == PIVOTING)) and ends < zero
+    d = wp.where(meets, zero_of(p, first_root(p.c0, p.c1, ends, d), d), d)
+    slid = wp.where(slides, slide_after(speed, d), zero)
+    time = wp.where(d >= room, target, s.time + d)
+    passed = time >= knot
+    kick = wp.where(passed, knot_step(m, s.segment), zero)
+    last = acceleration_at(a, d)
+    dv = base_change(m, time, d, last, a.a1, s.base, kick)
+    return Span(d, time, passed, a.a0, last, dv, kick), curve, side, slid

@@ -38,10 +38,41 @@ class Block:
     step_limit: int
 
 
+@wp.struct
+class Lever:
+    """A corner from the centre of mass [m]."""
+
+    x: real
+    z: real
+
+
+@wp.struct
+class Velocity:
+    """Velocity of the centre of mass relative to the base [m/s], and angular velocity [rad/s]."""
+
+    x: real
+    z: real
+    omega: real
+
+
+@wp.struct
+class Contact:
+    """How a block touches its base.
+
+    Attributes:
+        mode: FLYING, PIVOTING or FLAT.
+        slip: Direction in which it slides, -1 or 1, or 0 where it sticks.
+    """
+
+    mode: int
+    slip: real
+
+
 @wp.func
-def lower_corner(block: Block, s: real, c: real):
-    """Lower corner from the centre of mass [m], from the sine and cosine of the rotation."""
-    return (
+def lower_corner(block: Block, theta: real) -> Lever:
+    """The lower corner of a block that leans to +x by a rotation [rad]."""
+    s, c = sine(theta), cosine(theta)
+    return Lever(
         fused_less(block.half_height, s, block.half_width * c),
         fused_less(block.half_width, s, -block.half_height * c),
     )
@@ -49,14 +80,14 @@ def lower_corner(block: Block, s: real, c: real):
 
 @wp.func
 def corner_impulse(
-    mu: real, w: real, x: real, z: real, u: real, s: real, hold: bool, slides: bool, drag: real
+    mu: real, w: real, at: Lever, u: real, s: real, hold: bool, slides: bool, drag: real
 ):
     """Impulses of one corner on a block of mass 1.
 
     Args:
         mu: Friction coefficient.
         w: Inverse inertia [1/m^2].
-        x, z: Corner from the centre of mass [m].
+        at: The corner.
         u: Normal velocity of the corner without contact [m/s].
         s: Tangential velocity of the corner without contact [m/s].
         hold: Whether the corner sticks whatever force it takes.
@@ -65,7 +96,7 @@ def corner_impulse(
     Returns:
         Normal and tangential impulse [m/s]; whether the corner sticks; direction of friction.
     """
-    one = real(1.0)
+    one, x, z = real(1.0), at.x, at.z
     kn = fused(w * x, x, one)
     kt = fused(w * z, z, one)
     k = -w * x * z
@@ -83,7 +114,7 @@ def corner_impulse(
 
 
 @wp.func
-def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omega: real, a: real):
+def hold_reserve(block: Block, gravity: real, slip: real, at: Lever, omega: real, a: real):
     """Margin of the force at a pivoting corner until it slides; of a sliding one until it leaves.
 
     From the accelerations of the corner without contact: it falls at g and is flung out by the
@@ -94,19 +125,20 @@ def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omeg
         block: The block.
         gravity: [m/s^2].
         slip: Direction of sliding, 0 where the corner sticks.
-        x, z: Corner from the centre of mass [m].
+        at: The corner.
         omega: Angular velocity [rad/s].
         a: Acceleration of the base [m/s^2].
 
     Returns:
         The reserve; whether it is surely positive.
     """
-    # Downwards and back; behind it the impulses that take both to zero, times 1 + w (x^2 + z^2).
-    down = fused(omega * omega, z, gravity)
-    back = fused(omega * omega, x, a)
-    q = block.inverse_inertia * fused(x, back, z * down)
-    n = fused(z, q, down)
-    f = fused(x, q, back)
+    # Accelerations of the free corner; then the impulses that cancel them, times
+    # 1 + w (x^2 + z^2).
+    down = fused(omega * omega, at.z, gravity)
+    back = fused(omega * omega, at.x, a)
+    q = block.inverse_inertia * fused(at.x, back, at.z * down)
+    n = fused(at.z, q, down)
+    f = fused(at.x, q, back)
     slides = slip != real(0.0)
     grip = block.friction * n
     reserve = wp.where(slides, down, grip - size(f))
@@ -114,145 +146,106 @@ def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omeg
 
 
 @wp.func
-def uplift_lack(limit: real, a0: real, a1: real):
-    """How far the acceleration is from moving a block at rest, at both ends of a step."""
-    pull = sign_of(wp.where(size(a1) > size(a0), a1, a0))
-    return fused_less(pull, a0, limit), fused_less(pull, a1, limit)
-
-
-@wp.func
-def held_lack(
-    block: Block, mode: int, mode1: int, slip: real, surely: bool, reserve: real, reserve1: real,
-    a0: real, a1: real,
-):  # fmt: skip
-    """How far the force is from changing the contact of a block, at both ends of a step.
-
-    Args:
-        block: The block.
-        mode, mode1: FLYING, PIVOTING or FLAT at the start and in the step.
-        slip: Direction of sliding at the start, 0 where the block sticks.
-        surely: Whether the reserve at the start is surely positive.
-        reserve, reserve1: `hold_reserve` at the start and at the end.
-        a0, a1: Acceleration of the base at the start [m/s^2] and at the end.
-
-    Returns:
-        Whether the start of the step holds it; the lack at the start and at the end.
-    """
-    lack, lack1 = uplift_lack(block.hold_acceleration, a0, a1)
-    rests = mode == FLAT and slip == real(0.0) and lack > -SOON * lack1
-    corner = surely and not rests and (mode == PIVOTING or mode1 == PIVOTING)
-    return rests or corner, wp.where(corner, reserve, lack), wp.where(corner, reserve1, lack1)
-
-
-@wp.func
-def mean_velocity(
-    block: Block, mode: int, slip: real, hold: bool, theta: real, ux: real, uz: real, uo: real
-):
+def mean_velocity(block: Block, contact: Contact, hold: bool, theta: real, free: Velocity):
     """Mean velocity of a step and the contact that makes it.
 
     Args:
         block: The block.
-        mode: FLYING, PIVOTING or FLAT.
-        slip: Direction of sliding at the start, 0 where the corner sticks.
+        contact: How it touches its base at the start.
         hold: Whether a pivoting corner sticks whatever force it takes.
         theta: Rotation at the middle of the step [rad].
-        ux: Mean velocity along the base without contact [m/s].
-        uz: Mean velocity across the base without contact [m/s].
-        uo: Mean angular velocity without contact [rad/s].
+        free: Mean velocity without contact.
 
     Returns:
-        Mean velocity (three values); mode in the step; direction of sliding in the step; energy
-        lost to friction per unit mass [J/kg].
+        Mean velocity; contact in the step; energy lost to friction per unit mass [J/kg].
     """
     zero = real(0.0)
     w = block.inverse_inertia
-    x, z = lower_corner(block, sine(theta), cosine(theta))
+    at = lower_corner(block, theta)
+    mode, slip = contact.mode, contact.slip
     slides = slip != zero
     n, f, sticks, drag = corner_impulse(
-        block.friction, w, x, z, fused_less(uo, x, uz), fused(uo, z, ux), hold, slides, -slip
-    )
+        block.friction, w, at, fused_less(free.omega, at.x, free.z),
+        fused(free.omega, at.z, free.x), hold, slides, -slip,
+    )  # fmt: skip
     on = mode != FLYING and (n > zero or hold or (sticks and n >= zero))
     n = wp.where(on, n, zero)
     f = wp.where(on, f, zero)
     # Flat on the base: the share of the trailing corner is what is left by the friction's moment.
-    bound = -block.friction * uz
-    flat_f = wp.where(slides, -slip * bound, larger(smaller(-ux, bound), -bound))
-    share = fused_less(block.half_width, uz, block.half_height * flat_f)
+    bound = -block.friction * free.z
+    flat_f = wp.where(slides, -slip * bound, larger(smaller(-free.x, bound), -bound))
+    share = fused_less(block.half_width, free.z, block.half_height * flat_f)
     stays = mode == FLAT and share >= zero
-    starts = size(ux) > bound
-    mx = ux + wp.where(stays, flat_f, f)
-    mo = wp.where(stays, zero, fused(w, fused_less(n, x, f * z), uo))
-    flat_slip = wp.where(slides, slip, wp.where(starts, sign_of(ux), zero))
+    starts = size(free.x) > bound
+    mx = free.x + wp.where(stays, flat_f, f)
+    mo = wp.where(stays, zero, fused(w, fused_less(n, at.x, f * at.z), free.omega))
+    flat_slip = wp.where(slides, slip, wp.where(starts, sign_of(free.x), zero))
     pivot_slip = wp.where(sticks or not on, zero, -drag)
-    lost = -wp.where(stays, flat_f * mx, f * fused(mo, z, mx))
+    lost = -wp.where(stays, flat_f * mx, f * fused(mo, at.z, mx))
     return (
-        mx,
-        wp.where(stays, zero, uz + n),
-        mo,
-        wp.where(stays, FLAT, wp.where(on, PIVOTING, FLYING)),
-        wp.where(stays, flat_slip, pivot_slip),
+        Velocity(mx, wp.where(stays, zero, free.z + n), mo),
+        Contact(
+            wp.where(stays, FLAT, wp.where(on, PIVOTING, FLYING)),
+            wp.where(stays, flat_slip, pivot_slip),
+        ),
         real(2.0) * lost,
     )
 
 
 @wp.func
 def step_velocity(
-    block: Block, mode: int, slip: real, hold: bool, theta: real, vx: real, vz: real, omega: real,
-    dv: real, d: real, fall: real,
+    block: Block, contact: Contact, hold: bool, theta: real, v: Velocity, dv: real, d: real,
+    fall: real,
 ):  # fmt: skip
     """`mean_velocity` of a step of a given length; a step of length zero changes nothing.
 
     Args:
         block: The block.
-        mode, slip: See `mean_velocity`.
+        contact: How it touches its base at the start.
         hold: Whether a pivoting corner that sticks does so in the whole step.
         theta: Rotation at the start [rad].
-        vx, vz: Velocity along the base at the start [m/s] and across it.
-        omega: Angular velocity at the start [rad/s].
+        v: Velocity there.
         dv: Change of the base velocity in the step [m/s].
         d: Length of the step [s].
         fall: What gravity makes of a velocity in it [m/s].
     """
-    mx, mz, mo, mode1, slip1, lost = mean_velocity(
-        block, mode, slip, hold and slip == real(0.0), fused(HALF * d, omega, theta),
-        fused_less(HALF, dv, vx), fused_less(HALF, fall, vz), omega,
+    mean, held, lost = mean_velocity(
+        block, contact, hold and contact.slip == real(0.0), fused(HALF * d, v.omega, theta),
+        Velocity(fused_less(HALF, dv, v.x), fused_less(HALF, fall, v.z), v.omega),
     )  # fmt: skip
     idle = d <= real(0.0)
     return (
-        wp.where(idle, vx, mx),
-        wp.where(idle, vz, mz),
-        wp.where(idle, omega, mo),
-        wp.where(idle, mode, mode1),
-        wp.where(idle, slip, slip1),
+        Velocity(
+            wp.where(idle, v.x, mean.x),
+            wp.where(idle, v.z, mean.z),
+            wp.where(idle, v.omega, mean.omega),
+        ),
+        Contact(wp.where(idle, contact.mode, held.mode), wp.where(idle, contact.slip, held.slip)),
         wp.where(idle, real(0.0), lost),
     )
 
 
 @wp.func
-def held_velocity(
-    block: Block, mode: int, slip: real, s: real, c: real, ux: real, uz: real, uo: real
-):
+def held_velocity(block: Block, contact: Contact, theta: real, free: Velocity) -> Velocity:
     """Velocity at the end of a step, projected on its contact along the contact's force.
 
     Args:
         block: The block.
-        mode: FLYING, PIVOTING or FLAT.
-        slip: Direction of sliding, 0 where the corner sticks.
-        s, c: Sine of the rotation and its cosine.
-        ux: Velocity along the base before [m/s].
-        uz: Velocity across the base before [m/s].
-        uo: Angular velocity before [rad/s].
+        contact: How it touches its base.
+        theta: Rotation [rad].
+        free: Velocity before.
     """
     zero = real(0.0)
     w = block.inverse_inertia
-    x, z = lower_corner(block, s, c)
-    sticks = slip == zero
+    at = lower_corner(block, theta)
+    sticks = contact.slip == zero
     n, f, _sticks, _drag = corner_impulse(
-        block.friction, w, x, z, fused_less(uo, x, uz), fused(uo, z, ux), sticks, not sticks, -slip
-    )
-    pivots = mode == PIVOTING
-    return (
-        wp.where(mode == FLAT and sticks, zero, ux + wp.where(pivots, f, zero)),
-        uz + wp.where(pivots, n, zero),
-        wp.where(pivots, fused(w, fused_less(n, x, f * z), uo), uo),
+        block.friction, w, at, fused_less(free.omega, at.x, free.z),
+        fused(free.omega, at.z, free.x), sticks, not sticks, -contact.slip,
+    )  # fmt: skip
+    pivots = contact.mode == PIVOTING
+    return Velocity(
+        wp.where(contact.mode == FLAT and sticks, zero, free.x + wp.where(pivots, f, zero)),
+        free.z + wp.where(pivots, n, zero),
+        wp.where(pivots, fused(w, fused_less(n, at.x, f * at.z), free.omega), free.omega),
     )

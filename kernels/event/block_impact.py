@@ -5,12 +5,44 @@ See event/block.py; the block leans to +x or not at all, as in event/block_conta
 
 import warp as wp
 
-from warprock.kernels.event.block_contact import Block, corner_impulse, lower_corner
+from warprock.kernels.event.block_contact import (
+    Block,
+    Contact,
+    Lever,
+    Velocity,
+    corner_impulse,
+    lower_corner,
+)
+from warprock.kernels.event.block_state import End, Span
 from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 
 
+@wp.struct
+class Impact:
+    """What the end of a step does to a block.
+
+    Attributes:
+        turn: -1 where the block is now seen from the other side, else 1.
+        vx, vz, omega: Velocity after it, seen from there [m/s], [rad/s].
+        mode, slip: How the block touches its base, seen from there.
+        lost: Energy lost per unit mass [J/kg].
+        hit: Whether the other corner or a flying one hit the base.
+        tail: Time of the impacts that resting leaves out [s].
+    """
+
+    turn: real
+    vx: real
+    vz: real
+    omega: real
+    mode: int
+    slip: real
+    lost: real
+    hit: bool
+    tail: real
+
+
 @wp.func
-def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: real, uo: real):
+def struck_velocity(block: Block, flat: bool, lower: Lever, before: Velocity):
     """Velocity after an inelastic impact: a corner has landed or the base stepped its velocity.
 
     With both corners at the base one is struck, or both are where the other would sink then: as
@@ -19,24 +51,22 @@ def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: re
     Args:
         block: The block.
         flat: Whether both corners are at the base.
-        s, c: Sine of the rotation and its cosine.
-        ux: Velocity along the base before [m/s].
-        uz: Velocity across the base before [m/s].
-        uo: Angular velocity before [rad/s].
+        lower: The lower corner.
+        before: Velocity before.
 
     Returns:
-        Velocity (three values), mode, direction of sliding, energy lost per unit mass [J/kg].
+        Velocity, contact, energy lost per unit mass [J/kg].
     """
     zero = real(0.0)
     w = block.inverse_inertia
-    x, z = lower_corner(block, s, c)
+    ux, uz, uo, z = before.x, before.z, before.omega, lower.z
     bound = larger(-block.friction * uz, zero)
     flat_f = larger(smaller(-ux, bound), -bound)
     # The share of the lower corner with both pressed, times the width: one that is pulled opens.
     share = fused(flat_f, z, fused(block.inertia, uo, larger(-uz, zero) * block.half_width))
-    x = wp.where(flat and share < zero, -x, x)
+    x = wp.where(flat and share < zero, -lower.x, lower.x)
     n, f, sticks, _drag = corner_impulse(
-        block.friction, w, x, z, fused_less(uo, x, uz), fused(uo, z, ux), False, False, zero
+        block.friction, w, Lever(x, z), fused_less(uo, x, uz), fused(uo, z, ux), False, False, zero
     )
     vx = ux + f
     vz = uz + n
@@ -50,12 +80,8 @@ def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: re
     still = wp.where(both, along == zero, sticks)
     lost = fused(ux - vx, ux + vx, (uz - vz) * (uz + vz))
     lost = fused((uo - vo) * block.inertia, uo + vo, lost)
-    return (
-        vx, vz, vo,
-        wp.where(both, FLAT, PIVOTING),
-        wp.where(still, zero, sign_of(along)),
-        HALF * lost,
-    )  # fmt: skip
+    contact = Contact(wp.where(both, FLAT, PIVOTING), wp.where(still, zero, sign_of(along)))
+    return Velocity(vx, vz, vo), contact, HALF * lost
 
 
 @wp.func
@@ -82,52 +108,47 @@ def may_rest(block: Block, gravity: real, omega: real, before: real, pull: real)
 
 
 @wp.func
-def end_of_step(
-    block: Block, gravity: real, falls: bool, lands: bool, kick: real, a: real, mode: int,
-    slip: real, s: real, c: real, theta: real, vx: real, vz: real, omega: real,
-):  # fmt: skip
-    """What the end of a step does to the velocities; the block leans to +x.
+def end_step(block: Block, gravity: real, falls: bool, lands: bool, span: Span, end: End) -> Impact:
+    """What the end of a step does to a block that leans to +x.
 
-    Returns:
-        -1 where the block is now seen from the other side, else 1; seen from there velocity
-        (three values), mode and direction of sliding; energy lost per unit mass; whether the
-        other corner or a flying one hit the base; time of the impacts that resting leaves out.
+    Args:
+        block: The block.
+        gravity: [m/s^2].
+        falls, lands: Whether it falls on its other corner, whether its lower corner lands.
+        span: The step, in which the base moves.
+        end: Its end.
     """
     zero = real(0.0)
     one = real(1.0)
-    hit = lands or (falls and mode == PIVOTING)
-    struck = hit or (kick != zero and mode != FLYING)
-    level = falls or mode == FLAT
-    kicked = vx - kick
-    turn = wp.where(falls, -one, wp.where(mode == FLAT and struck, sign_of(kicked), one))
-    vx1, vz1, omega1, mode1, slip1, lost = struck_velocity(
-        block, level or theta == zero,
-        wp.where(level, zero, s), wp.where(level, one, c), turn * kicked, vz, turn * omega,
-    )  # fmt: skip
+    kick = span.kick
+    hit = lands or (falls and end.mode == PIVOTING)
+    struck = hit or (kick != zero and end.mode != FLYING)
+    level = falls or end.mode == FLAT
+    kicked = end.vx - kick
+    turn = wp.where(falls, -one, wp.where(end.mode == FLAT and struck, sign_of(kicked), one))
+    at = lower_corner(block, end.theta)
+    lower = Lever(
+        wp.where(level, block.half_width, at.x), wp.where(level, -block.half_height, at.z)
+    )
+    before = Velocity(turn * kicked, end.vz, turn * end.omega)
+    after, contact, lost = struck_velocity(block, level or end.theta == zero, lower, before)
     # The base's work on the block is at the mean of both velocities: see account.py.
-    lost = fused_less(HALF * turn * kick, fused_less(turn, kicked, vx1), lost)
-    vx1 = wp.where(struck, vx1, turn * kicked)
-    vz1 = wp.where(struck, vz1, vz)
-    omega1 = wp.where(struck, omega1, turn * omega)
-    mode1 = wp.where(struck, mode1, mode)
-    slip1 = wp.where(struck, slip1, turn * slip)
+    lost = fused_less(HALF * turn * kick, fused_less(turn, kicked, after.x), lost)
+    vx1 = wp.where(struck, after.x, turn * kicked)
+    vz1 = wp.where(struck, after.z, end.vz)
+    omega1 = wp.where(struck, after.omega, turn * end.omega)
+    mode1 = wp.where(struck, contact.mode, end.mode)
+    slip1 = wp.where(struck, contact.slip, turn * end.slip)
     lost = wp.where(struck, lost, zero)
-    pull = wp.where(slip1 != zero, block.friction * gravity, size(a))
-    stays, tail = may_rest(block, gravity, omega1, omega, pull)
+    pull = wp.where(slip1 != zero, block.friction * gravity, size(span.a1))
+    stays, tail = may_rest(block, gravity, omega1, end.omega, pull)
     rests = stays and hit and level and mode1 == PIVOTING
-    tail = wp.where(rests, tail, zero)
     glides = wp.where(slip1 != zero, vx1, zero)
     slip1 = wp.where(rests and slip1 != zero, sign_of(vx1), slip1)
     rest_lost = fused(vx1, vx1, fused_less(glides, glides, vz1 * vz1))
     rest_lost = HALF * fused(omega1 * omega1, block.inertia, rest_lost)
-    return (
-        turn,
-        wp.where(rests, glides, vx1),
-        wp.where(rests, zero, vz1),
-        wp.where(rests, zero, omega1),
-        wp.where(rests, FLAT, mode1),
-        slip1,
-        lost + wp.where(rests, rest_lost, zero),
-        hit,
-        tail,
-    )
+    return Impact(
+        turn, wp.where(rests, glides, vx1), wp.where(rests, zero, vz1),
+        wp.where(rests, zero, omega1), wp.where(rests, FLAT, mode1), slip1,
+        lost + wp.where(rests, rest_lost, zero), hit, wp.where(rests, tail, zero),
+    )  # fmt: skip

@@ -11,7 +11,9 @@ centre of mass: up to the half width the block stays flat, whatever the base doe
 import warp as wp
 
 from warprock.kernels.event.block_contact import Block
+from warprock.kernels.event.block_rocking import Curve
 from warprock.kernels.modes import FLAT
+from warprock.kernels.motion import Acceleration
 
 
 @wp.func
@@ -22,19 +24,18 @@ def slides_flat(block: Block, mode: int, slip: real, vx: real) -> bool:
 
 
 @wp.func
-def sliding_series(
-    block: Block, gravity: real, a0: real, a1: real, a2: real, a3: real, a4: real, a5: real
-):
-    """Taylor coefficients 1 to 6 of the velocity, from 0 to 5 of the base's acceleration."""
+def sliding_series(block: Block, gravity: real, u: real, a: Acceleration) -> Curve:
+    """The velocity, from one at the start [m/s] and the acceleration of the base."""
     pull = block.friction * gravity
-    return -a0 - pull, -OVER_2 * a1, -OVER_3 * a2, -OVER_4 * a3, -OVER_5 * a4, -OVER_6 * a5
+    return Curve(
+        u, -a.a0 - pull, -OVER_2 * a.a1, -OVER_3 * a.a2, -OVER_4 * a.a3, -OVER_5 * a.a4,
+        -OVER_6 * a.a5,
+    )  # fmt: skip
 
 
 @wp.func
-def slide_after(
-    u: real, u1: real, u2: real, u3: real, u4: real, u5: real, u6: real, tau: real
-) -> real:  # fmt: skip
-    """Way along the base a time after the start of a step [m], from the velocity's coefficients."""
-    high = fused(tau, fused(tau, OVER_7 * u6, OVER_6 * u5), OVER_5 * u4)
-    high = fused(tau, fused(tau, high, OVER_4 * u3), OVER_3 * u2)
-    return tau * fused(tau, fused(tau, high, OVER_2 * u1), u)
+def slide_after(u: Curve, tau: real) -> real:
+    """Way along the base a time after the start of a step [m], from the velocity."""
+    high = fused(tau, fused(tau, OVER_7 * u.c6, OVER_6 * u.c5), OVER_5 * u.c4)
+    high = fused(tau, fused(tau, high, OVER_4 * u.c3), OVER_3 * u.c2)
+    return tau * fused(tau, fused(tau, high, OVER_2 * u.c1), u.c0)

@@ -7,8 +7,8 @@ which is the impact, or takes the place of corner k in flight. Where a body lies
 be any edge; the corner about which it would tip is the end nearer to where the base presses it. It
 has overturned at a right angle from where it stands at first.
 
-A lane's state is that of event/block.py with theta [rad] from where the body stands at first, and
-`corner`, the number of corner k; of a body that lies flat, of its edge's end at -x. The slide is
+A lane's state is that of event/block_state.py with theta [rad] from where the body stands at
+first, and the number of corner k; of a body that lies flat, of its edge's end at -x. The slide is
 that of what touches, along the base, over what the body has rolled.
 
 After an impact on another corner the body rests on the edge between if its next swing would stay
@@ -17,88 +17,165 @@ below `rest_rotation` on either side.
 
 import warp as wp
 
-from warprock.kernels.event.block import GRAIN, LEAST, NEARLY, Knobs
+from warprock.kernels.event.block import GRAIN, LEAST, NEARLY, TICK, Knobs, Margin
 from warprock.kernels.event.block_begin import REACH, SLOWEST, base_change, first_root
-from warprock.kernels.event.block_contact import SOON
+from warprock.kernels.event.block_contact import SOON, Contact, Lever, Velocity
+from warprock.kernels.event.block_state import End, Shown, Span, State, is_at_rest
 from warprock.kernels.event.body_contact import (
     Body,
     Edge,
-    held_lack,
+    bounds,
     held_velocity,
     hold_reserve,
+    least_lack,
     mean_velocity,
 )
-from warprock.kernels.event.body_impact import end_of_step
-from warprock.kernels.event.body_view import View, contacts_at, edge_below
+from warprock.kernels.event.body_impact import end_step
+from warprock.kernels.event.body_view import View, edge_below, find_contacts
 from warprock.kernels.event.body_weight import Weight, fall_in
-from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED
-from warprock.kernels.motion import Motion, knot_step, knot_time, series
+from warprock.kernels.event.lift import held_time
+from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING
+from warprock.kernels.motion import (
+    LINEAR,
+    Acceleration,
+    Ground,
+    Motion,
+    acceleration_at,
+    expand,
+    knot_step,
+    knot_time,
+)
 from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.body import turned_x, turned_z
 
 
+@wp.struct
+class Footing:
+    """What a step says of the corners of a body.
+
+    Attributes:
+        corner: The one that the body turns about next, see the head of this file.
+        needed: Friction that a prescribed impact asks for, see `Blow`.
+        asks: Whether a body at rest has to look ahead before it takes the step.
+    """
+
+    corner: int
+    needed: real
+    asks: bool
+
+
 @wp.func
 def begin(
-    body: Body, knobs: Knobs, m: Motion, sample: real, sample_slope: real, end: real, live: bool,
-    mode: int, slip: real, time: real, segment: int, omega: real, base: real, cap: real,
-    above: Above,
+    body: Body, m: Motion, ground: Ground, end: real, live: bool, s: State, above: Above
 ):  # fmt: skip
     """What a trial step of a lane begins with.
 
     Returns:
-        Its length [s], its end, whether that is a knot, the velocity step of the base there, the
-        acceleration of the base there [m/s^2] and the change of its velocity until then [m/s].
+        The step; by how much the acceleration of the base may be larger inside it than at its ends
+        [m/s^2].
     """
     zero = real(0.0)
-    knot = knot_time(m, segment)
+    knot = knot_time(m, s.segment)
     target = smaller(knot, end)
-    still = segment == 0 or knot >= NEVER
+    still = s.segment == 0 or knot >= NEVER
     if VERTICAL:
         lifts = knot_time(above.motion, above.segment)
         target = smaller(lifts, target)
         still = still and (above.segment == 0 or lifts >= NEVER)
-    room = larger(target - time, zero)
-    d = smaller(smaller(body.longest_step, REACH / (size(omega) + SLOWEST)), cap)
-    quiet = mode == FLAT and slip == zero and still
+    room = larger(target - s.time, zero)
+    d = smaller(smaller(body.longest_step, REACH / (size(s.omega) + SLOWEST)), s.cap)
+    quiet = s.mode == FLAT and s.slip == zero and still
     d = smaller(wp.where(quiet, room, d), room)
     d = wp.where(live, d, zero)
-    time1 = wp.where(d >= target - time, target, time + d)
-    passed = time1 >= knot
-    kick = wp.where(passed, knot_step(m, segment), zero)
-    a, jerk, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(m, segment, time1, sample, sample_slope)
-    return d, time1, passed, kick, a, base_change(m, time1, d, a, jerk, base, kick)
+    time = wp.where(d >= target - s.time, target, s.time + d)
+    passed = time >= knot
+    kick = wp.where(passed, knot_step(m, s.segment), zero)
+    a = expand(m, s.segment, time, ground.value, ground.slope)
+    more = real(0.0)
+    if not LINEAR:
+        more = d * (size(a.a1) + d * size(a.a2))
+        if VERTICAL:
+            # How much less the body weighs is not asked: one at rest looks ahead in every step.
+            more = NEVER
+    dv = base_change(m, time, d, a.a0, a.a1, s.base, kick)
+    per = real(1.0) / d
+    return Span(d, time, passed, TWO * dv * per - a.a0, a.a0, dv, kick), more
 
 
 @wp.func
-def missed_event(
-    view: View, flying: bool, theta: real, omega: real, theta1: real, omega1: real,
-    gap: real, rise: real, gap1: real, rise1: real,
-    slip: real, along: real, along1: real, reach: real, holds: bool, lack: real, lack1: real,
-    d: real, per: real, near: real, grain: real,
+def look_ahead(
+    body: Body, gravity: real, edge: Edge, m: Motion, ground: Ground, end: real, s: State,
+    above: Above,
+) -> real:  # fmt: skip
+    """Longest step of a body at rest [s]: see event/lift.py."""
+    knot = smaller(knot_time(m, s.segment), end)
+    if VERTICAL:
+        knot = smaller(knot, knot_time(above.motion, above.segment))
+    d = smaller(body.longest_step, knot - s.time)
+    a = expand(m, s.segment, s.time, ground.value, ground.slope)
+    last = acceleration_at(a, d)
+    back, ahead = bounds(body, edge)
+    weight, weight1 = real(gravity), real(gravity)
+    if VERTICAL:
+        u = expand(above.motion, above.segment, s.time, above.value, above.slope)
+        weight = gravity + u.a0
+        weight1 = gravity + acceleration_at(u, d)
+    up = smaller(weight * ahead - a.a0, weight1 * ahead - last) < smaller(
+        weight * back + a.a0, weight1 * back + last
+    )
+    way, part = wp.where(up, real(-1.0), real(1.0)), wp.where(up, ahead, back)
+    lack = Acceleration(
+        fused(way, a.a0, part * weight), way * a.a1, way * a.a2, way * a.a3, way * a.a4,
+        way * a.a5, way * a.a6, way * a.a7, way * a.a8,
+    )  # fmt: skip
+    if VERTICAL:
+        lack = Acceleration(
+            lack.a0, fused(part, u.a1, lack.a1), fused(part, u.a2, lack.a2),
+            fused(part, u.a3, lack.a3), fused(part, u.a4, lack.a4), fused(part, u.a5, lack.a5),
+            fused(part, u.a6, lack.a6), fused(part, u.a7, lack.a7), fused(part, u.a8, lack.a8),
+        )  # fmt: skip
+    bound = part * gravity
+    return held_time(lack, bound, TICK * fused(size(lack.a1), s.time, bound), d)
+
+
+@wp.func
+def find_event(
+    body: Body, view: View, edge: Edge, contact: Contact, start: Margin, end: Margin, slows: real,
+    d: real,
 ):  # fmt: skip
     """Whether an event lies inside a step, and the length of the step that ends there.
 
     Args:
-        view: The corner and its neighbours; for all others see `missed_event` of event/block.py.
+        body: The body.
+        view: The corner and its neighbours.
+        edge: The edge it lies on, if it is flat.
+        contact: Its mode in the step, and the direction in which it slides at the start.
+        start, end: What comes to an event, at both ends of the step; the reserve at the end is
+            NEVER where at the start no force surely holds a corner.
+        slows: Rate at which the speed along the base grows at the start [m/s^2].
+        d: Length of the step [s].
     """
     zero = real(0.0)
-    past = theta1 > view.high + near * size(omega1)
-    below = theta1 < view.low - near * size(omega1)
-    sinks = flying and gap1 < -near * size(rise1) - grain
-    stops = slip * along > zero and slip * along1 < -reach
-    lifts = holds and lack1 < -SOON * lack and d > near
-    e0 = wp.where(stops, slip * along, lack)
-    e1 = wp.where(stops, slip * along1, lack1)
-    slope = (e1 - e0) * per
-    e0 = wp.where(sinks, gap, e0)
-    e1 = wp.where(sinks, gap1, e1)
-    slope = wp.where(sinks, rise, slope)
-    e0 = wp.where(below, theta - view.low, e0)
-    e1 = wp.where(below, theta1 - view.low, e1)
-    slope = wp.where(below, omega, slope)
-    e0 = wp.where(past, view.high - theta, e0)
-    e1 = wp.where(past, view.high - theta1, e1)
-    slope = wp.where(past, -omega, slope)
+    near, per, slip = NEARLY * body.longest_step, real(1.0) / d, contact.slip
+    grain = GRAIN * edge.height
+    past = end.theta > view.high + near * size(end.omega)
+    below = end.theta < view.low - near * size(end.omega)
+    sinks = contact.mode == FLYING and end.gap < -near * size(end.rise) - grain
+    reach = near * size(end.along - start.along) * per
+    stops = slip * start.along > zero and slip * end.along < -reach
+    lifts = end.reserve < -SOON * start.reserve and d > near
+    e0 = wp.where(stops, slip * start.along, start.reserve)
+    e1 = wp.where(stops, slip * end.along, end.reserve)
+    slope = wp.where(stops, slows, (e1 - e0) * per)
+    e0 = wp.where(sinks, start.gap, e0)
+    e1 = wp.where(sinks, end.gap, e1)
+    slope = wp.where(sinks, start.rise, slope)
+    e0 = wp.where(below, start.theta - view.low, e0)
+    e1 = wp.where(below, end.theta - view.low, e1)
+    slope = wp.where(below, start.omega, slope)
+    e0 = wp.where(past, view.high - start.theta, e0)
+    e1 = wp.where(past, view.high - end.theta, e1)
+    slope = wp.where(past, -start.omega, slope)
     # Not shorter than `near`: with less than that left to go, the event counts as reached.
     least = wp.where(past or below or sinks or stops, HALF * near, larger(LEAST * d, HALF * near))
     cut = larger(first_root(e0, slope, e1, d), least)
@@ -107,8 +184,7 @@ def missed_event(
 
 @wp.func
 def step_velocity(
-    body: Body, view: View, edge: Edge, mode: int, slip: real, hold: bool, theta: real,
-    vx: real, vz: real, omega: real, dv: real, d: real, fall: real,
+    body: Body, view: View, edge: Edge, s: State, hold: bool, span: Span, fall: real
 ):  # fmt: skip
     """`mean_velocity` of a step of a given length; a step of length zero changes nothing.
 
@@ -116,134 +192,134 @@ def step_velocity(
         body: The body.
         view: The corner and its neighbours.
         edge: The edge it lies on, if it is flat.
-        mode, slip: See `mean_velocity`.
+        s: State at the start.
         hold: Whether a pivoting corner that sticks does so in the whole step.
-        theta: Rotation at the start [rad]; vx, vz and omega velocities.
-        dv: Change of the base velocity in the step [m/s].
-        d: Length of the step [s].
+        span: The step.
         fall: What gravity makes of a velocity in it [m/s].
     """
-    middle = theta + HALF * d * omega
-    s, c = sine(middle), cosine(middle)
-    mx, mz, mo, mode1, slip1, lost = mean_velocity(
-        body, mode, slip, hold and slip == real(0.0), edge, turned_x(view.x, view.z, s, c),
-        turned_z(view.x, view.z, s, c) - body.radius, vx - HALF * dv, vz - HALF * fall, omega,
+    middle = s.theta + HALF * span.d * s.omega
+    sn, cs = sine(middle), cosine(middle)
+    mean, held, lost = mean_velocity(
+        body, Contact(s.mode, s.slip), hold and s.slip == real(0.0), edge,
+        Lever(turned_x(view.x, view.z, sn, cs), turned_z(view.x, view.z, sn, cs) - body.radius),
+        Velocity(s.vx - HALF * span.dv, s.vz - HALF * fall, s.omega),
     )  # fmt: skip
-    idle = d <= real(0.0)
+    idle = span.d <= real(0.0)
     return (
-        wp.where(idle, vx, mx),
-        wp.where(idle, vz, mz),
-        wp.where(idle, omega, mo),
-        wp.where(idle, mode, mode1),
-        wp.where(idle, slip, slip1),
+        Velocity(
+            wp.where(idle, s.vx, mean.x),
+            wp.where(idle, s.vz, mean.z),
+            wp.where(idle, s.omega, mean.omega),
+        ),
+        Contact(wp.where(idle, s.mode, held.mode), wp.where(idle, s.slip, held.slip)),
         wp.where(idle, real(0.0), lost),
     )
 
 
 @wp.func
 def integrate(
-    body: Body, gravity: real, weight: Weight, view: View, mode: int, slip: real, a: real, dv: real,
-    d: real, theta: real, gap: real, vx: real, vz: real, omega: real,
+    body: Body, gravity: real, weight: Weight, view: View, s: State, span: Span, more: real
 ):  # fmt: skip
-    """The step up to its end, before the projection.
+    """The step up to its end, before an impact there.
+
+    Args:
+        body: The body.
+        gravity: [m/s^2].
+        weight: What weighs on it in the step.
+        view: The corner and its neighbours.
+        s: State at the start.
+        span: The step.
+        more: By how much the acceleration of the base may be larger inside the step than at its
+            ends [m/s^2]; negative of a body that has looked ahead.
 
     Returns:
-        Rotation, slide in the step, gap, gap before what is put back, velocity (three values), mode
-        and direction of sliding in the step, energy lost per unit mass; whether an event was
-        missed, the length of the step to it.
+        The end of the step; whether an event was missed, and the length of the step to it; whether
+        the base may let go of the body at rest.
     """
     zero = real(0.0)
-    per = real(1.0) / d
-    idle = d <= zero
-    r = body.radius
-    s0, c0 = sine(theta), cosine(theta)
-    x0, z0 = turned_x(view.x, view.z, s0, c0), turned_z(view.x, view.z, s0, c0) - r
+    d, per, idle, r = span.d, real(1.0) / span.d, span.d <= zero, body.radius
+    s0, c0 = sine(s.theta), cosine(s.theta)
+    at0 = Lever(turned_x(view.x, view.z, s0, c0), turned_z(view.x, view.z, s0, c0) - r)
     edge = edge_below(body, view, s0, c0)
-    a0 = TWO * dv * per - a
-    reserve, surely = hold_reserve(body, weight.start, slip, x0, z0, omega, a0)
-    mx, mz, mo, mode1, slip1, lost = step_velocity(
-        body, view, edge, mode, slip, surely, theta, vx, vz, omega, dv, d,
-        fall_in(weight, gravity, d),
-    )  # fmt: skip
-    theta1 = theta + d * mo
-    s1, c1 = sine(theta1), cosine(theta1)
-    x1, z1 = turned_x(view.x, view.z, s1, c1), turned_z(view.x, view.z, s1, c1) - r
-    flying = mode1 == FLYING
-    glide = d * mx + (x1 - x0) - r * (theta1 - theta)
-    glide = wp.where(flying or slip1 != zero, glide, zero)
-    raw_vx = TWO * mx - vx
-    raw_omega = TWO * mo - omega
-    along = vx + omega * z0
+    reserve, surely = hold_reserve(body, weight.start, s.slip, at0, s.omega, span.a0)
+    mean, held, lost = step_velocity(body, view, edge, s, surely, span, fall_in(weight, gravity, d))
+    theta = s.theta + d * mean.omega
+    s1, c1 = sine(theta), cosine(theta)
+    at1 = Lever(turned_x(view.x, view.z, s1, c1), turned_z(view.x, view.z, s1, c1) - r)
+    flying = held.mode == FLYING
+    glide = d * mean.x + (at1.x - at0.x) - r * (theta - s.theta)
+    glide = wp.where(flying or held.slip != zero, glide, zero)
+    free = Velocity(TWO * mean.x - s.vx, TWO * mean.z - s.vz, TWO * mean.omega - s.omega)
+    along = s.vx + s.omega * at0.z
     # Not projected: where friction nearly jams the body, that would hide how far it overshot.
-    along1 = raw_vx + raw_omega * z1
+    along1 = free.x + free.omega * at1.z
     near = NEARLY * body.longest_step
     reach = near * size(along1 - along) * per
     # Sliding ends where it would turn round.
-    turned = slip1 * along1 <= wp.where(slip * along > zero, reach, zero)
-    slip1 = wp.where(turned and not idle, zero, slip1)
-    vx1, vz1, omega1 = held_velocity(body, mode1, slip1, x1, z1, raw_vx, TWO * mz - vz, raw_omega)
+    turned = held.slip * along1 <= wp.where(s.slip * along > zero, reach, zero)
+    slip = wp.where(turned and not idle, zero, held.slip)
+    v = held_velocity(body, Contact(held.mode, slip), at1, free)
     # Nor does it go on where its own friction turned it round in the projection.
-    slip1 = wp.where(slip1 * (vx1 + omega1 * z1) <= zero and not idle, zero, slip1)
-    glide = wp.where(slip == zero and slip1 == zero and not flying, zero, glide)
-    raw_gap = gap + d * mz + (z1 - z0)
-    gap1 = wp.where(flying, raw_gap, zero)
-    gap1 = wp.where(mode != FLYING, larger(gap1, zero), gap1)
-    reserve1, _surely = hold_reserve(body, weight.end, slip, x1, z1, omega1, a)
-    holds, lack, lack1 = held_lack(
-        body, weight, edge, mode, mode1, slip, surely, reserve, reserve1, a0, a
+    slip = wp.where(slip * (v.x + v.omega * at1.z) <= zero and not idle, zero, slip)
+    glide = wp.where(s.slip == zero and slip == zero and not flying, zero, glide)
+    raw_gap = s.gap + d * mean.z + (at1.z - at0.z)
+    gap = wp.where(flying, raw_gap, zero)
+    gap = wp.where(s.mode != FLYING, larger(gap, zero), gap)
+    reserve1, _surely = hold_reserve(body, weight.end, s.slip, at1, v.omega, span.a1)
+    holds = surely and (s.mode == PIVOTING or held.mode == PIVOTING)
+    looks = is_at_rest(s) and more >= zero
+    looks = looks and least_lack(body, weight, edge, span.a0, span.a1) < more + SOON * gravity
+    # The secant of a speed that begins to fall, of a short slide, is far from its slope.
+    slows = wp.where(held.mode == FLAT, -s.slip * span.a0 - body.friction * weight.start,
+                     s.slip * (along1 - along) * per)  # fmt: skip
+    start = Margin(s.theta, s.omega, s.gap, s.vz - s.omega * at0.x, along, reserve)
+    last = Margin(
+        theta, v.omega, gap, v.z - v.omega * at1.x, along1, wp.where(holds, reserve1, NEVER)
     )
-    missed, cut = missed_event(
-        view, flying, theta, omega, theta1, omega1, gap, vz - omega * x0, gap1, vz1 - omega1 * x1,
-        slip, along, along1, reach, holds, lack, lack1, d, per, near, GRAIN * edge.height,
-    )  # fmt: skip
-    return (
-        theta1, glide, gap1, raw_gap, vx1, vz1, omega1, mode1, slip1, lost, missed and not idle,
-        cut,
-    )  # fmt: skip
+    missed, cut = find_event(body, view, edge, Contact(held.mode, s.slip), start, last, slows, d)
+    end = End(theta, glide, gap, v.x, v.z, v.omega, held.mode, slip, lost, -raw_gap)
+    return end, missed and not idle, cut, looks
 
 
 @wp.func
 def step(
-    body: Body, knobs: Knobs, weight: Weight, view: View, live: bool, d: real, time1: real,
-    passed: bool, kick: real, a: real, dv: real, corner: int,
-    theta: real, slide: real, gap: real, vx: real, vz: real, omega: real, slip: real, mode: int,
-    time: real, segment: int, base: real, cap: real,
+    body: Body, knobs: Knobs, weight: Weight, view: View, live: bool, span: Span, more: real,
+    s: State,
 ):  # fmt: skip
-    """One trial step of one lane, from what `begin` found.
+    """One trial step of one lane, from what `begin` found; `more` as of `integrate`.
 
-    From `corner` on the lane's state, see the head of this file; the step returns it in the same
-    order, unchanged but for `cap` where an event lay inside. Behind it: the turning point in the
-    step [rad] and its time [s], energy lost per unit mass [J/kg], time of the impacts that resting
-    leaves out [s], whether an impact ended the step, whether the step was taken, and how deep a
-    corner was in the base at its end, before it was put back [m].
+    Returns:
+        The state after it, unchanged but for `cap` where an event lay inside; what it shows; what
+        it says of the corners.
     """
     zero = real(0.0)
-    th1, glide, gap1, raw_gap, vx1, vz1, om1, mode1, slip1, lost, missed, cut = integrate(
-        body, knobs.gravity, weight, view, mode, slip, a, dv, d, theta, gap, vx, vz, omega
-    )
-    up, down, lands, deep = contacts_at(body, view, mode1, th1, gap1, raw_gap, vz1, om1)
+    last, missed, cut, looks = integrate(body, knobs.gravity, weight, view, s, span, more)
+    up, down, lands, deep = find_contacts(body, view, last)
     over = (up and view.high >= HALF_PI) or (down and view.low <= -HALF_PI)
-    th2 = wp.where(up, view.high, wp.where(down, view.low, th1))
-    vx2, vz2, om2, mode2, slip2, corner2, lost2, hit, tail, needed = end_of_step(
-        body, weight, view, up and not over, down and not over, lands, kick, a, mode1,
-        slip1, th2, vx1, vz1, om1,
-    )  # fmt: skip
-    sound = th2 - th2 == zero and om2 - om2 == zero and vx2 - vx2 == zero and vz2 - vz2 == zero
+    omega = last.omega
+    last.theta = wp.where(up, view.high, wp.where(down, view.low, last.theta))
+    after = end_step(body, weight, view, up and not over, down and not over, lands, span, last)
+    sound = last.theta - last.theta == zero and after.omega - after.omega == zero
+    sound = sound and after.vx - after.vx == zero and after.vz - after.vz == zero
     spot = view.x * view.z
-    sound = sound and time1 - time1 == zero and spot - spot == zero
-    mode2 = wp.where(sound, wp.where(over, OVERTURNED, mode2), BROKEN)
-    taken = live and not (missed and sound)
-    turns = taken and omega * om1 < zero
-    rise = omega * d / (omega - om1)
-    return (
-        wp.where(taken, corner2, corner),
-        wp.where(taken, th2, theta), wp.where(taken, slide + glide, slide),
-        wp.where(taken, wp.where(lands, zero, gap1), gap), wp.where(taken, vx2, vx),
-        wp.where(taken, vz2, vz), wp.where(taken, om2, omega),
-        wp.where(taken, slip2, slip), wp.where(taken, mode2, mode),
-        wp.where(taken, time1, time), segment + wp.where(taken and passed, 1, 0),
-        wp.where(taken, base + dv + kick, base), wp.where(taken, NEVER, wp.where(live, cut, cap)),
-        wp.where(turns, theta + HALF * omega * rise, zero), time + wp.where(turns, rise, zero),
-        wp.where(taken, lost + lost2, zero), wp.where(taken, tail, zero), taken and hit, taken,
-        wp.where(taken, deep, zero), wp.where(taken, needed, zero),
+    sound = sound and span.time - span.time == zero and spot - spot == zero
+    mode = wp.where(sound, wp.where(over, OVERTURNED, after.mode), BROKEN)
+    asks = live and looks and sound
+    taken = live and not (missed and sound) and not asks
+    turns = taken and s.omega * omega < zero
+    rise = s.omega * span.d / (s.omega - omega)
+    new = State(
+        wp.where(taken, last.theta, s.theta), wp.where(taken, s.slide + last.glide, s.slide),
+        wp.where(taken, wp.where(lands, zero, last.gap), s.gap), wp.where(taken, after.vx, s.vx),
+        wp.where(taken, after.vz, s.vz), wp.where(taken, after.omega, s.omega),
+        wp.where(taken, after.slip, s.slip), wp.where(taken, mode, s.mode),
+        wp.where(taken, span.time, s.time), s.segment + wp.where(taken and span.passed, 1, 0),
+        wp.where(taken, s.base + span.dv + span.kick, s.base),
+        wp.where(taken, NEVER, wp.where(live and not asks, cut, s.cap)),
     )  # fmt: skip
+    shown = Shown(
+        taken, taken and after.hit, wp.where(turns, s.theta + HALF * s.omega * rise, zero),
+        s.time + wp.where(turns, rise, zero), wp.where(taken, last.lost + after.lost, zero),
+        wp.where(taken, after.tail, zero), wp.where(taken, deep, zero),
+    )  # fmt: skip
+    return new, shown, Footing(after.corner, wp.where(taken, after.needed, zero), asks)

@@ -13,7 +13,7 @@ not slide X + x of the centre of mass grows by r theta.
 
 import warp as wp
 
-from warprock.kernels.event.block_contact import SOON, corner_impulse
+from warprock.kernels.event.block_contact import SOON, Contact, Lever, Velocity, corner_impulse
 from warprock.kernels.event.body_weight import Weight
 from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 
@@ -67,7 +67,7 @@ def tips_right(mu: real, slip: real, edge: Edge, ux: real, uz: real) -> bool:
 
 
 @wp.func
-def hold_reserve(body: Body, gravity: real, slip: real, x: real, z: real, omega: real, a: real):
+def hold_reserve(body: Body, gravity: real, slip: real, at: Lever, omega: real, a: real):
     """Margin of the force at a pivoting corner until it slides; of a sliding one until it leaves.
 
     See event/block_contact.py.
@@ -76,7 +76,7 @@ def hold_reserve(body: Body, gravity: real, slip: real, x: real, z: real, omega:
         body: The body.
         gravity: [m/s^2].
         slip: Direction of sliding, 0 where the corner sticks.
-        x, z: What touches from the centre of mass [m].
+        at: What touches.
         omega: Angular velocity [rad/s].
         a: Acceleration of the base [m/s^2].
 
@@ -84,12 +84,12 @@ def hold_reserve(body: Body, gravity: real, slip: real, x: real, z: real, omega:
         The reserve; whether it is surely positive.
     """
     # Of an arc its centre is flung out: what touches moves on over the arc.
-    u = -gravity - omega * omega * (z + body.radius)
-    s = -a - omega * omega * x
+    u = -gravity - omega * omega * (at.z + body.radius)
+    s = -a - omega * omega * at.x
     # The impulses that take both to zero, times 1 + w (x^2 + z^2).
-    q = body.inverse_inertia * (x * s + z * u)
-    n = -u - z * q
-    f = -s - x * q
+    q = body.inverse_inertia * (at.x * s + at.z * u)
+    n = -u - at.z * q
+    f = -s - at.x * q
     slides = slip != real(0.0)
     grip = body.friction * n
     reserve = wp.where(slides, -u, grip - size(f))
@@ -97,121 +97,102 @@ def hold_reserve(body: Body, gravity: real, slip: real, x: real, z: real, omega:
 
 
 @wp.func
-def held_lack(
-    body: Body, weight: Weight, edge: Edge, mode: int, mode1: int, slip: real, surely: bool,
-    reserve: real, reserve1: real, a0: real, a1: real,
-):  # fmt: skip
-    """How far the force is from changing the contact of a body, at both ends of a step.
+def bounds(body: Body, edge: Edge):
+    """Accelerations of the base to -x and to +x / weight that let a body on an edge go."""
+    per = real(1.0) / edge.height
+    return smaller(body.friction, edge.right * per), smaller(body.friction, -edge.left * per)
+
+
+@wp.func
+def least_lack(body: Body, weight: Weight, edge: Edge, a0: real, a1: real) -> real:
+    """What the acceleration of the base lacks at the ends of a step to let a body go [m/s^2].
 
     Args:
         body: The body.
         weight: What weighs on it in the step.
-        edge: The edge it lies on, if it is flat.
-        mode, mode1: FLYING, PIVOTING or FLAT at the start and in the step.
-        slip: Direction of sliding at the start, 0 where the body sticks.
-        surely: Whether the reserve at the start is surely positive.
-        reserve, reserve1: `hold_reserve` at the start and at the end.
+        edge: The edge it lies on.
         a0, a1: Acceleration of the base at the start [m/s^2] and at the end.
-
-    Returns:
-        Whether the start of the step holds it; the lack at the start and at the end.
     """
-    per = real(1.0) / edge.height
-    most = weight.start * smaller(body.friction, -edge.left * per)
-    least = -weight.start * smaller(body.friction, edge.right * per)
-    up = most - larger(a0, a1) < smaller(a0, a1) - least
-    lack, lack1 = wp.where(up, most - a0, a0 - least), wp.where(up, most - a1, a1 - least)
-    if VERTICAL:
-        most1 = weight.end * smaller(body.friction, -edge.left * per)
-        least1 = -weight.end * smaller(body.friction, edge.right * per)
-        up = smaller(most - a0, most1 - a1) < smaller(a0 - least, a1 - least1)
-        lack, lack1 = wp.where(up, most - a0, a0 - least), wp.where(up, most1 - a1, a1 - least1)
-    rests = mode == FLAT and slip == real(0.0) and lack > -SOON * lack1
-    corner = surely and not rests and (mode == PIVOTING or mode1 == PIVOTING)
-    return rests or corner, wp.where(corner, reserve, lack), wp.where(corner, reserve1, lack1)
+    back, ahead = bounds(body, edge)
+    lack = smaller(weight.start * back + a0, weight.start * ahead - a0)
+    lack1 = smaller(weight.end * back + a1, weight.end * ahead - a1)
+    return smaller(lack, lack1)
 
 
 @wp.func
 def mean_velocity(
-    body: Body, mode: int, slip: real, hold: bool, edge: Edge, x: real, z: real,
-    ux: real, uz: real, uo: real,
+    body: Body, contact: Contact, hold: bool, edge: Edge, at: Lever, free: Velocity
 ):  # fmt: skip
     """Mean velocity of a step and the contact that makes it.
 
     Args:
         body: The body.
-        mode: FLYING, PIVOTING or FLAT.
-        slip: Direction of sliding at the start, 0 where the body sticks.
+        contact: How it touches its base at the start.
         hold: Whether a pivoting corner sticks whatever force it takes.
         edge: The edge it lies on, if it is flat.
-        x, z: What touches from the centre of mass, in the middle of the step [m].
-        ux, uz: Mean velocity along the base and across it without contact [m/s].
-        uo: Mean angular velocity without contact [rad/s].
+        at: What touches, in the middle of the step.
+        free: Mean velocity without contact.
 
     Returns:
-        Mean velocity (three values); mode in the step; direction of sliding in the step; energy
-        lost to friction per unit mass [J/kg].
+        Mean velocity; contact in the step; energy lost to friction per unit mass [J/kg].
     """
     zero = real(0.0)
     w = body.inverse_inertia
+    mode, slip = contact.mode, contact.slip
     slides = slip != zero
     n, f, sticks, drag = corner_impulse(
-        body.friction, w, x, z, uz - uo * x, ux + uo * z, hold, slides, -slip
-    )
+        body.friction, w, at, free.z - free.omega * at.x, free.x + free.omega * at.z, hold, slides,
+        -slip,
+    )  # fmt: skip
     on = mode != FLYING and (n > zero or hold or (sticks and n >= zero))
     n = wp.where(on, n, zero)
     f = wp.where(on, f, zero)
-    flat_f = flat_friction(body.friction, slip, ux, uz)
+    flat_f = flat_friction(body.friction, slip, free.x, free.z)
     moment = -edge.height * flat_f
-    stays = mode == FLAT and moment <= -uz * edge.right and moment >= -uz * edge.left
-    starts = size(ux) > -body.friction * uz
-    mx = ux + wp.where(stays, flat_f, f)
-    mo = wp.where(stays, zero, uo + w * (f * z - n * x))
-    flat_slip = wp.where(slides, slip, wp.where(starts, sign_of(ux), zero))
+    stays = mode == FLAT and moment <= -free.z * edge.right and moment >= -free.z * edge.left
+    starts = size(free.x) > -body.friction * free.z
+    mx = free.x + wp.where(stays, flat_f, f)
+    mo = wp.where(stays, zero, free.omega + w * (f * at.z - n * at.x))
+    flat_slip = wp.where(slides, slip, wp.where(starts, sign_of(free.x), zero))
     pivot_slip = wp.where(sticks or not on, zero, -drag)
-    lost = -wp.where(stays, flat_f * mx, f * (mx + mo * z))
+    lost = -wp.where(stays, flat_f * mx, f * (mx + mo * at.z))
     return (
-        mx,
-        wp.where(stays, zero, uz + n),
-        mo,
-        wp.where(stays, FLAT, wp.where(on, PIVOTING, FLYING)),
-        wp.where(stays, flat_slip, pivot_slip),
+        Velocity(mx, wp.where(stays, zero, free.z + n), mo),
+        Contact(
+            wp.where(stays, FLAT, wp.where(on, PIVOTING, FLYING)),
+            wp.where(stays, flat_slip, pivot_slip),
+        ),
         TWO * lost,
     )
 
 
 @wp.func
-def held_velocity(
-    body: Body, mode: int, slip: real, x: real, z: real, ux: real, uz: real, uo: real
-):
+def held_velocity(body: Body, contact: Contact, at: Lever, free: Velocity) -> Velocity:
     """Velocity at the end of a step, projected on its contact along the contact's force.
 
     Args:
         body: The body.
-        mode: FLYING, PIVOTING or FLAT.
-        slip: Direction of sliding, 0 where the body sticks.
-        x, z: What touches from the centre of mass [m].
-        ux, uz: Velocity along the base and across it before [m/s].
-        uo: Angular velocity before [rad/s].
+        contact: How it touches its base.
+        at: What touches.
+        free: Velocity before.
     """
     zero = real(0.0)
     w = body.inverse_inertia
-    sticks = slip == zero
+    sticks = contact.slip == zero
     n, f, _sticks, _drag = corner_impulse(
-        body.friction, w, x, z, uz - uo * x, ux + uo * z, sticks, not sticks, -slip
-    )
-    pivots = mode == PIVOTING
-    return (
-        wp.where(mode == FLAT and sticks, zero, ux + wp.where(pivots, f, zero)),
-        uz + wp.where(pivots, n, zero),
-        uo + wp.where(pivots, w * (f * z - n * x), zero),
+        body.friction, w, at, free.z - free.omega * at.x, free.x + free.omega * at.z, sticks,
+        not sticks, -contact.slip,
+    )  # fmt: skip
+    pivots = contact.mode == PIVOTING
+    return Velocity(
+        wp.where(contact.mode == FLAT and sticks, zero, free.x + wp.where(pivots, f, zero)),
+        free.z + wp.where(pivots, n, zero),
+        free.omega + wp.where(pivots, w * (f * at.z - n * at.x), zero),
     )
 
 
 @wp.func
-def law_velocity(
-    body: Body, beside: bool, x: real, z: real, other: real, ux: real, uz: real, uo: real
-):
+def law_velocity(body: Body, beside: bool, at: Lever, other: real, before: Velocity):
     """Velocity after an inelastic impact that the law of contact finds.
 
     Of two corners at the base one is struck, or both are where the other would sink then. The one
@@ -221,30 +202,30 @@ def law_velocity(
     Args:
         body: The body.
         beside: Whether a second corner is at the base.
-        x, z: The first corner, what touches of it, from the centre of mass [m].
-        other: x of the second one, as high as the first [m].
-        ux, uz: Velocity along the base and across it before [m/s].
-        uo: Angular velocity before [rad/s].
+        at: The first corner, what touches of it.
+        other: x of the second one, as high as the first, from the centre of mass [m].
+        before: Velocity before.
 
     Returns:
-        Velocity (three values), mode, whether what touches sticks, whether the second is struck.
+        Velocity, mode, whether what touches sticks, whether the second is struck.
     """
     zero = real(0.0)
     w = body.inverse_inertia
+    ux, uz, uo, z = before.x, before.z, before.omega, at.z
     press = larger(-uz, zero)
     flat_f = flat_friction(body.friction, zero, ux, -press)
     # Both lie flat without a pull at the first: its share of the press times the face's length.
-    share = (flat_f * z + body.inertia * uo - press * other) * (x - other)
+    share = (flat_f * z + body.inertia * uo - press * other) * (at.x - other)
     second = beside and share < zero
-    at, apart = wp.where(second, other, x), wp.where(second, x, other)
+    x, apart = wp.where(second, other, at.x), wp.where(second, at.x, other)
     n, f, sticks, _drag = corner_impulse(
-        body.friction, w, at, z, uz - uo * at, ux + uo * z, False, False, zero
+        body.friction, w, Lever(x, z), uz - uo * x, ux + uo * z, False, False, zero
     )
     if VERTICAL:
         # A base that is kicked downwards leaves what stands on it.
-        leaves = uz - uo * at > zero and not (sticks and n > zero)
+        leaves = uz - uo * x > zero and not (sticks and n > zero)
         n, f = wp.where(leaves, zero, n), wp.where(leaves, zero, f)
-    vo = uo + w * (f * z - n * at)
+    vo = uo + w * (f * z - n * x)
     vx = ux + f
     vz = uz + n
     # Both corners at the base: the other one must not sink.
@@ -255,13 +236,28 @@ def law_velocity(
     mode = wp.where(both, FLAT, PIVOTING)
     if VERTICAL:
         mode = wp.where(leaves and not both, FLYING, mode)
-    return vx, vz, vo, mode, wp.where(both, vx == zero, sticks), second and not both
+    return Velocity(vx, vz, vo), mode, wp.where(both, vx == zero, sticks), second and not both
+
+
+@wp.struct
+class Blow:
+    """What an impact does besides.
+
+    Attributes:
+        second: Whether the second corner is struck.
+        lost: Energy lost per unit mass [J/kg].
+        needed: Friction that a prescribed impact asks for, NEVER where the base would have to pull
+            and zero where none is prescribed.
+    """
+
+    second: bool
+    lost: real
+    needed: real
 
 
 @wp.func
 def struck_velocity(
-    body: Body, beside: bool, prescribed: bool, x: real, z: real, other: real,
-    ux: real, uz: real, uo: real,
+    body: Body, beside: bool, prescribed: bool, at: Lever, other: real, before: Velocity
 ):  # fmt: skip
     """Velocity after an inelastic impact: a corner has landed or the base stepped its velocity.
 
@@ -275,47 +271,43 @@ def struck_velocity(
         body: The body.
         beside: Whether a second corner is at the base.
         prescribed: Whether a prescribed restitution is for this impact.
-        x, z: The first corner, what touches of it, from the centre of mass [m].
-        other: x of the second one, as high as the first [m].
-        ux, uz: Velocity along the base and across it before [m/s].
-        uo: Angular velocity before [rad/s].
+        at: The first corner, what touches of it.
+        other: x of the second one, as high as the first, from the centre of mass [m].
+        before: Velocity before.
 
     Returns:
-        Velocity (three values), mode, direction of sliding, whether the second corner is struck,
-        energy lost per unit mass [J/kg], friction that the prescribed impact asks for, NEVER where
-        the base would have to pull and zero where none is prescribed.
+        Velocity, contact, and what else the impact does.
     """
     zero = real(0.0)
-    vx, vz, vo, mode, sticks, second = law_velocity(body, beside, x, z, other, ux, uz, uo)
+    ux, uz, uo, x, z = before.x, before.z, before.omega, at.x, at.z
+    law, law_mode, sticks, second = law_velocity(body, beside, at, other, before)
     # A body that slid as it came down may turn faster than its energy lets it turn after.
     energy = ux * ux + uz * uz + body.inertia * uo * uo
     most = wp.sqrt(energy / (body.inertia + x * x + z * z))
     asked = larger(smaller(body.restitution * uo, most), -most)
     press = asked * x - uz
     grip = -asked * z - ux
-    given = prescribed and body.restitution >= zero and mode != FLYING
+    given = prescribed and body.restitution >= zero and law_mode != FLYING
     needed = wp.where(press > zero, size(grip) / press, NEVER)
     needed = wp.where(given, needed, zero)
     # Both impulses lie in the cone of friction, or the part of the way to where it ends does.
     spare = body.friction * press - size(grip)
-    room = larger(body.friction * (vz - uz) - sign_of(grip) * (vx - ux), zero)
+    room = larger(body.friction * (law.z - uz) - sign_of(grip) * (law.x - ux), zero)
     held = sticks and not second
     part = wp.where(spare >= zero, real(1.0), wp.where(held, room / (room - spare), zero))
     part = wp.where(given and press > zero, part, zero)
     # The corner sticks: it is the angular velocity that lies between.
-    turn = wp.where(spare >= zero, asked, vo + part * (asked - vo))
+    turn = wp.where(spare >= zero, asked, law.omega + part * (asked - law.omega))
     follows = part > zero
-    vx = wp.where(follows, -turn * z, vx)
-    vz = wp.where(follows, turn * x, vz)
-    vo = wp.where(follows, turn, vo)
+    vx = wp.where(follows, -turn * z, law.x)
+    vz = wp.where(follows, turn * x, law.z)
+    vo = wp.where(follows, turn, law.omega)
     along = vx + vo * z
-    mode = wp.where(follows, PIVOTING, mode)
+    mode = wp.where(follows, PIVOTING, law_mode)
     still = follows or sticks or mode == FLYING
     lost = ux * ux + uz * uz - vx * vx - vz * vz + (uo * uo - vo * vo) * body.inertia
-    return (
-        vx, vz, vo, mode, wp.where(still, zero, sign_of(along)), second and not follows,
-        HALF * lost, needed,
-    )  # fmt: skip
+    contact = Contact(mode, wp.where(still, zero, sign_of(along)))
+    return Velocity(vx, vz, vo), contact, Blow(second and not follows, HALF * lost, needed)
 
 
 @wp.func

@@ -2,6 +2,8 @@
 
 import warp as wp
 
+from warprock.kernels.event.block_contact import Lever, Velocity
+from warprock.kernels.event.block_state import End, Span
 from warprock.kernels.event.body_contact import Body, Edge, may_rest, struck_velocity
 from warprock.kernels.event.body_view import View
 from warprock.kernels.event.body_weight import Weight, kicks
@@ -9,12 +11,57 @@ from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 from warprock.kernels.shape.body import turned_x, turned_z
 
 
-@wp.func
-def struck_corner(
-    body: Body, view: View, up: bool, down: bool, lands: bool, mode: int, theta: real,
-    kicked: real, omega: real,
-):  # fmt: skip
+@wp.struct
+class Struck:
     """The corner that is struck first at the end of a step, and a second one on the base.
+
+    Attributes:
+        right: Whether the edge is that to +x of the corner.
+        beside: Whether the body lies on an edge at all.
+        swaps: Whether the neighbour there is struck.
+        x, z: What touches of the struck corner, from the centre of mass [m].
+        other: x of the other one [m].
+    """
+
+    right: bool
+    beside: bool
+    swaps: bool
+    x: real
+    z: real
+    other: real
+
+
+@wp.struct
+class Impact:
+    """What the end of a step does to a body.
+
+    Attributes:
+        vx, vz, omega: Velocity after it [m/s], [rad/s].
+        mode, slip: How the body touches its base.
+        corner: The corner that it turns about; of a body that lies flat, its edge's end at -x.
+        lost: Energy lost per unit mass [J/kg].
+        hit: Whether another corner or a flying one hit the base.
+        tail: Time of the impacts that resting leaves out [s].
+        needed: Friction that a prescribed impact asks for, see `Blow`.
+    """
+
+    vx: real
+    vz: real
+    omega: real
+    mode: int
+    slip: real
+    corner: int
+    lost: real
+    hit: bool
+    tail: real
+    needed: real
+
+
+@wp.func
+def find_struck(
+    body: Body, view: View, up: bool, down: bool, lands: bool, kicked: real, end: End
+) -> Struck:
+    """The corner that is struck first at the end of a step.
 
     That is the neighbour where it lands; of a flat body that lands or that the base kicks, the
     corner ahead.
@@ -24,42 +71,30 @@ def struck_corner(
         view: The corner and its neighbours.
         up, down: Whether the body now lies on the edge to +x of the corner, to -x of it.
         lands: Whether the corner has landed.
-        mode: In the step.
-        theta: Rotation [rad].
-        kicked: Velocity along the base [m/s].
-        omega: Angular velocity [rad/s].
-
-    Returns:
-        Whether the edge is that to +x of the corner; whether the body lies on one at all; whether
-        the neighbour there is struck; what touches of the struck corner, from the centre of mass,
-        and x of the other one [m].
+        kicked: Velocity along the base after its velocity step [m/s].
+        end: The end of the step.
     """
-    flat = mode == FLAT
-    s, c = sine(theta), cosine(theta)
-    right = wp.where(flat, view.flat_right, up or (not down and theta == view.high))
-    left = wp.where(flat, not view.flat_right, down or (not up and theta == view.low))
-    level = flat or (lands and omega == real(0.0) and (left or right))
+    flat = end.mode == FLAT
+    s, c = sine(end.theta), cosine(end.theta)
+    right = wp.where(flat, view.flat_right, up or (not down and end.theta == view.high))
+    left = wp.where(flat, not view.flat_right, down or (not up and end.theta == view.low))
+    level = flat or (lands and end.omega == real(0.0) and (left or right))
     swaps = up or down or (level and (kicked >= real(0.0)) == right)
     next_x = wp.where(right, view.right_x, view.left_x)
     next_z = wp.where(right, view.right_z, view.left_z)
     own_x, own_z = turned_x(view.x, view.z, s, c), turned_z(view.x, view.z, s, c)
     beside_x, beside_z = turned_x(next_x, next_z, s, c), turned_z(next_x, next_z, s, c)
-    return (
-        right,
-        left or right,
-        swaps,
-        wp.where(swaps, beside_x, own_x),
-        wp.where(swaps, beside_z, own_z) - body.radius,
-        wp.where(swaps, own_x, beside_x),
-    )
+    return Struck(
+        right, left or right, swaps, wp.where(swaps, beside_x, own_x),
+        wp.where(swaps, beside_z, own_z) - body.radius, wp.where(swaps, own_x, beside_x),
+    )  # fmt: skip
 
 
 @wp.func
-def end_of_step(
-    body: Body, weight: Weight, view: View, up: bool, down: bool, lands: bool, kick: real, a: real,
-    mode: int, slip: real, theta: real, vx: real, vz: real, omega: real,
-):  # fmt: skip
-    """What the end of a step does to the velocities.
+def end_step(
+    body: Body, weight: Weight, view: View, up: bool, down: bool, lands: bool, span: Span, end: End
+) -> Impact:
+    """What the end of a step does to a body.
 
     Args:
         body: The body.
@@ -67,51 +102,45 @@ def end_of_step(
         view: The corner and its neighbours.
         up, down: Whether the body now lies on the edge to +x of the corner, to -x of it.
         lands: Whether the corner has landed.
-        kick: Velocity step of the base [m/s].
-        a: Acceleration of the base [m/s^2].
-        mode, slip: In the step.
-        theta: Rotation; vx, vz and omega velocities.
-
-    Returns:
-        Velocity (three values), mode, direction of sliding and number of the corner; energy lost
-        per unit mass; whether another corner or a flying one hit the base; time of the impacts
-        that resting leaves out; friction that a prescribed impact asks for, see `struck_velocity`.
+        span: The step, in which the base moves.
+        end: Its end.
     """
     zero = real(0.0)
+    kick = span.kick
     falls = up or down
-    hit = lands or (falls and mode == PIVOTING)
-    struck = hit or (kicks(weight, kick) and mode != FLYING)
-    kicked, dropped = vx - kick, vz - weight.kick
-    right, beside, swaps, x, z, other = struck_corner(
-        body, view, up, down, lands, mode, theta, kicked, omega
-    )
+    hit = lands or (falls and end.mode == PIVOTING)
+    struck = hit or (kicks(weight, kick) and end.mode != FLYING)
+    kicked, dropped = end.vx - kick, end.vz - weight.kick
+    corner = find_struck(body, view, up, down, lands, kicked, end)
     # What is prescribed is for the edge that the body stands on at first.
-    prescribed = falls and mode == PIVOTING and theta == zero
-    vx1, vz1, omega1, mode1, slip1, second, lost, needed = struck_velocity(
-        body, beside, prescribed, x, z, other, kicked, dropped, omega
-    )
+    prescribed = falls and end.mode == PIVOTING and end.theta == zero
+    after, contact, blow = struck_velocity(
+        body, corner.beside, prescribed, Lever(corner.x, corner.z), corner.other,
+        Velocity(kicked, dropped, end.omega),
+    )  # fmt: skip
     # The base's work on the body is at the mean of both velocities: see account.py.
-    lost = lost - HALF * kick * (vx1 - kicked)
+    lost = blow.lost - HALF * kick * (after.x - kicked)
     if VERTICAL:
-        lost = lost - HALF * weight.kick * (vz1 - dropped)
-    vx1, vz1 = wp.where(struck, vx1, kicked), wp.where(struck, vz1, dropped)
-    omega1, mode1 = wp.where(struck, omega1, omega), wp.where(struck, mode1, mode)
-    slip1 = wp.where(struck, slip1, slip)
+        lost = lost - HALF * weight.kick * (after.z - dropped)
+    vx1, vz1 = wp.where(struck, after.x, kicked), wp.where(struck, after.z, dropped)
+    omega1 = wp.where(struck, after.omega, end.omega)
+    mode1 = wp.where(struck, contact.mode, end.mode)
+    slip1 = wp.where(struck, contact.slip, end.slip)
     lost = wp.where(struck, lost, zero)
-    edge = Edge(smaller(x, other), larger(x, other), -z)
-    pull = wp.where(slip1 != zero, -slip1 * body.friction * weight.end, a)
-    stays, tail = may_rest(body, weight.end, edge, omega1, omega, pull)
+    edge = Edge(smaller(corner.x, corner.other), larger(corner.x, corner.other), -corner.z)
+    pull = wp.where(slip1 != zero, -slip1 * body.friction * weight.end, span.a1)
+    stays, tail = may_rest(body, weight.end, edge, omega1, end.omega, pull)
     rests = stays and hit and falls and mode1 == PIVOTING
     glides = wp.where(slip1 != zero, vx1, zero)
     slip1 = wp.where(rests and slip1 != zero, sign_of(vx1), slip1)
     rest_lost = HALF * (vx1 * vx1 - glides * glides + vz1 * vz1 + omega1 * omega1 * body.inertia)
     mode1 = wp.where(rests, FLAT, mode1)
     # Corners are numbered from -x: an edge is known by its end there.
-    on_edge = view.corner + wp.where(right, 0, -1)
-    moves = wp.where(struck, swaps != second, falls)
-    stands = view.corner + wp.where(moves, wp.where(right, 1, -1), 0)
-    return (
+    on_edge = view.corner + wp.where(corner.right, 0, -1)
+    moves = wp.where(struck, corner.swaps != blow.second, falls)
+    stands = view.corner + wp.where(moves, wp.where(corner.right, 1, -1), 0)
+    return Impact(
         wp.where(rests, glides, vx1), wp.where(rests, zero, vz1), wp.where(rests, zero, omega1),
         mode1, slip1, wp.where(mode1 == FLAT, on_edge, stands),
-        lost + wp.where(rests, rest_lost, zero), hit, wp.where(rests, tail, zero), needed,
+        lost + wp.where(rests, rest_lost, zero), hit, wp.where(rests, tail, zero), blow.needed,
     )  # fmt: skip

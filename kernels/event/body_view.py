@@ -3,6 +3,7 @@
 import warp as wp
 
 from warprock.kernels.event.block import GRAIN, NEARLY
+from warprock.kernels.event.block_state import End, Span, State
 from warprock.kernels.event.body_contact import Body, Edge, tips_right
 from warprock.kernels.event.body_weight import Weight
 from warprock.kernels.modes import FLAT, FLYING
@@ -58,43 +59,38 @@ def edge_below(body: Body, view: View, s: real, c: real) -> Edge:
 
 @wp.func
 def tips_about_second(
-    body: Body, gravity: real, weight: Weight, first: Corner, second: Corner, theta: real,
-    slip: real, vx: real, dv: real, d: real,
+    body: Body, gravity: real, weight: Weight, first: Corner, second: Corner, s: State, span: Span
 ) -> bool:  # fmt: skip
-    """Whether a body on an edge would tip about its end at +x, see `tips_right`."""
-    edge = edge_of(body, first.x, first.z, second.x, second.z, sine(theta), cosine(theta))
-    uz = -HALF * d * gravity
+    """Whether a body on an edge would tip in a step about its end at +x, see `tips_right`."""
+    edge = edge_of(body, first.x, first.z, second.x, second.z, sine(s.theta), cosine(s.theta))
+    uz = -HALF * span.d * gravity
     if VERTICAL:
         uz = uz - HALF * weight.gained
-    return tips_right(body.friction, slip, edge, vx - HALF * dv, uz)
+    return tips_right(body.friction, s.slip, edge, s.vx - HALF * span.dv, uz)
 
 
 @wp.func
-def contacts_at(
-    body: Body, view: View, mode: int, theta: real, gap: real, raw_gap: real, vz: real, omega: real
-):
+def find_contacts(body: Body, view: View, end: End):
     """Which corners have come down to the base at the end of a step.
 
     Args:
         body: The body.
         view: The corner and its neighbours.
-        mode: In the step.
-        theta, gap, vz, omega: At its end.
-        raw_gap: Gap before what is put back [m].
+        end: The end of the step; `deep` counts for the corner alone.
 
     Returns:
         Whether the corner to +x has landed or taken the place of the lowest, whether that to -x
         has; whether a flying corner lands; how deep a corner is [m].
     """
     near = NEARLY * body.longest_step
-    s, c = sine(theta), cosine(theta)
+    s, c = sine(end.theta), cosine(end.theta)
     spot = turned_z(view.x, view.z, s, c)
-    up = mode != FLAT and omega > real(0.0) and theta >= view.high - near * omega
-    down = mode != FLAT and omega < real(0.0) and theta <= view.low - near * omega
-    rise = vz - omega * turned_x(view.x, view.z, s, c)
+    up = end.mode != FLAT and end.omega > real(0.0) and end.theta >= view.high - near * end.omega
+    down = end.mode != FLAT and end.omega < real(0.0) and end.theta <= view.low - near * end.omega
+    rise = end.vz - end.omega * turned_x(view.x, view.z, s, c)
     grain = GRAIN * (body.radius - spot)
-    lands = mode == FLYING and rise < real(0.0) and gap <= grain - near * rise
+    lands = end.mode == FLYING and rise < real(0.0) and end.gap <= grain - near * rise
     below = smaller(
         turned_z(view.left_x, view.left_z, s, c), turned_z(view.right_x, view.right_z, s, c)
     )
-    return up, down, lands, larger(-raw_gap, spot - below - raw_gap)
+    return up, down, lands, larger(end.deep, spot - below + end.deep)

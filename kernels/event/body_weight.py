@@ -7,7 +7,7 @@ of the base upwards. Where VERTICAL is not set the base keeps its height, and a 
 import warp as wp
 
 from warprock.kernels.event.block_begin import base_change
-from warprock.kernels.motion import knot_step, knot_time, series
+from warprock.kernels.motion import expand, knot_step, knot_time
 from warprock.kernels.shape.above import Above
 
 
@@ -37,12 +37,10 @@ if VERTICAL:
         w = Weight()
         w.passed = time >= knot_time(above.motion, above.segment)
         w.kick = wp.where(w.passed, knot_step(above.motion, above.segment), real(0.0))
-        a, jerk, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(
-            above.motion, above.segment, time, above.value, above.slope
-        )
-        w.gained = base_change(above.motion, time, d, a, jerk, rising, w.kick)
-        w.end = gravity + a
-        w.start = gravity + wp.where(d > real(0.0), TWO * w.gained / d - a, a)
+        a = expand(above.motion, above.segment, time, above.value, above.slope)
+        w.gained = base_change(above.motion, time, d, a.a0, a.a1, rising, w.kick)
+        w.end = gravity + a.a0
+        w.start = gravity + wp.where(d > real(0.0), TWO * w.gained / d - a.a0, a.a0)
         return w
 
 else:

@@ -19,7 +19,7 @@ boxes: Any = kernel_module("event/block_contact", precision="float64")
 box_impact: Any = kernel_module("event/block_impact", precision="float64")
 body_contact: Any = kernel_module("event/body_contact", precision="float64", vertical=True)
 wp.set_module_options(module_options())
-Block, Body = boxes.Block, body_contact.Body
+Block, Body, Lever, Velocity = boxes.Block, body_contact.Body, boxes.Lever, boxes.Velocity
 strike_box, strike_body = box_impact.struck_velocity, body_contact.struck_velocity
 
 COUNT = 20_000
@@ -35,11 +35,11 @@ def strike_boxes(
     """Level boxes whose corner at +x is struck first."""
     i = wp.tid()
     v = before[i]
-    x, z, turn, mode, _slip, _lost = strike_box(
-        blocks[i], True, real(0.0), real(1.0), v[0], v[1], v[2]
-    )
-    after[i] = wp.vec3d(x, z, turn)
-    modes[i] = mode
+    block = blocks[i]
+    corner = Lever(block.half_width, -block.half_height)
+    found, contact, _lost = strike_box(block, True, corner, Velocity(v[0], v[1], v[2]))
+    after[i] = wp.vec3d(found.x, found.z, found.omega)
+    modes[i] = contact.mode
 
 
 @wp.kernel
@@ -54,11 +54,11 @@ def strike_bodies(
     i = wp.tid()
     v = before[i]
     p = place[i]
-    x, z, turn, mode, _slip, _second, _lost, _needed = strike_body(
-        bodies[i], True, False, p[0], p[1], p[2], v[0], v[1], v[2]
+    found, contact, _blow = strike_body(
+        bodies[i], True, False, Lever(p[0], p[1]), p[2], Velocity(v[0], v[1], v[2])
     )
-    after[i] = wp.vec3d(x, z, turn)
-    modes[i] = mode
+    after[i] = wp.vec3d(found.x, found.z, found.omega)
+    modes[i] = contact.mode
 
 
 def scenes(random: np.random.Generator) -> tuple[Array, Array, Array]:

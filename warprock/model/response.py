@@ -183,6 +183,12 @@ FIELDS: dict[str, Field] = {
             "Estimated error of the slide, the largest and the one at the end",
             per_block=True,
         ),
+        Field(
+            "uplift_time_error",
+            ("lane",),
+            "s",
+            "Estimated error of the time at which the block first leaves its flat state",
+        ),
         Field("time_step", ("lane",), "s", "Setting of the time step that the numbers are from"),
         Field("first_step_count", ("lane",), "-", "Time steps of one run at the step asked for"),
         Field("total_step_count", ("lane",), "-", "Time steps of all runs of the lane"),
@@ -242,7 +248,12 @@ Histories of places (`x`, `y`, `z`: of the middle of the block's box; `slide`, `
 across it, z upwards. The slide is that of the lowest corner, one in the air too.
 """
 
-ERROR_FIELDS: tuple[str, ...] = ("peak_rotation_error", "rotation_error", "peak_slide_error")
+ERROR_FIELDS: tuple[str, ...] = (
+    "peak_rotation_error",
+    "rotation_error",
+    "peak_slide_error",
+    "uplift_time_error",
+)
 """Estimated errors, which no engine answers: `warprock.running.estimate` adds them."""
 ESTIMATE_FIELDS: tuple[str, ...] = (
     *ERROR_FIELDS,

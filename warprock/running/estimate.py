@@ -21,8 +21,8 @@ settings at one step, on few lanes, with the estimate of this module; with the o
 fewer settings.
 
 The estimate cannot see what the runs have in common: what the model leaves out, wrong inputs, or an
-event that all of them miss, such as a base acceleration that would lift a block for less than the
-finest step.
+event that all of them miss, such as a lift shorter than the finest step of an engine that looks for
+one at the ends of its steps.
 
 L. F. Richardson (1911), The approximate arithmetical solution by finite differences of physical
 problems involving differential equations, *Philosophical Transactions of the Royal Society A* 210,
@@ -58,6 +58,8 @@ from warprock.running.companions import (
     peak_gap,
     sample_times,
     slide_gap,
+    uplift_error,
+    uplift_gap,
     usable,
 )
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
@@ -109,8 +111,9 @@ def run_with_estimate(
 
     Returns:
         The response that `run_batch` gives, with `rotation_error`, `peak_rotation_error` [rad] and
-        `peak_slide_error` [m], shape [lane], or [lane, block] of stacks: infinite where a companion
-        run failed, NaN where the lane itself did. A lane that was OK may be `Status.SENSITIVE`.
+        `peak_slide_error` [m], shape [lane], or [lane, block] of stacks, and `uplift_time_error`
+        [s], shape [lane]: infinite where a companion run failed, NaN where the lane itself did. A
+        lane that was OK may be `Status.SENSITIVE`.
 
     Raises:
         ValueError: No lanes.
@@ -141,6 +144,8 @@ def _estimated(case: Companions) -> Response:
     error = near * apart
     peak_error = near * peak_gap(first, second)
     slide_error = near * slide_gap(first, second)
+    # A lift that is seen at the end of a step errs by a part of it: of the first order.
+    lift_error = 2.0 * uplift_gap(first, second)
     sensitive = parted(first, second)
     slow = np.zeros_like(sensitive)
     chosen = np.flatnonzero(largest(error / alpha) > REFINED_ABOVE)
@@ -153,6 +158,7 @@ def _estimated(case: Companions) -> Response:
         peak_error[chosen] = np.maximum(peak_error[chosen], far * peak_gap(one, third))
         slide_error[chosen] = np.maximum(slide_error[chosen], far * slide_gap(one, third))
         sensitive[chosen] |= parted(one, third)
+        lift_error[chosen] = np.maximum(lift_error[chosen], 4.0 / 3.0 * uplift_gap(one, third))
         shrunk = largest(gap(two, third, angle) / angle) / largest(apart[chosen] / angle)
         # Half as fast as the order says is slow; a failed companion shrinks to infinity.
         slow[chosen] = shrunk > 2.0 ** (1 - order)
@@ -171,4 +177,6 @@ def _estimated(case: Companions) -> Response:
     fields["status"] = np.where(sensitive, int(Status.SENSITIVE), first["status"])
     fields["peak_rotation_error"], fields["rotation_error"] = peak_error, error
     fields["peak_slide_error"] = np.where(columns, SAFETY * slide_error, np.nan)
+    floor = case.uplift_floor(np.inf)
+    fields["uplift_time_error"] = uplift_error(first, SAFETY * lift_error, floor)
     return Response(engine=first.engine, fields=fields, times=np.empty(0))

@@ -58,7 +58,7 @@ from warprock.model.response import (
     take_lanes,
 )
 from warprock.running.batch import run_batch
-from warprock.running.calibration import estimate_factors
+from warprock.running.calibration import PLAIN, estimate_factors
 from warprock.running.companions import (
     Companions,
     as_columns,
@@ -76,6 +76,8 @@ from warprock.running.companions import (
     sample_times,
     slide_gap,
     took_branches,
+    uplift_error,
+    uplift_gap,
     usable,
 )
 from warprock.running.estimate import CHAOTIC_ABOVE, CHUNK_VALUES, SENSITIVE_ABOVE
@@ -302,6 +304,7 @@ class _Known:
         self.gap, self.peak, self.slide, self.error, self.peak_error, self.slide_error = (
             np.zeros_like(self.alpha) for _ in range(6)
         )
+        self.uplift = np.zeros(len(self.going))
 
     def hold(self, lanes: Numbers) -> None:
         """Marks lanes whose numbers do not depend on the step."""
@@ -353,6 +356,7 @@ class _Known:
         self.error[lanes] = parts.rotation.factor * share * self.gap[lanes] + floor
         floor = self.floor[lanes] + parts.peak.floor * angle
         self.peak_error[lanes] = parts.peak.factor * share * self.peak[lanes] + floor
+        self.uplift[lanes] = uplift_gap(before, after)
         floor = parts.slide.floor * np.abs(after["peak_slide"])
         self.slide_error[lanes] = parts.slide.factor * share * self.slide[lanes] + floor
         ratio = largest(self.error[lanes] / angle)
@@ -391,6 +395,11 @@ class _Known:
         fields["peak_slide_error"] = np.where(columns, self.slide_error, np.nan)
         steps = {k: halved(self.case.settings, int(k)).time_step for k in np.unique(self.halvings)}
         fields["time_step"] = np.array([steps[k] for k in self.halvings])
+        finest = Response(engine=self.engine, fields=fields, times=np.empty(0))
+        # Of the first order, as two runs leave it open: see `UNKNOWN`.
+        fields["uplift_time_error"] = uplift_error(
+            finest, PLAIN * self.uplift, self.case.uplift_floor(fields["time_step"])
+        )
         fields["first_step_count"] = self.first_steps
         fields["total_step_count"] = self.total_steps
         return Response(engine=self.engine, fields=fields, times=np.empty(0))
