@@ -5,13 +5,13 @@ against the slip, likewise along y. `slip` has the bit k where corner k slides a
 it slides along y. What is tried, in this order:
 
     1. all that touch stick (event_space/block_contact.py); where some slide, an edge or a corner
-    goes
-       on as it does, along x and along y each;
-    2. a part of what touches sticks, but for corners that slide already;
+       goes on as it does, along x and along y each;
+    2. the face or an edge sticks, but for corners that slide already;
     3. a flat block slides: what presses its corners is spread as where it sticks;
     4. nothing pushes;
     5. an edge, else a corner, does along x and y of each end what it may: stick, slide to one side
-       or to the other. These are tried one by one, see event_space/block_box_friction_slide.py.
+       or to the other. These are tried one by one, both ends of an edge alike first, see
+       event_space/block_box_friction_slide.py.
 
 Steps end where the slip of a corner along x or y does: second order holds through that. What else
 changes at the ends of an edge that slides is not located, and errors of blocks that rock and slide
@@ -46,6 +46,8 @@ from warprock.kernels.event_space.block_contact import (
 )
 from warprock.kernels.vectors import Vector
 
+ALIKE = 9
+"""Ways of one end: three along x, stick and slide to either side, times three along y."""
 LOOSELY = by_precision(1.0e6, 10.0)
 """Multiple of round-off within which the law counts as obeyed where nothing else is found."""
 
@@ -89,20 +91,22 @@ def solve_as_before(
 
 @wp.func(inline=False)
 def solve_any_corner(body: Body, mask: int, v: Vector, w: Vector, dust: real) -> Held:
-    """The motion if some edge, or some corner, holds on in any way; whether it obeys the law."""
+    """The motion if some edge, or some corner, holds on in any way; whether it obeys the law.
+
+    Both ends of an edge alike come first, then each on its own.
+    """
     best = Held()
     for number in range(8):
         c = 7 - number
         part = mask_of(c)
-        ways = wp.where(c >= EDGE, 81, 9)
+        ways = wp.where(c >= EDGE, ALIKE * ALIKE, 0)
         if (part & mask) == part:
             i, j = ends_of(c)
-            for way in range(ways):
+            for way in range(ALIKE + ways):
                 if not best.fits:
                     sides = Corners()
-                    sides[i] = side_by(way % 9)
-                    if i != j:
-                        sides[j] = side_by(way // 9)
+                    sides[j] = side_by(wp.where(way < ALIKE, way, (way - ALIKE) // ALIKE))
+                    sides[i] = side_by(way % ALIKE)
                     best = obeying(body, c, mask, sides, v, w, dust)
     return best
 
@@ -123,8 +127,8 @@ def solve(
     slides = (slip | (slip >> 4)) & ALL
     first = solve_as_before(body, stance, slip, start, v, w, dust)
     best = first
-    for number in range(9):
-        c = 8 - number
+    for number in range(FLAT - EDGE + 1):
+        c = FLAT - number
         part = mask_of(c)
         if not best.fits and (part & mask) == part and (part & slides) == 0:
             best = sticking(body, c, mask, v, w, dust)

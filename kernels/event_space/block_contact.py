@@ -7,20 +7,23 @@ Of the box |p_x| and |p_y| are bound each; what slides then is found by
 event_space/block_box_friction.py.
 
 Where the block touches is its *stance*: on corner k (0 to 3), on the edge from corner k to the
-next (4 + k), flat (8), or nowhere (9). What may hold is tried, larger stances first:
+next (4 + k), flat (8), or nowhere (9). What may hold is tried in this order:
 
-    1. all that touch stick: on a corner L + a x v about it is kept (L = I w, a = -r), on an edge
-       its component along the edge, flat nothing moves. The impulses follow. Those of an edge
-       share what pushes along it as the cones allow; those of a face are spread bilinearly over
-       the rectangle, which leaves all n >= 0 as long as the centre of pressure lies in it;
-    2. one end of an edge sticks, the other slides, which it can only across the edge: what turns
+    1. the face, else an edge, sticks: on an edge the component of L + a x v along it is kept
+       (L = I w, a = -r), flat nothing moves. The impulses follow. Those of an edge share what
+       pushes along it as the cones allow; those of a face are spread bilinearly over the
+       rectangle, which leaves all n >= 0 as long as the centre of pressure lies in it;
+    2. it slides, p = n (-friction d, 1), d the directions in which the corners end up, found by
+       Newton's method;
+    3. one end of an edge sticks, the other slides, which it can only across the edge: what turns
        the block about the end that sticks is kept but for the moment of the other's impulse;
-    3. all that touch slide, p = n (-friction d, 1), d the directions in which the corners end up,
-       found by Newton's method;
-    4. else corner by corner, each solved exactly, until nothing changes (block Gauss-Seidel).
+    4. one corner sticks, all of L + a x v about it is kept; else it slides;
+    5. nothing holds;
+    6. else corner by corner, each solved exactly, until nothing changes (block Gauss-Seidel).
 
-A corner that touches and is not held must not sink. Where several states obey the law, the first
-is taken: sticking before sliding before leaving.
+A corner that touches and is not held must not sink. With friction several states may obey the law
+(Painleve): a tall block can slide on an edge as a whole, or turn over one of its ends. The first is
+taken, by which a block that moves in a plane stays in it.
 """
 
 import warp as wp

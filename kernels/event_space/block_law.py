@@ -120,30 +120,50 @@ def solve_as_before(
 
 
 @wp.func(inline=False)
+def slipping_stance(
+    body: Body, stance: int, mask: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
+) -> Held:
+    """The motion if a stance slides: corners that do already in their directions in `start`."""
+    part = mask_of(stance)
+    dirs = begun(body, stance, v, w)
+    for k in range(4):
+        if (slip & (1 << k)) != 0:
+            dirs[k] = start[k]
+    return slipping(body, stance, mask, (slip & part) == part, dirs, v, w, dust)
+
+
+@wp.func(inline=False)
 def solve_any_stance(
     body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
-    """The motion that obeys the contact law, see `solve`, of all that may be."""
+    """The motion that obeys the contact law, see `solve`, of all that may be.
+
+    What holds the face or an edge as a whole comes before what holds one of its corners alone.
+    """
     mask = mask_of(stance)
     best = Held()
-    for number in range(9):
-        c = 8 - number
+    for number in range(FLAT - EDGE + 1):
+        c = FLAT - number
         part = mask_of(c)
         if not best.fits and (part & mask) == part and (part & slip) == 0:
             best = sticking(body, c, mask, v, w, dust)
+    for number in range(FLAT - EDGE + 1):
+        c = FLAT - number
+        part = mask_of(c)
+        if not best.fits and (part & mask) == part:
+            best = slipping_stance(body, c, mask, slip, start, v, w, dust)
     for number in range(16):
         part = mask_of(EDGE + number % 4)
         if not best.fits and (part & mask) == part:
             best = swinging(body, number % 4, number // 4, mask, slip & part, start, v, w, dust)
-    for number in range(9):
-        c = 8 - number
-        part = mask_of(c)
-        if not best.fits and (part & mask) == part:
-            dirs = begun(body, c, v, w)
-            for k in range(4):
-                if (slip & (1 << k)) != 0:
-                    dirs[k] = start[k]
-            best = slipping(body, c, mask, (slip & part) == part, dirs, v, w, dust)
+    for number in range(EDGE):
+        c = EDGE - 1 - number
+        if not best.fits and (mask_of(c) & mask & ~slip) != 0:
+            best = sticking(body, c, mask, v, w, dust)
+    for number in range(EDGE):
+        c = EDGE - 1 - number
+        if not best.fits and (mask_of(c) & mask) != 0:
+            best = slipping_stance(body, c, mask, slip, start, v, w, dust)
     if not best.fits:
         best = Held()
         best.v = v

@@ -144,9 +144,12 @@ def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: V
             a21 = answer(body, i, f1, j)[2]
             a22 = answer(body, j, f2, j)[2]
             det = a11 * a22 - a12 * a21
-            sound = det > zero and a11 > zero
             n[i] = (a12 * u2[2] - a22 * u[2]) / det
             n[j] = (a21 * u[2] - a11 * u2[2]) / det
+            # A tall block that slides upright on an edge may be jammed against a roll over one of
+            # its ends (det < 0): both press alike all the same where they stop what sinks.
+            stops = n[i] * u[2] + n[j] * u2[2] < zero
+            sound = (det > zero and a11 > zero) or stops
             v1 = v1 + n[j] * f2
             w1 = w1 + n[j] * (body.inverse * wp.cross(body.corners[j], f2))
         v1 = v1 + n[i] * f1
