@@ -44,6 +44,8 @@ from warprock.kernels.event_space.block_contact import (
     sticking,
     stuck,
 )
+from warprock.kernels.event_space.block_moves import Course
+from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.vectors import Vector
 
 ALIKE = 9
@@ -193,25 +195,25 @@ def holds_both_ends(stance: int, slip: int) -> bool:
 
 @wp.func
 def slip_after(
-    k: int, mu: real, gravity: real, longest: real, near: real, s: int, n: int, stance: int,
-    u0: Vector, u1: Vector, d: real,
-):  # fmt: skip
+    k: int, mu: real, limits: Limits, course: Course, before: int, during: int, stance: int
+):
     """What becomes of a touching corner's slip in a step; see event_space/block_law.py.
 
     Slip along x or y that was there and is none in the mean of the step ends inside, nobody knows
     where: half of the step is tried.
     """
     cut = NEVER
-    slip = n
+    slip = during
+    u0, u1, d, near = course.first, course.last, course.d, course.near
     for axis in range(2):
         bit = (1 << k) << (4 * axis)
         reach = near * size(u1[axis] - u0[axis]) / larger(d, TINY)
         e0 = size(u0[axis])
         e1 = u1[axis] * side_of(u0[axis])
-        if (s & bit) != 0 and (n & bit) == 0:
+        if (before & bit) != 0 and (during & bit) == 0:
             if e0 > reach and d > TWO * near:
                 cut = smaller(cut, HALF * d)
-        elif (s & bit) != 0:
+        elif (before & bit) != 0:
             if e0 > reach and e1 < -reach and d > near:
                 cut = smaller(cut, first_root(e0, (e1 - e0) / d, e1, d))
             elif e1 <= reach and size(e1) <= real(10.0) * reach:

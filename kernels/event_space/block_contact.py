@@ -160,16 +160,27 @@ def drawn(x: real, y: real) -> real:
     return wp.sqrt(x * x + y * y)
 
 
+@wp.struct
+class EdgeShares:
+    """Impulses of both ends of an edge.
+
+    Both impulses, along the edge by halves [m/s]; along, the edge's direction; what the bounds of
+    both leave beside the friction across the edge [m/s].
+    """
+
+    one: Vector
+    other: Vector
+    along: Vector
+    room1: real
+    room2: real
+
+
 @wp.func
-def edge_shares(body: Body, k: int, p: Vector, twist: Vector):
+def edge_shares(body: Body, k: int, p: Vector, twist: Vector) -> EdgeShares:
     """Impulses of both ends of an edge, from their sum and angular impulse about the centre.
 
     Across the edge they differ by 2 q. Along the edge only their sum matters: each takes what its
     cone, or box, allows.
-
-    Returns:
-        Both impulses, along the edge by halves; the edge's direction; what the bounds of both leave
-        beside the friction across the edge.
     """
     first = body.corners[k]
     way = body.corners[(k + 1) % 4] - first
@@ -183,7 +194,7 @@ def edge_shares(body: Body, k: int, p: Vector, twist: Vector):
         mu = mu * (size(e[0]) + size(e[1]))
     room1 = mu * one[2] - size(one[1] * e[0] - one[0] * e[1])
     room2 = mu * other[2] - size(other[1] * e[0] - other[0] * e[1])
-    return one, other, e, room1, room2
+    return EdgeShares(one, other, e, room1, room2)
 
 
 @wp.func
@@ -217,7 +228,8 @@ def edge_carries(body: Body, k: int, p: Vector, twist: Vector):
         end has more left than that.
     """
     zero = real(0.0)
-    one, other, e, room1, room2 = edge_shares(body, k, p, twist)
+    shares = edge_shares(body, k, p, twist)
+    one, other, e, room1, room2 = shares.one, shares.other, shares.along, shares.room1, shares.room2
     along_edge = wp.dot(p, e)
     least = real(0.0)
     largest = real(0.0)
@@ -252,10 +264,11 @@ def begun(body: Body, stance: int, v: Vector, w: Vector) -> Corners:
     if stance >= EDGE and stance < FLAT:
         k = stance - EDGE
         p = v1 - v
-        one, other, e, room1, room2 = edge_shares(body, k, p, body.inertia * (w1 - w))
+        shares = edge_shares(body, k, p, body.inertia * (w1 - w))
+        one, other, e = shares.one, shares.other, shares.along
         way = e * wp.sign(wp.dot(p, e))
-        left1 = left_along(body.friction * one[2], room1)
-        left2 = left_along(body.friction * other[2], room2)
+        left1 = left_along(body.friction * one[2], shares.room1)
+        left2 = left_along(body.friction * other[2], shares.room2)
         d1 = along(one + way * left1 - e * wp.dot(one, e))
         d2 = along(other + way * left2 - e * wp.dot(other, e))
         dirs[k] = Vector(-d1[0], -d1[1], zero)

@@ -24,8 +24,9 @@ from warprock.kernels.event_space.block_contact import (
     sticking,
     stuck,
 )
-from warprock.kernels.event_space.block_moves import stop_event
+from warprock.kernels.event_space.block_moves import Course, stop_event
 from warprock.kernels.event_space.block_slide import slid, sliding_corner, slipping, swinging, swung
+from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.vectors import Matrix, Vector
 
 SWERVE = real(0.95)
@@ -115,7 +116,7 @@ def solve_as_before(
         way = body.corners[other] - body.corners[k]
         if way[0] * start[other, 1] < way[1] * start[other, 0]:
             turn = turn + 2
-        h = swinging(body, edge, turn, mask, slip, start, v, w, dust)
+        h = swinging(body, edge + 4 * turn, mask, slip, start, v, w, dust)
     return h
 
 
@@ -152,10 +153,10 @@ def solve_any_stance(
         part = mask_of(c)
         if not best.fits and (part & mask) == part:
             best = slipping_stance(body, c, mask, slip, start, v, w, dust)
-    for number in range(16):
-        part = mask_of(EDGE + number % 4)
+    for way in range(16):
+        part = mask_of(EDGE + way % 4)
         if not best.fits and (part & mask) == part:
-            best = swinging(body, number % 4, number // 4, mask, slip & part, start, v, w, dust)
+            best = swinging(body, way, mask, slip & part, start, v, w, dust)
     for number in range(EDGE):
         c = EDGE - 1 - number
         if not best.fits and (mask_of(c) & mask & ~slip) != 0:
@@ -233,7 +234,9 @@ def projected(body: Body, stance: int, slip: int, v: Vector, w: Vector):
         u = corner_velocity(body, v, w, slides) - corner_velocity(body, v, w, pinned)
         way = body.corners[slides] - body.corners[pinned]
         side = wp.where(way[0] * u[1] < way[1] * u[0], real(-1.0), real(1.0))
-        v1, w1, _m, _d, _good = swung(body, pinned, slides, side, v, w)
+        swing = swung(body, pinned, slides, side, v, w)
+        v1 = swing.v
+        w1 = swing.w
     elif stance == FLAT:
         v1 = Vector(v[0], v[1], real(0.0))
         w1 = Vector(real(0.0), real(0.0), w[2])
@@ -259,42 +262,38 @@ def holds_both_ends(stance: int, slip: int) -> bool:
 
 
 @wp.func
-def swerves(mu: real, gravity: real, longest: real, u0: Vector, u1: Vector, d: real) -> bool:
+def swerves(mu: real, limits: Limits, course: Course) -> bool:
     """Whether a sliding corner's way turns so sharply in a step that a shorter one pays."""
-    shortest = SHORTEST * longest
-    swift = larger(wp.length(u0), wp.length(u1)) > mu * gravity * shortest
-    return d > shortest and swift and wp.dot(along(u0), along(u1)) < SWERVE
+    u0, u1, shortest = course.first, course.last, SHORTEST * limits.longest_step
+    swift = larger(wp.length(u0), wp.length(u1)) > mu * limits.gravity * shortest
+    return course.d > shortest and swift and wp.dot(along(u0), along(u1)) < SWERVE
 
 
 @wp.func
 def slip_after(
-    k: int, mu: real, gravity: real, longest: real, near: real, s: int, n: int, stance: int,
-    u0: Vector, u1: Vector, d: real,
-):  # fmt: skip
+    k: int, mu: real, limits: Limits, course: Course, before: int, during: int, stance: int
+):
     """What becomes of a touching corner's slip in a step.
 
     Args:
         k: The corner.
         mu: Friction coefficient.
-        gravity: [m/s^2].
-        longest: Longest step [s].
-        near: Time by which events may be missed [s].
-        s, n: `slip` at the start of the step, and in it.
+        limits: Those of the lane.
+        course: How it moves in the step.
+        before, during: `slip` at the start of the step, and in it.
         stance: Stance in it.
-        u0, u1: Velocity of the corner at the start [m/s] and at the end.
-        d: Length of the step [s].
 
     Returns:
         Length of the step to where the corner stops, if that lies inside, else NEVER; slip after.
     """
     cut = NEVER
-    slip = n
+    slip = during
     bit = 1 << k
-    if (n & s & bit) != 0:
-        there, stops = stop_event(u0, u1, d, near)
+    if (during & before & bit) != 0:
+        there, stops = stop_event(course)
         cut = there
-        slip = n - wp.where(stops, bit, 0)
+        slip = during - wp.where(stops, bit, 0)
         # Of a flat block the corner about which it turns always swerves.
-        if stance < FLAT and not stops and swerves(mu, gravity, longest, u0, u1, d):
-            cut = smaller(cut, HALF * d)
+        if stance < FLAT and not stops and swerves(mu, limits, course):
+            cut = smaller(cut, HALF * course.d)
     return cut, slip

@@ -206,14 +206,29 @@ def cut_to(event: real, d: real, near: real) -> real:
     return larger(wp.where(event > d - near, HALF * d, event), HALF * near)
 
 
+@wp.struct
+class Course:
+    """How a corner moves along the base in a step.
+
+    Its velocities at both ends [m/s]; d, the length of the step, and near, the time by which an
+    event may be missed [s].
+    """
+
+    first: Vector
+    last: Vector
+    d: real
+    near: real
+
+
 @wp.func
-def stop_event(u0: Vector, u1: Vector, d: real, near: real):
-    """Whether a sliding corner stops in a step, from its velocities at both ends.
+def stop_event(course: Course):
+    """Whether a sliding corner stops in a step.
 
     Returns:
         Length of the step to where it no longer moves the way it did, if that lies inside, else
         NEVER; whether it stands still at the end. On a curved way it may not, and slides on.
     """
+    u0, u1, d, near = course.first, course.last, course.d, course.near
     d0 = along(u0)
     e0 = d0[0] * u0[0] + d0[1] * u0[1]
     e1 = d0[0] * u1[0] + d0[1] * u1[1]

@@ -15,7 +15,8 @@ import warp as wp
 from warprock.kernels.event_space.block import NEARLY
 from warprock.kernels.event_space.block_contact import EDGE, FLAT
 from warprock.kernels.event_space.block_moves import GRAIN, corner_event, cut_to, swung_by
-from warprock.kernels.event_space.block_trial import Base, Limits
+from warprock.kernels.event_space.block_trial import Base
+from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.shape_space.block import Block, in_axes, matrix_of
 from warprock.kernels.vectors import Matrix, Quaternion, Vector
 

@@ -70,8 +70,8 @@ from warprock.kernels.event_space.block_run import (
     start,
     turning,
 )
-from warprock.kernels.event_space.block_trial import Limits, State, next_step
-from warprock.kernels.event_space.lane import Knobs, Lane
+from warprock.kernels.event_space.block_trial import State, next_step
+from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
 from warprock.kernels.instance import LOOPS_STAY, ONE_VECTOR
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
@@ -127,9 +127,8 @@ def observe_hinge_step(block: Block, before: BlockResult, s: State, n: Rolled, d
 
 @wp.func(inline=True)
 def quiet_step(
-    gravity: real, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real,
-    m: wp.ref[Numbers], k: wp.ref[Marks], i: int,
-):  # fmt: skip
+    gravity: real, motion: BaseMotion, end: real, m: wp.ref[Numbers], k: wp.ref[Marks], i: int
+):
     """One trial step of one lane, if nothing happens in it, or a corner lands inside.
 
     Else it changes nothing, and marks the lane as busy.
@@ -138,7 +137,7 @@ def quiet_step(
     limits = Limits(gravity, at(m[LONGEST, i]), at(m[REST_GAP, i]))
     s = state_of(m, k, i)
     seen = seen_of(m, i)
-    b = next_step(limits, mx, my, mz, value, slope, end, s)
+    b = next_step(limits, motion, end, s)
     flat = s.stance == FLAT
     inertia = three(m, INERTIA, i)
     n = rolled(block, inertia, limits, b, hinge_at(m, i), flat, s.x, s.q, s.v, s.w)
@@ -172,12 +171,9 @@ def quiet_step(
 
 
 @wp.func(inline=False)
-def full_step(
-    block: Block, limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector,
-    end: real, s: State, seen: Seen,
-):  # fmt: skip
+def full_step(block: Block, limits: Limits, motion: BaseMotion, end: real, s: State, seen: Seen):
     """One trial step of one lane, whatever happens in it."""
-    n = step(block, limits, mx, my, mz, value, slope, end, s)
+    n = step(block, limits, motion, end, s)
     after = seen
     if n.taken:
         after = observe(block, seen, s, n)
@@ -199,13 +195,13 @@ def attitude_within(block: Block, until: real, s0: State, s: State) -> Quaternio
 
 @wp.func(inline=True)
 def step_alone(
-    block: Block, gravity: real, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector,
-    end: real, m: wp.ref[Numbers], k: wp.ref[Marks], i: int,
+    block: Block, gravity: real, motion: BaseMotion, end: real, m: wp.ref[Numbers],
+    k: wp.ref[Marks], i: int,
 ):  # fmt: skip
     """One trial step of one lane, whatever happens in it."""
     limits = Limits(gravity, at(m[LONGEST, i]), at(m[REST_GAP, i]))
     s = state_of(m, k, i)
-    n, seen, h = full_step(block, limits, mx, my, mz, value, slope, end, s, seen_of(m, i))
+    n, seen, h = full_step(block, limits, motion, end, s, seen_of(m, i))
     keep_before(s, n.taken, m, k, i)
     keep_seen(seen, m, i)
     keep_hinge(h, m, i)
@@ -258,9 +254,8 @@ def run_lanes(
                     pz = sample_index(mz, k[KNOTS + 2, i])
                     value = Vector(pool[0, px], pool[0, py], pool[0, pz])
                     slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
-                    step_alone(
-                        blocks[0, lane], knobs.gravity, mx, my, mz, value, slope, end, m, k, i
-                    )
+                    motion = BaseMotion(mx, my, mz, value, slope)
+                    step_alone(blocks[0, lane], knobs.gravity, motion, end, m, k, i)
                 if k[STEPS, i] >= k[STEP_LIMIT, i] and k[MODE, i] == RUNNING:
                     k[MODE, i] = STALLED
                 s, s0 = state_of(m, k, i), before_of(m, k, i)
@@ -296,4 +291,4 @@ def run_lanes(
             iz = sample_index(nz, k[KNOTS + 2, i])
             first = Vector(pool[0, ix], pool[0, iy], pool[0, iz])
             other = Vector(pool[1, ix], pool[1, iy], pool[1, iz])
-            quiet_step(knobs.gravity, nx, ny, nz, first, other, end, m, k, i)
+            quiet_step(knobs.gravity, BaseMotion(nx, ny, nz, first, other), end, m, k, i)

@@ -16,8 +16,8 @@ from warprock.kernels.event_space.block_moves import (
     turned,
     upright,
 )
-from warprock.kernels.event_space.block_trial import Limits, State
-from warprock.kernels.event_space.lane import Knobs, Lane
+from warprock.kernels.event_space.block_trial import State
+from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
@@ -179,9 +179,10 @@ def run_lanes(
     """Runs one lane a thread."""
     lane = wp.tid()
     block = blocks[0, lane]
-    mx = motions[0, lane]
-    my = motions[1, lane]
-    mz = motions[2, lane]
+    motion = BaseMotion()
+    motion.x = motions[0, lane]
+    motion.y = motions[1, lane]
+    motion.z = motions[2, lane]
     limits = Limits()
     limits.gravity = knobs.gravity
     limits.longest_step = lanes[lane].longest_step
@@ -195,12 +196,12 @@ def run_lanes(
         until = sample_times[sample]
         while s.mode == RUNNING and s.time < until:
             steps += 1
-            px = sample_index(mx, s.knots[0])
-            py = sample_index(my, s.knots[1])
-            pz = sample_index(mz, s.knots[2])
-            value = Vector(pool[0, px], pool[0, py], pool[0, pz])
-            slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
-            n = step(block, limits, mx, my, mz, value, slope, end, s)
+            px = sample_index(motion.x, s.knots[0])
+            py = sample_index(motion.y, s.knots[1])
+            pz = sample_index(motion.z, s.knots[2])
+            motion.value = Vector(pool[0, px], pool[0, py], pool[0, pz])
+            motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
+            n = step(block, limits, motion, end, s)
             if n.taken:
                 seen = observe(block, seen, s, n)
                 s0 = s

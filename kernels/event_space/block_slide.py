@@ -159,9 +159,24 @@ def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: V
     return v1, w1, n, sound
 
 
+@wp.struct
+class Swing:
+    """A block of which one end of an edge sticks and the other slides across it.
+
+    Velocity and angular velocity; normal impulse [m/s] and direction of the end that slides;
+    whether that can be carried at all.
+    """
+
+    v: Vector
+    w: Vector
+    n: real
+    d: Two
+    sound: bool
+
+
 @wp.func
-def swung(body: Body, k: int, other: int, side: real, v: Vector, w: Vector):
-    """Velocities of a block of which corner k sticks and another one slides beside it.
+def swung(body: Body, k: int, other: int, side: real, v: Vector, w: Vector) -> Swing:
+    """The motion of a block of which corner k sticks and another one slides beside it.
 
     Args:
         body: The block.
@@ -170,10 +185,6 @@ def swung(body: Body, k: int, other: int, side: real, v: Vector, w: Vector):
         side: 1 if it moves as the block turns from +x to +y about corner k, else -1.
         v: Velocity without contact [m/s].
         w: Angular velocity without contact [rad/s].
-
-    Returns:
-        Velocity, angular velocity, normal impulse and direction of the corner that slides, whether
-        that can be carried at all.
     """
     a = -body.corners[k]
     way = body.corners[other] - body.corners[k]
@@ -186,25 +197,26 @@ def swung(body: Body, k: int, other: int, side: real, v: Vector, w: Vector):
     weight = wp.cross(gain, way)[2]
     n = -wp.cross(free, way)[2] / weight
     w1 = free + n * gain
-    return wp.cross(w1, a), w1, n, d, weight > real(0.0)
+    return Swing(wp.cross(w1, a), w1, n, d, weight > real(0.0))
 
 
 @wp.func
 def swinging(
-    body: Body, edge: int, turn: int, mask: int, slip: int, start: Corners, v: Vector, w: Vector,
-    dust: real,
-) -> Held:  # fmt: skip
+    body: Body, way: int, mask: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
+) -> Held:
     """The motion if one end of an edge sticks and the other slides; whether it obeys the law.
 
-    `turn`, 0 to 3, says which end and to which side. Where the end slides already (`slip`), in its
-    direction in `start`, it goes on so, see `slipping`.
+    `way`, 0 to 15, is the edge and four times a number that says which end and to which side. Where
+    the end slides already (`slip`), in its direction in `start`, it goes on so, see `slipping`.
     """
     zero = real(0.0)
     h = Held()
+    edge, turn = way % 4, way // 4
     k = (edge + turn % 2) % 4
     other = (edge + 1 - turn % 2) % 4
     side = wp.where(turn < 2, real(1.0), real(-1.0))
-    v1, w1, n, d, sound = swung(body, k, other, side, v, w)
+    swing = swung(body, k, other, side, v, w)
+    v1, w1, n, d = swing.v, swing.w, swing.n, swing.d
     h.v = v1
     h.w = w1
     h.stance = EDGE + edge
@@ -217,7 +229,7 @@ def swinging(
     h.turns = n < zero
     p = v1 - v - n * Vector(-body.friction * d[0], -body.friction * d[1], real(1.0))
     sticks = wp.sqrt(p[0] * p[0] + p[1] * p[1]) <= body.friction * p[2]
-    h.fits = sound and sticks and n >= zero and p[2] >= zero
+    h.fits = swing.sound and sticks and n >= zero and p[2] >= zero
     h.fits = h.fits and (forced or (slip == 0 and ahead >= zero))
     h.fits = h.fits and not sinks(body, v1, w1, mask & ~mask_of(h.stance), dust)
     return h

@@ -9,7 +9,8 @@ import warp as wp
 from warprock.kernels.event.block_begin import MORE, base_change
 from warprock.kernels.event_space.block_contact import FLAT, Body, Corners, Held
 from warprock.kernels.event_space.block_moves import body_at, turned
-from warprock.kernels.motion import Motion, knot_step, knot_time, series
+from warprock.kernels.event_space.lane import BaseMotion, Limits
+from warprock.kernels.motion import knot_step, knot_time, series
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.vectors import Quaternion, Vector
 
@@ -31,15 +32,6 @@ REACH = real(0.125)
 
 Knots = wp.types.vector(length=3, dtype=int)
 """Knots of the motion passed, along x, y and z."""
-
-
-@wp.struct
-class Limits:
-    """What a step needs to know of one lane besides its block: see the head of this file."""
-
-    gravity: real
-    longest_step: real
-    rest_gap: real
 
 
 @wp.struct
@@ -89,6 +81,23 @@ class Base:
     time: real
 
 
+@wp.struct
+class Moment:
+    """A block at one end of a step: its state, and the block in its attitude.
+
+    Funcs take it by reference: copies of it cost the plain form up to 8 % of its speed.
+    """
+
+    state: State
+    body: Body
+
+
+@wp.func
+def state_at(moment: wp.ref[Moment]) -> State:
+    """A copy of the state, to be changed."""
+    return moment.state
+
+
 @wp.func
 def kinetic_energy(body: Body, v: Vector, w: Vector) -> real:
     """Kinetic energy for unit mass in the frame of the base [J/kg]."""
@@ -96,13 +105,12 @@ def kinetic_energy(body: Body, v: Vector, w: Vector) -> real:
 
 
 @wp.func
-def next_step(
-    limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real,
-    s: State,
-) -> Base:  # fmt: skip
+def next_step(limits: Limits, motion: BaseMotion, end: real, s: State) -> Base:
     """Length of the next step, to a knot or the end at most, and what the base does in it."""
     zero = real(0.0)
     b = Base()
+    mx, my, mz = motion.x, motion.y, motion.z
+    value, slope = motion.value, motion.slope
     tx = knot_time(mx, s.knots[0])
     ty = knot_time(my, s.knots[1])
     tz = knot_time(mz, s.knots[2])
@@ -145,28 +153,30 @@ def next_step(
 
 
 @wp.func(inline=False)
-def probed(
-    block: Block, limits: Limits, now: Body, q: Quaternion, v: Vector, w: Vector, stance: int,
-    slip: int, a: Vector,
-) -> Held:  # fmt: skip
-    """The motion over a step of nearly no length, its `spare` a second."""
+def probe(block: Block, limits: Limits, at: wp.ref[Moment], a: Vector) -> Held:
+    """The motion over a step of nearly no length, its `spare` a second.
+
+    The base accelerates by `a` [m/s^2].
+    """
     d = PROBE * limits.longest_step
-    soon = body_at(block, turned(q, w * (HALF * d)))
+    v, w = at.state.v, at.state.w
+    soon = body_at(block, turned(at.state.q, w * (HALF * d)))
     pull = a + Vector(real(0.0), real(0.0), limits.gravity)
-    free = soon.inverse * (now.inertia * w)
+    free = soon.inverse * (at.body.inertia * w)
     dirs = Corners()
-    if slip != 0:
-        dirs = directions(now, v, w)
-    h = solve_as_before(soon, stance, slip, dirs, v - HALF * d * pull, free, real(0.0))
+    if at.state.slip != 0:
+        dirs = directions(at.body, v, w)
+    h = solve_as_before(
+        soon, at.state.stance, at.state.slip, dirs, v - HALF * d * pull, free, real(0.0)
+    )
     h.spare = h.spare / d
     return h
 
 
 @wp.func(inline=False)
 def let_go(
-    block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
-    h: Held,
-) -> real:  # fmt: skip
+    block: Block, limits: Limits, begins: wp.ref[Moment], ends: wp.ref[Moment], base: Base, h: Held
+) -> real:
     """Length of the step to where an edge lets go of one of its ends, if that lies inside.
 
     The friction across the edge ends there, with a jump. What the end has left before it lets go
@@ -178,12 +188,16 @@ def let_go(
     middle = h.spare / larger(d, TINY)
     cut = TWO * NEVER
     if h.turns and d > sharp:
-        first = probed(block, limits, body0, s.q, s.v, s.w, s.stance, s.slip, base.first)
+        first = probe(block, limits, begins, base.first)
         there = HALF * d * first.spare / (first.spare - middle)
         cut = wp.where(first.spare > real(0.0) and there > sharp, there, cut)
+    s, reached = begins.state, ends.state
     if not h.turns and d > sharp and reached.stance == s.stance and reached.slip == s.slip:
-        v, w = projected(body, reached.stance, reached.slip, reached.v, reached.w)
-        last = probed(block, limits, body, reached.q, v, w, s.stance, s.slip, base.last)
+        v, w = projected(ends.body, reached.stance, reached.slip, reached.v, reached.w)
+        bound = ends
+        bound.state.v = v
+        bound.state.w = w
+        last = probe(block, limits, bound, base.last)
         there = HALF * d * (real(1.0) + middle / (middle - last.spare))
         cut = wp.where(last.turns and there < d - sharp, there, cut)
     return cut

@@ -29,7 +29,7 @@ import warp as wp
 from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.event_space.block_contact import BOX, FLAT, FLYING
 from warprock.kernels.event_space.block_moves import cut_to, flown, turned
-from warprock.kernels.event_space.block_trial import Base, Knots, Limits, next_step
+from warprock.kernels.event_space.block_trial import Base, Knots, next_step
 from warprock.kernels.event_space.block_trial import State as BlockState
 from warprock.kernels.event_space.body_contact import (
     Pose,
@@ -44,8 +44,8 @@ from warprock.kernels.event_space.body_contact import (
 )
 from warprock.kernels.event_space.body_law import bound, solve
 from warprock.kernels.event_space.body_quiet import HOP, Quiet, Support, rolled, stays
+from warprock.kernels.event_space.lane import BaseMotion, Limits
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, UNSOLVED
-from warprock.kernels.motion import Motion
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.frame import frame
 from warprock.kernels.vectors import Quaternion, Vector
@@ -211,10 +211,7 @@ def repeated(s: State, cut: real, d: real, near: real) -> State:
 
 
 @wp.func
-def next_step_of_body(
-    limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real,
-    s: State,
-) -> Base:  # fmt: skip
+def next_step_of_body(limits: Limits, motion: BaseMotion, end: real, s: State) -> Base:
     """Length of the next step, and what the base does in it: as `next_step` of a block."""
     p = BlockState()
     p.time = s.time
@@ -223,7 +220,7 @@ def next_step_of_body(
     p.cap = s.cap
     p.w = s.w
     p.stance = wp.where(s.still, FLAT, FLYING)
-    return next_step(limits, mx, my, mz, value, slope, end, p)
+    return next_step(limits, motion, end, p)
 
 
 @wp.func
@@ -289,16 +286,14 @@ def hinged_step(s: State, b: Base, easy: Quiet) -> State:
 
 @wp.func
 def step(
-    block: Block, body: Shape, limits: Limits,
-    mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real, on: Support,
-    s: State,
-) -> State:  # fmt: skip
+    block: Block, body: Shape, limits: Limits, motion: BaseMotion, end: real, on: Support, s: State
+) -> State:
     """One trial step of one lane, at most to its next knot or to `end`.
 
     The state after it, unchanged but for `cap` where an event lay inside. `on` is what the body
     stands on, or has stood on: it saves work where it still does.
     """
-    b = next_step_of_body(limits, mx, my, mz, value, slope, end, s)
+    b = next_step_of_body(limits, motion, end, s)
     if s.still and on.touch == s.touch and stays(block, limits, on, b):
         return passed(s, b)
     if not BOX:

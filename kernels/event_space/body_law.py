@@ -6,16 +6,16 @@ not sink there sinks nowhere. So it has few ways to move, which are tried in thi
     1. one or two points, or all on a line, of which the ends count: the law of a corner and of an
        edge, event_space/block_law.py;
     2. they span a plane: it sticks as a face, event_space/body_face.py;
-    3. it turns over an edge of the hull that sticks: one after the other, until what it leaves sinks
-       nowhere;
+    3. it turns over an edge of the hull that sticks: one after the other, until what it leaves
+       sinks nowhere;
     4. it slides as a face;
     5. it turns over an edge of which both ends push, by the law of an edge;
     6. it turns over a corner;
     7. it leaves, where nothing sinks.
 
-Where several obey the law, the first is taken, as of the box. None is found by sweeps from point to point, which settle the more slowly the
-more points there are; these are left for what friction makes of a body where the law may have
-several solutions, or none (Painleve).
+Where several obey the law, the first is taken, as of the box. None is found by sweeps from point to
+point, which settle the more slowly the more points there are; these are left for what friction
+makes of a body where the law may have several solutions, or none (Painleve).
 """
 
 import warp as wp
@@ -96,8 +96,9 @@ def ways(two: Body, number: int, v: Vector, w: Vector) -> Corners:
         # Beside an end that sticks, if it could; it cannot, and goes where it is pushed.
         side = wp.where(number < 2, real(1.0), real(-1.0))
         k = number % 2
-        v1, _w, n, d, _good = swung(two, k, 1 - k, side, v, w)
-        push = v1 - v + (two.friction * n) * Vector(d[0], d[1], real(0.0))
+        swing = swung(two, k, 1 - k, side, v, w)
+        d = swing.d
+        push = swing.v - v + (two.friction * swing.n) * Vector(d[0], d[1], real(0.0))
         a = along(push)
         dirs[k] = Vector(-a[0], -a[1], real(0.0))
         dirs[1 - k] = Vector(d[0], d[1], real(0.0))

@@ -24,9 +24,10 @@ from warprock.kernels.event_space.block_pack import (
     moved,
     scaled,
 )
-from warprock.kernels.event_space.block_trial import Base, Limits
+from warprock.kernels.event_space.block_trial import Base
 from warprock.kernels.event_space.body_contact import Shape, among, place_of
 from warprock.kernels.event_space.body_face import INSIDE
+from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.body import spans
 from warprock.kernels.vectors import Quaternion, Vector

@@ -8,7 +8,6 @@ import warp as wp
 
 from warprock.kernels.event_space.block_moves import flown, turned
 from warprock.kernels.event_space.block_run import turning
-from warprock.kernels.event_space.block_trial import Limits
 from warprock.kernels.event_space.body import State, step
 from warprock.kernels.event_space.body_contact import (
     Shape,
@@ -20,7 +19,7 @@ from warprock.kernels.event_space.body_contact import (
 )
 from warprock.kernels.event_space.body_quiet import Support, support_of
 from warprock.kernels.event_space.body_start import gone, let_go_with, lives_on
-from warprock.kernels.event_space.lane import Knobs
+from warprock.kernels.event_space.lane import BaseMotion, Knobs, Limits
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
@@ -189,7 +188,10 @@ def run_lanes(
         own.ax, own.ay, own.az, own.aw, own.reach, own.feet, own.vx, own.vy, own.vz, own.wx,
         own.wy, own.wz, own.tumbles,
     )  # fmt: skip
-    mx, my, mz = motions[0, lane], motions[1, lane], motions[2, lane]
+    motion = BaseMotion()
+    motion.x = motions[0, lane]
+    motion.y = motions[1, lane]
+    motion.z = motions[2, lane]
     limits = Limits()
     limits.gravity = knobs.gravity
     limits.longest_step = own.longest_step
@@ -216,14 +218,14 @@ def run_lanes(
         until = sample_times[sample]
         while s.mode == RUNNING and s.time < until:
             steps += 1
-            px = sample_index(mx, s.knots[0])
-            py = sample_index(my, s.knots[1])
-            pz = sample_index(mz, s.knots[2])
-            value = Vector(pool[0, px], pool[0, py], pool[0, pz])
-            slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
+            px = sample_index(motion.x, s.knots[0])
+            py = sample_index(motion.y, s.knots[1])
+            pz = sample_index(motion.z, s.knots[2])
+            motion.value = Vector(pool[0, px], pool[0, py], pool[0, pz])
+            motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
             if s.touch != on.touch:
                 on = support_of(block, body, s.x[2], s.q, s.touch)
-            after = step(block, body, limits, mx, my, mz, value, slope, end, on, s)
+            after = step(block, body, limits, motion, end, on, s)
             n = lives_on(frame, after)
             # What stands still shows nothing new.
             if n.taken and not (s.still and n.still):

@@ -25,8 +25,9 @@ import warp as wp
 
 from warprock.kernels.event_space.block_contact import FLAT, FLYING
 from warprock.kernels.event_space.block_moves import turned
-from warprock.kernels.event_space.block_trial import Base, Limits, next_step
+from warprock.kernels.event_space.block_trial import Base, next_step
 from warprock.kernels.event_space.block_trial import State as BlockState
+from warprock.kernels.event_space.lane import BaseMotion, Limits
 from warprock.kernels.event_space.stack_contact import (
     CONE,
     Ints,
@@ -51,7 +52,6 @@ from warprock.kernels.event_space.stack_look import (
 )
 from warprock.kernels.event_space.stack_solve import ROUNDS, solve
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
-from warprock.kernels.motion import Motion
 from warprock.kernels.shape_space.frame import frame, weighted
 from warprock.kernels.shape_space.stack import Bodies, Numbers, Points, rows_of
 from warprock.kernels.vectors import Vector
@@ -142,10 +142,7 @@ def mode_of(s: State) -> int:
 
 
 @wp.func
-def next_step_of_stack(
-    limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real,
-    s: State,
-) -> Base:  # fmt: skip
+def next_step_of_stack(limits: Limits, motion: BaseMotion, end: real, s: State) -> Base:
     """Length of the next step, and what the base does in it: as `next_step` of a single block."""
     p = BlockState()
     p.time = s.time
@@ -157,7 +154,7 @@ def next_step_of_stack(
     for k in range(1, bodies):
         if wp.length(s.w[k]) > wp.length(p.w):
             p.w = s.w[k]
-    return next_step(limits, mx, my, mz, value, slope, end, p)
+    return next_step(limits, motion, end, p)
 
 
 @wp.func
@@ -207,13 +204,13 @@ def integrate(
 @wp.func
 def step(
     own: Own, limits: Limits, mu: Numbers, light: Numbers,
-    mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real, s: State,
+    motion: BaseMotion, end: real, s: State,
 ) -> State:  # fmt: skip
     """One trial step of one lane, at most to its next knot or to `end`.
 
     The state after it, unchanged but for `cap` where an event lay inside.
     """
-    b = next_step_of_stack(limits, mx, my, mz, value, slope, end, s)
+    b = next_step_of_stack(limits, motion, end, s)
     d, near = b.d, NEARLY * limits.longest_step
     bodies = int(BLOCKS + 1)
     spin = momenta(own, s)

@@ -8,7 +8,8 @@ import warp as wp
 
 from warprock.kernels.event.block import first_root
 from warprock.kernels.event_space.block_moves import flown, turned
-from warprock.kernels.event_space.block_trial import Knots, Limits
+from warprock.kernels.event_space.block_trial import Knots
+from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.event_space.stack_contact import (
     AWAIT,
     CONE,

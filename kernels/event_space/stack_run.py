@@ -8,8 +8,7 @@ faces share nothing, or a block leans by a right angle, also against what it sta
 import warp as wp
 
 from warprock.kernels.event_space.block_moves import flown, turned
-from warprock.kernels.event_space.block_trial import Limits
-from warprock.kernels.event_space.lane import Knobs, Lane
+from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
 from warprock.kernels.event_space.stack import step
 from warprock.kernels.event_space.stack_contact import Ints, Own, Row, block_of, posed
 from warprock.kernels.event_space.stack_look import State, looked, momenta
@@ -119,7 +118,10 @@ def run_lanes(
 ):  # fmt: skip
     """Runs one lane a thread."""
     lane = wp.tid()
-    mx, my, mz = motions[0, lane], motions[1, lane], motions[2, lane]
+    motion = BaseMotion()
+    motion.x = motions[0, lane]
+    motion.y = motions[1, lane]
+    motion.z = motions[2, lane]
     limits = Limits()
     limits.gravity = knobs.gravity
     limits.longest_step = lanes[lane].longest_step
@@ -146,12 +148,12 @@ def run_lanes(
         until = sample_times[sample]
         while s.mode == RUNNING and s.time < until:
             steps += 1
-            px = sample_index(mx, s.knots[0])
-            py = sample_index(my, s.knots[1])
-            pz = sample_index(mz, s.knots[2])
-            value = Vector(pool[0, px], pool[0, py], pool[0, pz])
-            slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
-            n = step(own, limits, mu, light, mx, my, mz, value, slope, end, s)
+            px = sample_index(motion.x, s.knots[0])
+            py = sample_index(motion.y, s.knots[1])
+            pz = sample_index(motion.z, s.knots[2])
+            motion.value = Vector(pool[0, px], pool[0, py], pool[0, pz])
+            motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
+            n = step(own, limits, mu, light, motion, end, s)
             if n.taken:
                 peaks = observe(own, peaks, n)
                 if not n.closed:

@@ -22,8 +22,8 @@ from warprock.kernels.event_space.block_run import (
     place_at,
     start,
 )
-from warprock.kernels.event_space.block_trial import Limits, State, kinetic_energy
-from warprock.kernels.event_space.lane import Knobs, Lane
+from warprock.kernels.event_space.block_trial import State, kinetic_energy
+from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED, UNSOLVED
 from warprock.kernels.motion import Motion, sample_index
@@ -115,9 +115,10 @@ def run_lanes(
     lane = wp.tid()
     block = blocks[0, lane]
     throw = throws[lane]
-    mx = motions[0, lane]
-    my = motions[1, lane]
-    mz = motions[2, lane]
+    motion = BaseMotion()
+    motion.x = motions[0, lane]
+    motion.y = motions[1, lane]
+    motion.z = motions[2, lane]
     limits = Limits()
     limits.gravity = knobs.gravity
     limits.longest_step = lanes[lane].longest_step
@@ -140,12 +141,12 @@ def run_lanes(
                     named[0], named[1], named[2], named[3], gx, gy, real(0.0), gw
                 )
                 named = Quaternion(nx, ny, nz, nw)
-            px = sample_index(mx, s.knots[0])
-            py = sample_index(my, s.knots[1])
-            pz = sample_index(mz, s.knots[2])
-            value = Vector(pool[0, px], pool[0, py], pool[0, pz])
-            slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
-            n = step(block, limits, mx, my, mz, value, slope, end, s)
+            px = sample_index(motion.x, s.knots[0])
+            py = sample_index(motion.y, s.knots[1])
+            pz = sample_index(motion.z, s.knots[2])
+            motion.value = Vector(pool[0, px], pool[0, py], pool[0, pz])
+            motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
+            n = step(block, limits, motion, end, s)
             if n.taken:
                 if throw.tumbles == 1:
                     seen = observe_tumbling(block, seen, s, n, named)
