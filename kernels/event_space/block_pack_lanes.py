@@ -170,6 +170,7 @@ def hinge_at(m: wp.ref[Numbers], i: int) -> Hinge:
     h.way = three(m, WAY, i)
     h.over = at(m[OVER, i])
     h.open = three(m, OPEN, i)
+    h.inertia = three(m, INERTIA, i)
     return h
 
 
@@ -182,6 +183,7 @@ def keep_hinge(h: Hinge, m: wp.ref[Numbers], i: int):
     put_three(m, WAY, i, True, h.way)
     m[OVER, i] = h.over
     put_three(m, OPEN, i, True, h.open)
+    put_three(m, INERTIA, i, True, h.inertia)
 
 
 @wp.func(inline=True)
@@ -255,9 +257,6 @@ def keep_block(b: Block, m: wp.ref[Numbers], i: int):
     m[INVERSE, i] = b.inverse_x
     m[INVERSE + 1, i] = b.inverse_y
     m[INVERSE + 2, i] = b.inverse_z
-    m[INERTIA, i] = real(1.0) / b.inverse_x
-    m[INERTIA + 1, i] = real(1.0) / b.inverse_y
-    m[INERTIA + 2, i] = real(1.0) / b.inverse_z
     m[FRICTION, i] = b.friction
     m[FLAT_X, i] = b.flat_x
     m[FLAT_Y, i] = b.flat_y

@@ -12,7 +12,7 @@ code of them. A step about a hinge, which has no cases to choose from, is quicke
 import warp as wp
 
 from warprock.kernels.event_space.block import TOGETHER, step
-from warprock.kernels.event_space.block_contact import FLAT, FLYING
+from warprock.kernels.event_space.block_contact import FLYING
 from warprock.kernels.event_space.block_moves import swung_by
 from warprock.kernels.event_space.block_pack import Rolled, frame, hinge_of, rolled
 from warprock.kernels.event_space.block_pack_lanes import (
@@ -21,7 +21,6 @@ from warprock.kernels.event_space.block_pack_lanes import (
     CAP,
     DEEPEST,
     DUE,
-    INERTIA,
     KNOTS,
     LANE,
     LONGEST,
@@ -56,7 +55,6 @@ from warprock.kernels.event_space.block_pack_lanes import (
     put_three,
     seen_of,
     state_of,
-    three,
 )
 from warprock.kernels.event_space.block_run import (
     Seen,
@@ -138,9 +136,7 @@ def quiet_step(
     s = state_of(m, k, i)
     seen = seen_of(m, i)
     b = next_step(limits, motion, end, s)
-    flat = s.stance == FLAT
-    inertia = three(m, INERTIA, i)
-    n = rolled(block, inertia, limits, b, hinge_at(m, i), flat, s.x, s.q, s.v, s.w)
+    n = rolled(block, limits, b, hinge_at(m, i), s)
     leaf, whole = observe_hinge_step(block, seen.leaf, s, n, b.d, b.time)
     total = n.x[0] + n.x[1] + n.x[2] + n.v[0] + n.v[1] + n.v[2] + b.time
     runs = s.mode == RUNNING and s.slip == 0 and s.stance < FLYING and total - total == real(0.0)

@@ -154,10 +154,10 @@ def continued(own: Own, s: State, pose0: Pose, pose: Pose, rest: real) -> Touche
 
 @wp.func(inline=False)
 def looked(
-    own: Own, limits: Limits, s: State, pose0: Pose, pose: Pose,
-    v: Bodies, w: Bodies, held: Ints, d: real,
-) -> Look:  # fmt: skip
-    """What the corners did in a step, seen from both of its ends; v and w are those of its end."""
+    own: Own, limits: Limits, s: State, reached: State, pose0: Pose, pose: Pose, held: Ints, d: real
+) -> Look:
+    """What the corners did in a step, seen from both of its ends."""
+    v, w = reached.v, reached.w
     zero, near, grain = (
         real(0.0),
         NEARLY * limits.longest_step,

@@ -18,7 +18,6 @@ from warprock.kernels.motion import Motion, sample_index
 from warprock.kernels.shape_space.block import Block, slide_of, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
 from warprock.kernels.shape_space.frame import frame
-from warprock.kernels.shape_space.stack import Numbers
 from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(LOOPS_STAY)
@@ -42,7 +41,7 @@ def start(own: Own, limits: Limits) -> State:
         s.x[k] = Vector(b.x, b.y, b.z)
         s.q[k] = Quaternion(b.qx, b.qy, b.qz, b.qw)
     pose = posed(own, s.x, s.q)
-    look = looked(own, limits, s, pose, pose, s.v, s.w, Ints(), real(0.0))
+    look = looked(own, limits, s, s, pose, pose, Ints(), real(0.0))
     for k in range(1, bodies):
         above = wp.where(k < BLOCKS, look.touch[wp.min(k + 1, BLOCKS)], 0)
         s.flies[k] = wp.where(look.touch[k] == 0 and above == 0, 1, 0)
@@ -127,11 +126,9 @@ def run_lanes(
     limits.longest_step = lanes[lane].longest_step
     limits.rest_gap = lanes[lane].rest_gap
     bodies = int(BLOCKS + 1)
-    mu, light, own = Numbers(), Numbers(), Own()
+    own = Own()
     for k in range(1, bodies):
         b = blocks[k - 1, lane]
-        mu[k] = b.friction
-        light[k] = real(1.0) / b.mass
         own.rows[k] = Row(
             b.half_width, b.half_depth, b.half_height, b.centre_x, b.centre_y, b.mass, b.inverse_x,
             b.inverse_y, b.inverse_z, b.friction, b.x, b.y, b.z, b.qx, b.qy, b.qz, b.qw, b.flat_x,
@@ -153,7 +150,7 @@ def run_lanes(
             pz = sample_index(motion.z, s.knots[2])
             motion.value = Vector(pool[0, px], pool[0, py], pool[0, pz])
             motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
-            n = step(own, limits, mu, light, motion, end, s)
+            n = step(own, limits, motion, end, s)
             if n.taken:
                 peaks = observe(own, peaks, n)
                 if not n.closed:
