@@ -50,6 +50,7 @@ from warprock.kernels.event_space.block_contact import (
 )
 from warprock.kernels.event_space.block_moves import (
     GRAIN,
+    Course,
     body_at,
     corner_event,
     cut_to,
@@ -63,16 +64,17 @@ from warprock.kernels.event_space.block_moves import (
 )
 from warprock.kernels.event_space.block_trial import (
     Base,
-    Limits,
+    Moment,
     State,
     kinetic_energy,
     let_go,
     next_step,
+    state_at,
 )
+from warprock.kernels.event_space.lane import BaseMotion, Limits
 from warprock.kernels.modes import BROKEN, OVERTURNED, UNSOLVED
-from warprock.kernels.motion import Motion
-from warprock.kernels.shape.stack import Three
 from warprock.kernels.shape_space.block import Block
+from warprock.kernels.vectors import Vector
 
 if FRICTION == "box":
     from warprock.kernels.event_space.block_box_friction import (
@@ -133,7 +135,7 @@ def closed(block: Block, s: State, body: Body, closes: int, slow: real) -> State
     n.v = v1
     n.w = w1
     n.lost = s.lost + kinetic_energy(body, s.v, s.w) - kinetic_energy(now, n.v, n.w)
-    n.turn = Three()
+    n.turn = Vector()
     n.swing = n.w
     n.cap = NEVER
     n.taken = True
@@ -188,8 +190,8 @@ def repeated(s: State, cut: real, d: real, near: real) -> State:
 
 @wp.func(inline=False)
 def later_event(
-    block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
-    h: Held, known: real, lands: int,
+    block: Block, limits: Limits, begins: wp.ref[Moment], ends: wp.ref[Moment], base: Base, h: Held,
+    known: real, lands: int,
 ) -> real:  # fmt: skip
     """Length of the step to where a resting block lifts, an edge lets go, or the block overturns.
 
@@ -197,13 +199,14 @@ def later_event(
     """
     near = NEARLY * limits.longest_step
     cut = known
+    s, reached = begins.state, ends.state
     if s.stance == FLAT and s.slip == 0:
-        e0, e1 = least_lack(body0, limits.gravity, base.first, base.last)
+        e0, e1 = least_lack(begins.body, limits.gravity, base.first, base.last)
         if e1 < -SOON * e0 and e0 > -SOON * e1:
             cut = smaller(cut, first_root(e0, (e1 - e0) / base.d, e1, base.d))
     on_edge = s.stance >= EDGE and s.stance < FLAT and holds_both_ends(s.stance, s.slip)
     if on_edge and lands == 0 and cut >= NEVER:
-        cut = let_go(block, limits, s, reached, base, body0, body, h)
+        cut = let_go(block, limits, begins, ends, base, h)
     axis = upright(reached.q)
     fall = wp.cross(reached.w, axis)[2]
     left = axis[2] - near * size(fall)
@@ -216,13 +219,23 @@ def later_event(
 
 @wp.func
 def after_events(
-    block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
-    h: Held, grain: real,
-) -> State:  # fmt: skip
-    """The state after the events of a step, or the old one if one of them lay inside."""
+    block: Block,
+    limits: Limits,
+    begins: wp.ref[Moment],
+    ends: wp.ref[Moment],
+    base: Base,
+    h: Held,
+    grain: real,
+) -> State:
+    """The state after the events of a step, or the old one if one of them lay inside.
+
+    `ends` is told which corners no longer slide.
+    """
     near = NEARLY * limits.longest_step
     dust = GRAIN * block.half_height
-    n = reached
+    s, body0 = begins.state, begins.body
+    n = state_at(ends)
+    body = ends.body
     slow = LAST * near * limits.gravity
     cut = TWO * NEVER
     fastest = real(0.0)
@@ -247,10 +260,8 @@ def after_events(
         elif (held & bit) == 0:
             lands = lands | wp.where(g1 <= dust and u1[2] < real(0.0), bit, 0)
         else:
-            end, left = slip_after(
-                k, block.friction, limits.gravity, limits.longest_step, near, s.slip, n.slip,
-                n.stance, u0, u1, base.d,
-            )  # fmt: skip
+            course = Course(u0, u1, base.d, near)
+            end, left = slip_after(k, block.friction, limits, course, s.slip, n.slip, n.stance)
             cut = smaller(cut, end)
             n.slip = left
         fastest = larger(fastest, wp.sqrt(u1[0] * u1[0] + u1[1] * u1[1]))
@@ -259,7 +270,8 @@ def after_events(
     slows = fastest <= slow and fastest <= faster
     if n.stance == FLAT and s.slip != 0 and slows:
         n.slip = 0
-    cut = later_event(block, limits, s, n, base, body0, body, h, cut, lands)
+    ends.state.slip = n.slip
+    cut = later_event(block, limits, begins, ends, base, h, cut, lands)
     inside = closes == 0 and cut < NEVER and base.d > near
     if closes != 0:
         n = closed(block, s, body0, closes, slow)
@@ -274,13 +286,9 @@ def after_events(
 
 
 @wp.func
-def integrate(block: Block, s: State, b: Base, body0: Body, middle: Body, h: Held):
-    """Where a step's mean motion leads, what touches back on the base; no events, no impacts.
-
-    Returns:
-        The state, and the block in its attitude.
-    """
-    d = b.d
+def integrate(block: Block, begins: wp.ref[Moment], b: Base, middle: Body, h: Held) -> Moment:
+    """Where a step's mean motion leads, what touches back on the base; no events, no impacts."""
+    s, body0, d = begins.state, begins.body, b.d
     n = s
     n.q = turned(s.q, d * h.w)
     momentum = body0.inertia * s.w
@@ -295,7 +303,7 @@ def integrate(block: Block, s: State, b: Base, body0: Body, middle: Body, h: Hel
     raw = n.x[2]
     if h.slip == 0 and held != 0:
         pinned = foot(body0, held) - foot(body, held)
-        n.x = Three(s.x[0] + pinned[0], s.x[1] + pinned[1], raw)
+        n.x = Vector(s.x[0] + pinned[0], s.x[1] + pinned[1], raw)
     n.x = placed(body, held, n.x)
     n.v = TWO * h.v - s.v
     n.w = body.inverse * (TWO * (middle.inertia * h.w) - momentum)
@@ -315,19 +323,16 @@ def integrate(block: Block, s: State, b: Base, body0: Body, middle: Body, h: Hel
     for k in range(4):
         low = smaller(low, raw + body.corners[k, 2])
     n.deepest = larger(s.deepest, -low)
-    return n, body
+    return Moment(n, body)
 
 
 @wp.func
-def step(
-    block: Block, limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three,
-    end: real, s: State,
-) -> State:  # fmt: skip
+def step(block: Block, limits: Limits, motion: BaseMotion, end: real, s: State) -> State:
     """One trial step of one lane, at most to its next knot or to `end`.
 
     The state after it, unchanged but for `cap` where an event lay inside.
     """
-    b = next_step(limits, mx, my, mz, value, slope, end, s)
+    b = next_step(limits, motion, end, s)
     d = b.d
     body0 = body_at(block, s.q)
     momentum = body0.inertia * s.w
@@ -336,7 +341,7 @@ def step(
     if flying:
         q = flown(block, s.q, momentum, HALF * d)
     middle = body_at(block, q)
-    v = s.v - HALF * b.change - Three(real(0.0), real(0.0), HALF * d * limits.gravity)
+    v = s.v - HALF * b.change - Vector(real(0.0), real(0.0), HALF * d * limits.gravity)
     w = middle.inverse * momentum
     speed = (
         wp.length(s.v) + wp.length(s.w) * block.half_height + limits.gravity * limits.longest_step
@@ -354,8 +359,9 @@ def step(
         if s.slip != 0:
             dirs = directions(body0, s.v, s.w)
         h = solve(middle, s.stance, s.slip, dirs, v, w, grain)
-    there, body = integrate(block, s, b, body0, middle, h)
-    n = after_events(block, limits, s, there, b, body0, body, h, grain)
+    begins = Moment(s, body0)
+    ends = integrate(block, begins, b, middle, h)
+    n = after_events(block, limits, begins, ends, b, h, grain)
     if n.time == s.time:
         n.deepest = s.deepest
     sound = wp.length(n.x) + wp.length(n.q) + wp.length(n.v) + wp.length(n.w) + n.time

@@ -5,13 +5,13 @@ against the slip, likewise along y. `slip` has the bit k where corner k slides a
 it slides along y. What is tried, in this order:
 
     1. all that touch stick (event_space/block_contact.py); where some slide, an edge or a corner
-    goes
-       on as it does, along x and along y each;
-    2. a part of what touches sticks, but for corners that slide already;
+       goes on as it does, along x and along y each;
+    2. the face or an edge sticks, but for corners that slide already;
     3. a flat block slides: what presses its corners is spread as where it sticks;
     4. nothing pushes;
     5. an edge, else a corner, does along x and y of each end what it may: stick, slide to one side
-       or to the other. These are tried one by one, see event_space/block_box_friction_slide.py.
+       or to the other. These are tried one by one, both ends of an edge alike first, see
+       event_space/block_box_friction_slide.py.
 
 Steps end where the slip of a corner along x or y does: second order holds through that. What else
 changes at the ends of an edge that slides is not located, and errors of blocks that rock and slide
@@ -44,19 +44,23 @@ from warprock.kernels.event_space.block_contact import (
     sticking,
     stuck,
 )
-from warprock.kernels.shape.stack import Three
+from warprock.kernels.event_space.block_moves import Course
+from warprock.kernels.event_space.lane import Limits
+from warprock.kernels.vectors import Vector
 
+ALIKE = 9
+"""Ways of one end: three along x, stick and slide to either side, times three along y."""
 LOOSELY = by_precision(1.0e6, 10.0)
 """Multiple of round-off within which the law counts as obeyed where nothing else is found."""
 
 
 @wp.func
-def directions(body: Body, v: Three, w: Three) -> Corners:
+def directions(body: Body, v: Vector, w: Vector) -> Corners:
     """Sides, -1 or 1, to which the corners move along x and y; 0 where they do not."""
     dirs = Corners()
     for k in range(4):
         u = corner_velocity(body, v, w, k)
-        dirs[k] = Three(side_of(u[0]), side_of(u[1]), real(0.0))
+        dirs[k] = Vector(side_of(u[0]), side_of(u[1]), real(0.0))
     return dirs
 
 
@@ -72,7 +76,7 @@ def kept(slip: int, dirs: Corners) -> Corners:
 
 @wp.func(inline=False)
 def solve_as_before(
-    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
+    body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
     """The motion if nothing changes in what touches and slides; whether it obeys the law.
 
@@ -88,43 +92,45 @@ def solve_as_before(
 
 
 @wp.func(inline=False)
-def solve_any_corner(body: Body, mask: int, v: Three, w: Three, dust: real) -> Held:
-    """The motion if some edge, or some corner, holds on in any way; whether it obeys the law."""
+def solve_any_corner(body: Body, mask: int, v: Vector, w: Vector, dust: real) -> Held:
+    """The motion if some edge, or some corner, holds on in any way; whether it obeys the law.
+
+    Both ends of an edge alike come first, then each on its own.
+    """
     best = Held()
     for number in range(8):
         c = 7 - number
         part = mask_of(c)
-        ways = wp.where(c >= EDGE, 81, 9)
+        ways = wp.where(c >= EDGE, ALIKE * ALIKE, 0)
         if (part & mask) == part:
             i, j = ends_of(c)
-            for way in range(ways):
+            for way in range(ALIKE + ways):
                 if not best.fits:
                     sides = Corners()
-                    sides[i] = side_by(way % 9)
-                    if i != j:
-                        sides[j] = side_by(way // 9)
+                    sides[j] = side_by(wp.where(way < ALIKE, way, (way - ALIKE) // ALIKE))
+                    sides[i] = side_by(way % ALIKE)
                     best = obeying(body, c, mask, sides, v, w, dust)
     return best
 
 
 @wp.func
-def side_by(number: int) -> Three:
+def side_by(number: int) -> Vector:
     """One of nine ways to stick or to slide along x and y, to stick first."""
     x, y = number % 3, number // 3
-    return Three(real(x - 3 * (x // 2)), real(y - 3 * (y // 2)), real(0.0))
+    return Vector(real(x - 3 * (x // 2)), real(y - 3 * (y // 2)), real(0.0))
 
 
 @wp.func(inline=False)
 def solve(
-    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
+    body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
     """The motion that obeys the contact law; see `solve` in event_space/block_law.py."""
     mask = mask_of(stance)
     slides = (slip | (slip >> 4)) & ALL
     first = solve_as_before(body, stance, slip, start, v, w, dust)
     best = first
-    for number in range(9):
-        c = 8 - number
+    for number in range(FLAT - EDGE + 1):
+        c = FLAT - number
         part = mask_of(c)
         if not best.fits and (part & mask) == part and (part & slides) == 0:
             best = sticking(body, c, mask, v, w, dust)
@@ -146,7 +152,7 @@ def solve(
 
 
 @wp.func(inline=False)
-def projected(body: Body, stance: int, slip: int, v: Three, w: Three):
+def projected(body: Body, stance: int, slip: int, v: Vector, w: Vector):
     """Velocities projected on the contacts, along their force."""
     v1 = v
     w1 = w
@@ -159,10 +165,10 @@ def projected(body: Body, stance: int, slip: int, v: Three, w: Three):
         for k in range(4):
             x = wp.where((slip & (1 << k)) != 0, real(0.0), enough)
             y = wp.where((slip & (16 << k)) != 0, real(0.0), enough)
-            most[k] = Three(x, y, real(0.0))
-        z, _f = dragged(body, most, Three(v[0], v[1], w[2]))
-        v1 = Three(z[0], z[1], real(0.0))
-        w1 = Three(real(0.0), real(0.0), z[2])
+            most[k] = Vector(x, y, real(0.0))
+        z, _f = dragged(body, most, Vector(v[0], v[1], w[2]))
+        v1 = Vector(z[0], z[1], real(0.0))
+        w1 = Vector(real(0.0), real(0.0), z[2])
     elif stance < FLAT:
         i, j = ends_of(stance)
         v1, w1 = pushed(body, i, j, told(body, i, j, kept(slip, dirs), v, w), v, w)
@@ -176,7 +182,7 @@ def sliding_bits(mask: int) -> int:
 
 
 @wp.func
-def moving_bits(k: int, u: Three, slow: real) -> int:
+def moving_bits(k: int, u: Vector, slow: real) -> int:
     """`slip` of a corner of a velocity, see event_space/block_law.py."""
     return wp.where(size(u[0]) > slow, 1 << k, 0) | wp.where(size(u[1]) > slow, 16 << k, 0)
 
@@ -189,25 +195,25 @@ def holds_both_ends(stance: int, slip: int) -> bool:
 
 @wp.func
 def slip_after(
-    k: int, mu: real, gravity: real, longest: real, near: real, s: int, n: int, stance: int,
-    u0: Three, u1: Three, d: real,
-):  # fmt: skip
+    k: int, mu: real, limits: Limits, course: Course, before: int, during: int, stance: int
+):
     """What becomes of a touching corner's slip in a step; see event_space/block_law.py.
 
     Slip along x or y that was there and is none in the mean of the step ends inside, nobody knows
     where: half of the step is tried.
     """
     cut = NEVER
-    slip = n
+    slip = during
+    u0, u1, d, near = course.first, course.last, course.d, course.near
     for axis in range(2):
         bit = (1 << k) << (4 * axis)
         reach = near * size(u1[axis] - u0[axis]) / larger(d, TINY)
         e0 = size(u0[axis])
         e1 = u1[axis] * side_of(u0[axis])
-        if (s & bit) != 0 and (n & bit) == 0:
+        if (before & bit) != 0 and (during & bit) == 0:
             if e0 > reach and d > TWO * near:
                 cut = smaller(cut, HALF * d)
-        elif (s & bit) != 0:
+        elif (before & bit) != 0:
             if e0 > reach and e1 < -reach and d > near:
                 cut = smaller(cut, first_root(e0, (e1 - e0) / d, e1, d))
             elif e1 <= reach and size(e1) <= real(10.0) * reach:

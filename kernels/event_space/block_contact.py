@@ -7,25 +7,28 @@ Of the box |p_x| and |p_y| are bound each; what slides then is found by
 event_space/block_box_friction.py.
 
 Where the block touches is its *stance*: on corner k (0 to 3), on the edge from corner k to the
-next (4 + k), flat (8), or nowhere (9). What may hold is tried, larger stances first:
+next (4 + k), flat (8), or nowhere (9). What may hold is tried in this order:
 
-    1. all that touch stick: on a corner L + a x v about it is kept (L = I w, a = -r), on an edge
-       its component along the edge, flat nothing moves. The impulses follow. Those of an edge
-       share what pushes along it as the cones allow; those of a face are spread bilinearly over
-       the rectangle, which leaves all n >= 0 as long as the centre of pressure lies in it;
-    2. one end of an edge sticks, the other slides, which it can only across the edge: what turns
+    1. the face, else an edge, sticks: on an edge the component of L + a x v along it is kept
+       (L = I w, a = -r), flat nothing moves. The impulses follow. Those of an edge share what
+       pushes along it as the cones allow; those of a face are spread bilinearly over the
+       rectangle, which leaves all n >= 0 as long as the centre of pressure lies in it;
+    2. it slides, p = n (-friction d, 1), d the directions in which the corners end up, found by
+       Newton's method;
+    3. one end of an edge sticks, the other slides, which it can only across the edge: what turns
        the block about the end that sticks is kept but for the moment of the other's impulse;
-    3. all that touch slide, p = n (-friction d, 1), d the directions in which the corners end up,
-       found by Newton's method;
-    4. else corner by corner, each solved exactly, until nothing changes (block Gauss-Seidel).
+    4. one corner sticks, all of L + a x v about it is kept; else it slides;
+    5. nothing holds;
+    6. else corner by corner, each solved exactly, until nothing changes (block Gauss-Seidel).
 
-A corner that touches and is not held must not sink. Where several states obey the law, the first
-is taken: sticking before sliding before leaving.
+A corner that touches and is not held must not sink. With friction several states may obey the law
+(Painleve): a tall block can slide on an edge as a whole, or turn over one of its ends. The first is
+taken, by which a block that moves in a plane stays in it.
 """
 
 import warp as wp
 
-from warprock.kernels.shape.stack import Matrix, Three
+from warprock.kernels.vectors import Matrix, Vector
 
 BOX = FRICTION == "box"
 """Whether friction is bound as a box along x and y, else as a cone."""
@@ -66,8 +69,8 @@ class Held:
     the edge has to let go of one end alone.
     """
 
-    v: Three
-    w: Three
+    v: Vector
+    w: Vector
     stance: int
     slip: int
     work: real
@@ -100,13 +103,13 @@ def stance_of(mask: int) -> int:
 
 
 @wp.func
-def corner_velocity(body: Body, v: Three, w: Three, k: int) -> Three:
+def corner_velocity(body: Body, v: Vector, w: Vector, k: int) -> Vector:
     """Velocity of a corner [m/s]."""
     return v + wp.cross(w, body.corners[k])
 
 
 @wp.func
-def answer(body: Body, k: int, p: Three, at: int) -> Three:
+def answer(body: Body, k: int, p: Vector, at: int) -> Vector:
     """Velocity that an impulse at corner k gives to corner `at`."""
     return p + wp.cross(body.inverse * wp.cross(body.corners[k], p), body.corners[at])
 
@@ -115,14 +118,14 @@ def answer(body: Body, k: int, p: Three, at: int) -> Three:
 def corner_matrix(body: Body, k: int) -> Matrix:
     """Velocities of corner k by unit impulses there, column by column."""
     zero, one = real(0.0), real(1.0)
-    x = answer(body, k, Three(one, zero, zero), k)
-    y = answer(body, k, Three(zero, one, zero), k)
-    z = answer(body, k, Three(zero, zero, one), k)
+    x = answer(body, k, Vector(one, zero, zero), k)
+    y = answer(body, k, Vector(zero, one, zero), k)
+    z = answer(body, k, Vector(zero, zero, one), k)
     return Matrix(x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
 
 
 @wp.func
-def along(u: Three) -> Two:
+def along(u: Vector) -> Two:
     """Direction of a velocity along the base, zero where it has none."""
     length = wp.sqrt(u[0] * u[0] + u[1] * u[1])
     over = wp.where(length > TINY, real(1.0) / larger(length, TINY), real(0.0))
@@ -130,10 +133,10 @@ def along(u: Three) -> Two:
 
 
 @wp.func
-def stuck(body: Body, stance: int, v: Three, w: Three):
+def stuck(body: Body, stance: int, v: Vector, w: Vector):
     """Velocities of a block whose stance sticks: the motion projected on those that it allows."""
-    v1 = Three()
-    w1 = Three()
+    v1 = Vector()
+    w1 = Vector()
     if stance < FLAT:
         k = stance % 4
         a = -body.corners[k]
@@ -157,16 +160,27 @@ def drawn(x: real, y: real) -> real:
     return wp.sqrt(x * x + y * y)
 
 
+@wp.struct
+class EdgeShares:
+    """Impulses of both ends of an edge.
+
+    Both impulses, along the edge by halves [m/s]; along, the edge's direction; what the bounds of
+    both leave beside the friction across the edge [m/s].
+    """
+
+    one: Vector
+    other: Vector
+    along: Vector
+    room1: real
+    room2: real
+
+
 @wp.func
-def edge_shares(body: Body, k: int, p: Three, twist: Three):
+def edge_shares(body: Body, k: int, p: Vector, twist: Vector) -> EdgeShares:
     """Impulses of both ends of an edge, from their sum and angular impulse about the centre.
 
     Across the edge they differ by 2 q. Along the edge only their sum matters: each takes what its
     cone, or box, allows.
-
-    Returns:
-        Both impulses, along the edge by halves; the edge's direction; what the bounds of both leave
-        beside the friction across the edge.
     """
     first = body.corners[k]
     way = body.corners[(k + 1) % 4] - first
@@ -180,7 +194,7 @@ def edge_shares(body: Body, k: int, p: Three, twist: Three):
         mu = mu * (size(e[0]) + size(e[1]))
     room1 = mu * one[2] - size(one[1] * e[0] - one[0] * e[1])
     room2 = mu * other[2] - size(other[1] * e[0] - other[0] * e[1])
-    return one, other, e, room1, room2
+    return EdgeShares(one, other, e, room1, room2)
 
 
 @wp.func
@@ -190,7 +204,7 @@ def left_along(most: real, room: real) -> real:
 
 
 @wp.func
-def chord(most: real, p: Three, e: Three):
+def chord(most: real, p: Vector, e: Vector):
     """Least and largest friction that a box still allows along an edge, beside that across it."""
     least = real(-1.0e30)
     largest = real(1.0e30)
@@ -206,7 +220,7 @@ def chord(most: real, p: Three, e: Three):
 
 
 @wp.func
-def edge_carries(body: Body, k: int, p: Three, twist: Three):
+def edge_carries(body: Body, k: int, p: Vector, twist: Vector):
     """Whether an edge can take an impulse p and an angular impulse about the centre of mass.
 
     Returns:
@@ -214,7 +228,8 @@ def edge_carries(body: Body, k: int, p: Three, twist: Three):
         end has more left than that.
     """
     zero = real(0.0)
-    one, other, e, room1, room2 = edge_shares(body, k, p, twist)
+    shares = edge_shares(body, k, p, twist)
+    one, other, e, room1, room2 = shares.one, shares.other, shares.along, shares.room1, shares.room2
     along_edge = wp.dot(p, e)
     least = real(0.0)
     largest = real(0.0)
@@ -235,7 +250,7 @@ def edge_carries(body: Body, k: int, p: Three, twist: Three):
 
 
 @wp.func
-def begun(body: Body, stance: int, v: Three, w: Three) -> Corners:
+def begun(body: Body, stance: int, v: Vector, w: Vector) -> Corners:
     """Directions in which corners that cannot stick begin to slide: against what would hold them.
 
     The ends of an edge both have all of their cones used up then.
@@ -245,18 +260,19 @@ def begun(body: Body, stance: int, v: Three, w: Three) -> Corners:
     v1, w1 = stuck(body, stance, v, w)
     d = along(v - v1)
     for k in range(4):
-        dirs[k] = Three(d[0], d[1], zero)
+        dirs[k] = Vector(d[0], d[1], zero)
     if stance >= EDGE and stance < FLAT:
         k = stance - EDGE
         p = v1 - v
-        one, other, e, room1, room2 = edge_shares(body, k, p, body.inertia * (w1 - w))
+        shares = edge_shares(body, k, p, body.inertia * (w1 - w))
+        one, other, e = shares.one, shares.other, shares.along
         way = e * wp.sign(wp.dot(p, e))
-        left1 = left_along(body.friction * one[2], room1)
-        left2 = left_along(body.friction * other[2], room2)
+        left1 = left_along(body.friction * one[2], shares.room1)
+        left2 = left_along(body.friction * other[2], shares.room2)
         d1 = along(one + way * left1 - e * wp.dot(one, e))
         d2 = along(other + way * left2 - e * wp.dot(other, e))
-        dirs[k] = Three(-d1[0], -d1[1], zero)
-        dirs[(k + 1) % 4] = Three(-d2[0], -d2[1], zero)
+        dirs[k] = Vector(-d1[0], -d1[1], zero)
+        dirs[(k + 1) % 4] = Vector(-d2[0], -d2[1], zero)
     return dirs
 
 
@@ -285,7 +301,7 @@ def inside(body: Body, x: real, y: real) -> bool:
 
 
 @wp.func
-def face_carries(body: Body, p: Three, twist: Three, dust: real) -> bool:
+def face_carries(body: Body, p: Vector, twist: Vector, dust: real) -> bool:
     """Whether a flat block can take an impulse and an angular impulse about its centre of mass."""
     fits = wp.length(p) <= dust and wp.length(twist) <= dust * size(body.corners[0, 2])
     if p[2] > dust:
@@ -310,7 +326,7 @@ def face_carries(body: Body, p: Three, twist: Three, dust: real) -> bool:
 
 
 @wp.func
-def sinks(body: Body, v: Three, w: Three, mask: int, dust: real) -> bool:
+def sinks(body: Body, v: Vector, w: Vector, mask: int, dust: real) -> bool:
     """Whether one of some corners moves into the base."""
     found = bool(False)
     for k in range(4):
@@ -320,7 +336,7 @@ def sinks(body: Body, v: Three, w: Three, mask: int, dust: real) -> bool:
 
 
 @wp.func(inline=False)
-def sticking(body: Body, stance: int, mask: int, v: Three, w: Three, dust: real) -> Held:
+def sticking(body: Body, stance: int, mask: int, v: Vector, w: Vector, dust: real) -> Held:
     """The motion if a stance sticks, some corners touching; whether its cones can carry that."""
     h = Held()
     v1, w1 = stuck(body, stance, v, w)

@@ -24,9 +24,10 @@ from warprock.kernels.event_space.block_contact import (
     sticking,
     stuck,
 )
-from warprock.kernels.event_space.block_moves import stop_event
+from warprock.kernels.event_space.block_moves import Course, stop_event
 from warprock.kernels.event_space.block_slide import slid, sliding_corner, slipping, swinging, swung
-from warprock.kernels.shape.stack import Matrix, Three
+from warprock.kernels.event_space.lane import Limits
+from warprock.kernels.vectors import Matrix, Vector
 
 SWERVE = real(0.95)
 """Cosine of the angle by which a sliding corner's way may turn in a step..."""
@@ -39,9 +40,9 @@ SETTLED = by_precision(1.0e-13, 1.0e-6)
 
 
 @wp.func
-def corner_law(m: Matrix, u: Three, mu: real, d0: Two) -> Three:
+def corner_law(m: Matrix, u: Vector, mu: real, d0: Two) -> Vector:
     """Impulse of one corner that obeys the contact law, given its velocity without it."""
-    p = Three()
+    p = Vector()
     if u[2] < real(0.0):
         p = -(wp.inverse(m) * u)
         push = wp.sqrt(p[0] * p[0] + p[1] * p[1])
@@ -51,12 +52,12 @@ def corner_law(m: Matrix, u: Three, mu: real, d0: Two) -> Three:
             if not sound:
                 n, d, sound = sliding_corner(m, u, mu, -along(p))
             # What can neither stick nor slide jams.
-            p = wp.where(sound, n * Three(-mu * d[0], -mu * d[1], real(1.0)), p)
+            p = wp.where(sound, n * Vector(-mu * d[0], -mu * d[1], real(1.0)), p)
     return p
 
 
 @wp.func(inline=False)
-def solve_by_sweeps(body: Body, mask: int, v: Three, w: Three, dust: real) -> Held:
+def solve_by_sweeps(body: Body, mask: int, v: Vector, w: Vector, dust: real) -> Held:
     """The motion that obeys the contact law at some corners, found by Gauss-Seidel sweeps."""
     zero = real(0.0)
     h = Held()
@@ -80,7 +81,7 @@ def solve_by_sweeps(body: Body, mask: int, v: Three, w: Three, dust: real) -> He
                 h.w = h.w + body.inverse * wp.cross(body.corners[k], more)
                 change = larger(change, wp.length(m * more))
                 d = along(corner_velocity(body, h.v, h.w, k))
-                dirs[k] = Three(d[0], d[1], zero)
+                dirs[k] = Vector(d[0], d[1], zero)
         tries += 1
     held = int(0)
     for k in range(4):
@@ -98,7 +99,7 @@ def solve_by_sweeps(body: Body, mask: int, v: Three, w: Three, dust: real) -> He
 
 @wp.func(inline=False)
 def solve_as_before(
-    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
+    body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
     """The motion if nothing changes in what touches and slides; whether it obeys the law."""
     mask = mask_of(stance)
@@ -115,35 +116,55 @@ def solve_as_before(
         way = body.corners[other] - body.corners[k]
         if way[0] * start[other, 1] < way[1] * start[other, 0]:
             turn = turn + 2
-        h = swinging(body, edge, turn, mask, slip, start, v, w, dust)
+        h = swinging(body, edge + 4 * turn, mask, slip, start, v, w, dust)
     return h
 
 
 @wp.func(inline=False)
-def solve_any_stance(
-    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
+def slipping_stance(
+    body: Body, stance: int, mask: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
-    """The motion that obeys the contact law, see `solve`, of all that may be."""
+    """The motion if a stance slides: corners that do already in their directions in `start`."""
+    part = mask_of(stance)
+    dirs = begun(body, stance, v, w)
+    for k in range(4):
+        if (slip & (1 << k)) != 0:
+            dirs[k] = start[k]
+    return slipping(body, stance, mask, (slip & part) == part, dirs, v, w, dust)
+
+
+@wp.func(inline=False)
+def solve_any_stance(
+    body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
+) -> Held:
+    """The motion that obeys the contact law, see `solve`, of all that may be.
+
+    What holds the face or an edge as a whole comes before what holds one of its corners alone.
+    """
     mask = mask_of(stance)
     best = Held()
-    for number in range(9):
-        c = 8 - number
+    for number in range(FLAT - EDGE + 1):
+        c = FLAT - number
         part = mask_of(c)
         if not best.fits and (part & mask) == part and (part & slip) == 0:
             best = sticking(body, c, mask, v, w, dust)
-    for number in range(16):
-        part = mask_of(EDGE + number % 4)
-        if not best.fits and (part & mask) == part:
-            best = swinging(body, number % 4, number // 4, mask, slip & part, start, v, w, dust)
-    for number in range(9):
-        c = 8 - number
+    for number in range(FLAT - EDGE + 1):
+        c = FLAT - number
         part = mask_of(c)
         if not best.fits and (part & mask) == part:
-            dirs = begun(body, c, v, w)
-            for k in range(4):
-                if (slip & (1 << k)) != 0:
-                    dirs[k] = start[k]
-            best = slipping(body, c, mask, (slip & part) == part, dirs, v, w, dust)
+            best = slipping_stance(body, c, mask, slip, start, v, w, dust)
+    for way in range(16):
+        part = mask_of(EDGE + way % 4)
+        if not best.fits and (part & mask) == part:
+            best = swinging(body, way, mask, slip & part, start, v, w, dust)
+    for number in range(EDGE):
+        c = EDGE - 1 - number
+        if not best.fits and (mask_of(c) & mask & ~slip) != 0:
+            best = sticking(body, c, mask, v, w, dust)
+    for number in range(EDGE):
+        c = EDGE - 1 - number
+        if not best.fits and (mask_of(c) & mask) != 0:
+            best = slipping_stance(body, c, mask, slip, start, v, w, dust)
     if not best.fits:
         best = Held()
         best.v = v
@@ -157,7 +178,7 @@ def solve_any_stance(
 
 @wp.func(inline=False)
 def solve(
-    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
+    body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
     """The motion that obeys the contact law.
 
@@ -183,17 +204,17 @@ def solve(
 
 
 @wp.func
-def directions(body: Body, v: Three, w: Three) -> Corners:
+def directions(body: Body, v: Vector, w: Vector) -> Corners:
     """Directions in which the corners move along the base."""
     dirs = Corners()
     for k in range(4):
         d = along(corner_velocity(body, v, w, k))
-        dirs[k] = Three(d[0], d[1], real(0.0))
+        dirs[k] = Vector(d[0], d[1], real(0.0))
     return dirs
 
 
 @wp.func(inline=False)
-def projected(body: Body, stance: int, slip: int, v: Three, w: Three):
+def projected(body: Body, stance: int, slip: int, v: Vector, w: Vector):
     """Velocities projected on the contacts, along their force."""
     v1 = v
     w1 = w
@@ -213,10 +234,12 @@ def projected(body: Body, stance: int, slip: int, v: Three, w: Three):
         u = corner_velocity(body, v, w, slides) - corner_velocity(body, v, w, pinned)
         way = body.corners[slides] - body.corners[pinned]
         side = wp.where(way[0] * u[1] < way[1] * u[0], real(-1.0), real(1.0))
-        v1, w1, _m, _d, _good = swung(body, pinned, slides, side, v, w)
+        swing = swung(body, pinned, slides, side, v, w)
+        v1 = swing.v
+        w1 = swing.w
     elif stance == FLAT:
-        v1 = Three(v[0], v[1], real(0.0))
-        w1 = Three(real(0.0), real(0.0), w[2])
+        v1 = Vector(v[0], v[1], real(0.0))
+        w1 = Vector(real(0.0), real(0.0), w[2])
     return v1, w1
 
 
@@ -227,7 +250,7 @@ def sliding_bits(mask: int) -> int:
 
 
 @wp.func
-def moving_bits(k: int, u: Three, slow: real) -> int:
+def moving_bits(k: int, u: Vector, slow: real) -> int:
     """`slip` of a corner of a velocity, none where it moves along the base by at most `slow`."""
     return wp.where(u[0] * u[0] + u[1] * u[1] > slow * slow, 1 << k, 0)
 
@@ -239,42 +262,38 @@ def holds_both_ends(stance: int, slip: int) -> bool:
 
 
 @wp.func
-def swerves(mu: real, gravity: real, longest: real, u0: Three, u1: Three, d: real) -> bool:
+def swerves(mu: real, limits: Limits, course: Course) -> bool:
     """Whether a sliding corner's way turns so sharply in a step that a shorter one pays."""
-    shortest = SHORTEST * longest
-    swift = larger(wp.length(u0), wp.length(u1)) > mu * gravity * shortest
-    return d > shortest and swift and wp.dot(along(u0), along(u1)) < SWERVE
+    u0, u1, shortest = course.first, course.last, SHORTEST * limits.longest_step
+    swift = larger(wp.length(u0), wp.length(u1)) > mu * limits.gravity * shortest
+    return course.d > shortest and swift and wp.dot(along(u0), along(u1)) < SWERVE
 
 
 @wp.func
 def slip_after(
-    k: int, mu: real, gravity: real, longest: real, near: real, s: int, n: int, stance: int,
-    u0: Three, u1: Three, d: real,
-):  # fmt: skip
+    k: int, mu: real, limits: Limits, course: Course, before: int, during: int, stance: int
+):
     """What becomes of a touching corner's slip in a step.
 
     Args:
         k: The corner.
         mu: Friction coefficient.
-        gravity: [m/s^2].
-        longest: Longest step [s].
-        near: Time by which events may be missed [s].
-        s, n: `slip` at the start of the step, and in it.
+        limits: Those of the lane.
+        course: How it moves in the step.
+        before, during: `slip` at the start of the step, and in it.
         stance: Stance in it.
-        u0, u1: Velocity of the corner at the start [m/s] and at the end.
-        d: Length of the step [s].
 
     Returns:
         Length of the step to where the corner stops, if that lies inside, else NEVER; slip after.
     """
     cut = NEVER
-    slip = n
+    slip = during
     bit = 1 << k
-    if (n & s & bit) != 0:
-        there, stops = stop_event(u0, u1, d, near)
+    if (during & before & bit) != 0:
+        there, stops = stop_event(course)
         cut = there
-        slip = n - wp.where(stops, bit, 0)
+        slip = during - wp.where(stops, bit, 0)
         # Of a flat block the corner about which it turns always swerves.
-        if stance < FLAT and not stops and swerves(mu, gravity, longest, u0, u1, d):
-            cut = smaller(cut, HALF * d)
+        if stance < FLAT and not stops and swerves(mu, limits, course):
+            cut = smaller(cut, HALF * course.d)
     return cut, slip

@@ -7,13 +7,12 @@ would make no vector code.
 
 import warp as wp
 
-from warprock.kernels.event_space.block_moves import Four
 from warprock.kernels.event_space.block_pack import Hinge
 from warprock.kernels.event_space.block_run import Seen
 from warprock.kernels.event_space.block_trial import State
-from warprock.kernels.shape.stack import Three
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import BlockResult
+from warprock.kernels.vectors import Quaternion, Vector
 
 X, Q, V, W, TURN, Q0, W0, BASE = 0, 3, 7, 10, 13, 16, 20, 23
 LEVER, MOBILITY, MIXED, WAY, OPEN = 26, 29, 32, 35, 38
@@ -50,15 +49,15 @@ def mark(entry: wp.ref[int]) -> int:
 
 
 @wp.func(inline=True)
-def three(m: wp.ref[Numbers], row: int, i: int) -> Three:
-    """Three rows of a lane."""
-    return Three(at(m[row, i]), at(m[row + 1, i]), at(m[row + 2, i]))
+def three(m: wp.ref[Numbers], row: int, i: int) -> Vector:
+    """Vector, as rows of a lane."""
+    return Vector(at(m[row, i]), at(m[row + 1, i]), at(m[row + 2, i]))
 
 
 @wp.func(inline=True)
-def four(m: wp.ref[Numbers], row: int, i: int) -> Four:
-    """Four rows of a lane."""
-    return Four(at(m[row, i]), at(m[row + 1, i]), at(m[row + 2, i]), at(m[row + 3, i]))
+def four(m: wp.ref[Numbers], row: int, i: int) -> Quaternion:
+    """Attitude, as rows of a lane."""
+    return Quaternion(at(m[row, i]), at(m[row + 1, i]), at(m[row + 2, i]), at(m[row + 3, i]))
 
 
 @wp.func(inline=True)
@@ -68,7 +67,7 @@ def put(m: wp.ref[Numbers], row: int, i: int, ok: bool, value: real):
 
 
 @wp.func(inline=True)
-def put_three(m: wp.ref[Numbers], row: int, i: int, ok: bool, v: Three):
+def put_three(m: wp.ref[Numbers], row: int, i: int, ok: bool, v: Vector):
     """Puts three rows of a lane where `ok` says so."""
     put(m, row, i, ok, v[0])
     put(m, row + 1, i, ok, v[1])
@@ -76,7 +75,7 @@ def put_three(m: wp.ref[Numbers], row: int, i: int, ok: bool, v: Three):
 
 
 @wp.func(inline=True)
-def put_four(m: wp.ref[Numbers], row: int, i: int, ok: bool, v: Four):
+def put_four(m: wp.ref[Numbers], row: int, i: int, ok: bool, v: Quaternion):
     """Puts four rows of a lane where `ok` says so."""
     put(m, row, i, ok, v[0])
     put(m, row + 1, i, ok, v[1])
@@ -171,6 +170,7 @@ def hinge_at(m: wp.ref[Numbers], i: int) -> Hinge:
     h.way = three(m, WAY, i)
     h.over = at(m[OVER, i])
     h.open = three(m, OPEN, i)
+    h.inertia = three(m, INERTIA, i)
     return h
 
 
@@ -183,6 +183,7 @@ def keep_hinge(h: Hinge, m: wp.ref[Numbers], i: int):
     put_three(m, WAY, i, True, h.way)
     m[OVER, i] = h.over
     put_three(m, OPEN, i, True, h.open)
+    put_three(m, INERTIA, i, True, h.inertia)
 
 
 @wp.func(inline=True)
@@ -256,9 +257,6 @@ def keep_block(b: Block, m: wp.ref[Numbers], i: int):
     m[INVERSE, i] = b.inverse_x
     m[INVERSE + 1, i] = b.inverse_y
     m[INVERSE + 2, i] = b.inverse_z
-    m[INERTIA, i] = real(1.0) / b.inverse_x
-    m[INERTIA + 1, i] = real(1.0) / b.inverse_y
-    m[INERTIA + 2, i] = real(1.0) / b.inverse_z
     m[FRICTION, i] = b.friction
     m[FLAT_X, i] = b.flat_x
     m[FLAT_Y, i] = b.flat_y

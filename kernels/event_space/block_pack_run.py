@@ -12,8 +12,8 @@ code of them. A step about a hinge, which has no cases to choose from, is quicke
 import warp as wp
 
 from warprock.kernels.event_space.block import TOGETHER, step
-from warprock.kernels.event_space.block_contact import FLAT, FLYING
-from warprock.kernels.event_space.block_moves import Four, swung_by
+from warprock.kernels.event_space.block_contact import FLYING
+from warprock.kernels.event_space.block_moves import swung_by
 from warprock.kernels.event_space.block_pack import Rolled, frame, hinge_of, rolled
 from warprock.kernels.event_space.block_pack_lanes import (
     BASE,
@@ -21,7 +21,6 @@ from warprock.kernels.event_space.block_pack_lanes import (
     CAP,
     DEEPEST,
     DUE,
-    INERTIA,
     KNOTS,
     LANE,
     LONGEST,
@@ -56,7 +55,6 @@ from warprock.kernels.event_space.block_pack_lanes import (
     put_three,
     seen_of,
     state_of,
-    three,
 )
 from warprock.kernels.event_space.block_run import (
     Seen,
@@ -70,14 +68,14 @@ from warprock.kernels.event_space.block_run import (
     start,
     turning,
 )
-from warprock.kernels.event_space.block_trial import Limits, State, next_step
-from warprock.kernels.event_space.lane import Knobs, Lane
+from warprock.kernels.event_space.block_trial import State, next_step
+from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
 from warprock.kernels.instance import LOOPS_STAY, ONE_VECTOR
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
-from warprock.kernels.shape.stack import Three
 from warprock.kernels.shape_space.block import Block, slide_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result  # noqa: F401
+from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(ONE_VECTOR | LOOPS_STAY)
 
@@ -98,8 +96,8 @@ def observe_hinge_step(block: Block, before: BlockResult, s: State, n: Rolled, d
     zero = real(0.0)
     r0 = frame(s.q)
     r = frame(n.q)
-    axis0 = Three(r0[0, 2], r0[1, 2], r0[2, 2])
-    axis = Three(r[0, 2], r[1, 2], r[2, 2])
+    axis0 = Vector(r0[0, 2], r0[1, 2], r0[2, 2])
+    axis = Vector(r[0, 2], r[1, 2], r[2, 2])
     rate0 = wp.cross(s.w, axis0)
     rate = wp.cross(n.swing, axis)
     first = turning(axis0, rate0, axis, rate, 0, d)
@@ -127,9 +125,8 @@ def observe_hinge_step(block: Block, before: BlockResult, s: State, n: Rolled, d
 
 @wp.func(inline=True)
 def quiet_step(
-    gravity: real, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three, end: real,
-    m: wp.ref[Numbers], k: wp.ref[Marks], i: int,
-):  # fmt: skip
+    gravity: real, motion: BaseMotion, end: real, m: wp.ref[Numbers], k: wp.ref[Marks], i: int
+):
     """One trial step of one lane, if nothing happens in it, or a corner lands inside.
 
     Else it changes nothing, and marks the lane as busy.
@@ -138,10 +135,8 @@ def quiet_step(
     limits = Limits(gravity, at(m[LONGEST, i]), at(m[REST_GAP, i]))
     s = state_of(m, k, i)
     seen = seen_of(m, i)
-    b = next_step(limits, mx, my, mz, value, slope, end, s)
-    flat = s.stance == FLAT
-    inertia = three(m, INERTIA, i)
-    n = rolled(block, inertia, limits, b, hinge_at(m, i), flat, s.x, s.q, s.v, s.w)
+    b = next_step(limits, motion, end, s)
+    n = rolled(block, limits, b, hinge_at(m, i), s)
     leaf, whole = observe_hinge_step(block, seen.leaf, s, n, b.d, b.time)
     total = n.x[0] + n.x[1] + n.x[2] + n.v[0] + n.v[1] + n.v[2] + b.time
     runs = s.mode == RUNNING and s.slip == 0 and s.stance < FLYING and total - total == real(0.0)
@@ -172,12 +167,9 @@ def quiet_step(
 
 
 @wp.func(inline=False)
-def full_step(
-    block: Block, limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three,
-    end: real, s: State, seen: Seen,
-):  # fmt: skip
+def full_step(block: Block, limits: Limits, motion: BaseMotion, end: real, s: State, seen: Seen):
     """One trial step of one lane, whatever happens in it."""
-    n = step(block, limits, mx, my, mz, value, slope, end, s)
+    n = step(block, limits, motion, end, s)
     after = seen
     if n.taken:
         after = observe(block, seen, s, n)
@@ -192,20 +184,20 @@ def begun(block: Block):
 
 
 @wp.func(inline=False)
-def attitude_within(block: Block, until: real, s0: State, s: State) -> Four:
+def attitude_within(block: Block, until: real, s0: State, s: State) -> Quaternion:
     """Attitude at a time inside the last step, see `attitude_at`."""
     return attitude_at(block, until, s0, s)
 
 
 @wp.func(inline=True)
 def step_alone(
-    block: Block, gravity: real, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three,
-    end: real, m: wp.ref[Numbers], k: wp.ref[Marks], i: int,
+    block: Block, gravity: real, motion: BaseMotion, end: real, m: wp.ref[Numbers],
+    k: wp.ref[Marks], i: int,
 ):  # fmt: skip
     """One trial step of one lane, whatever happens in it."""
     limits = Limits(gravity, at(m[LONGEST, i]), at(m[REST_GAP, i]))
     s = state_of(m, k, i)
-    n, seen, h = full_step(block, limits, mx, my, mz, value, slope, end, s, seen_of(m, i))
+    n, seen, h = full_step(block, limits, motion, end, s, seen_of(m, i))
     keep_before(s, n.taken, m, k, i)
     keep_seen(seen, m, i)
     keep_hinge(h, m, i)
@@ -256,11 +248,10 @@ def run_lanes(
                     px = sample_index(mx, k[KNOTS, i])
                     py = sample_index(my, k[KNOTS + 1, i])
                     pz = sample_index(mz, k[KNOTS + 2, i])
-                    value = Three(pool[0, px], pool[0, py], pool[0, pz])
-                    slope = Three(pool[1, px], pool[1, py], pool[1, pz])
-                    step_alone(
-                        blocks[0, lane], knobs.gravity, mx, my, mz, value, slope, end, m, k, i
-                    )
+                    value = Vector(pool[0, px], pool[0, py], pool[0, pz])
+                    slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
+                    motion = BaseMotion(mx, my, mz, value, slope)
+                    step_alone(blocks[0, lane], knobs.gravity, motion, end, m, k, i)
                 if k[STEPS, i] >= k[STEP_LIMIT, i] and k[MODE, i] == RUNNING:
                     k[MODE, i] = STALLED
                 s, s0 = state_of(m, k, i), before_of(m, k, i)
@@ -294,6 +285,6 @@ def run_lanes(
             ix = sample_index(nx, k[KNOTS, i])
             iy = sample_index(ny, k[KNOTS + 1, i])
             iz = sample_index(nz, k[KNOTS + 2, i])
-            first = Three(pool[0, ix], pool[0, iy], pool[0, iz])
-            other = Three(pool[1, ix], pool[1, iy], pool[1, iz])
-            quiet_step(knobs.gravity, nx, ny, nz, first, other, end, m, k, i)
+            first = Vector(pool[0, ix], pool[0, iy], pool[0, iz])
+            other = Vector(pool[1, ix], pool[1, iy], pool[1, iz])
+            quiet_step(knobs.gravity, BaseMotion(nx, ny, nz, first, other), end, m, k, i)

@@ -29,9 +29,10 @@ import warp as wp
 from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.event_space.block_contact import BOX, FLAT, FLYING
 from warprock.kernels.event_space.block_moves import cut_to, flown, turned
-from warprock.kernels.event_space.block_trial import Base, Knots, Limits, next_step
+from warprock.kernels.event_space.block_trial import Base, Knots, next_step
 from warprock.kernels.event_space.block_trial import State as BlockState
 from warprock.kernels.event_space.body_contact import (
+    Carried,
     Pose,
     Shape,
     among,
@@ -43,12 +44,12 @@ from warprock.kernels.event_space.body_contact import (
     touches_of,
 )
 from warprock.kernels.event_space.body_law import bound, solve
-from warprock.kernels.event_space.body_quiet import HOP, Quiet, Support, rolled, stays
-from warprock.kernels.impulse_space.stack import Attitude, frame
+from warprock.kernels.event_space.body_quiet import HOP, Course, Quiet, Support, rolled, stays
+from warprock.kernels.event_space.lane import BaseMotion, Limits
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, UNSOLVED
-from warprock.kernels.motion import Motion
-from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.frame import frame
+from warprock.kernels.vectors import Quaternion, Vector
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
@@ -70,7 +71,7 @@ class State:
     """
 
     x: Vector
-    q: Attitude
+    q: Quaternion
     v: Vector
     w: Vector
     turn: Vector
@@ -102,7 +103,7 @@ class Look:
 
 
 @wp.func
-def attitude_after(block: Block, s: State, spin: Vector, w: Vector, d: real) -> Attitude:
+def attitude_after(block: Block, s: State, spin: Vector, w: Vector, d: real) -> Quaternion:
     """Attitude after a time of turning at the angular velocity w, or of free flight."""
     if s.flies:
         return flown(block, s.q, spin, d)
@@ -118,10 +119,11 @@ def energy(limits: Limits, pose: Pose, v: Vector, w: Vector) -> real:
 
 @wp.func
 def looked(
-    body: Shape, limits: Limits, s: State, pose0: Pose, pose: Pose, v: Vector, w: Vector,
+    body: Shape, limits: Limits, s: State, reached: State, pose0: Pose, pose: Pose,
     held: wp.uint64, d: real,
 ) -> Look:  # fmt: skip
-    """What the points did in a step, seen from both of its ends; v and w are those of its end."""
+    """What the points did in a step, seen from both of its ends."""
+    v, w = reached.v, reached.w
     zero, near, n = real(0.0), NEARLY * limits.longest_step, Look()
     n.cut = TWO * NEVER
     count = body.count
@@ -170,7 +172,7 @@ def put_back(
 
 @wp.func
 def end_of_step(
-    body: Shape, limits: Limits, s: State, reached: State, pose0: Pose, look: Look, b: Base,
+    body: Shape, limits: Limits, reached: State, pose0: Pose, look: Look, b: Base,
     held: wp.uint64, stuck: wp.uint64,
 ) -> State:  # fmt: skip
     """The state at the end of a step: gaps closed, velocities projected, after its impact."""
@@ -193,7 +195,7 @@ def end_of_step(
         pushes = c.held
     n.v = v
     n.w = w
-    n.impacts = s.impacts + wp.where(landed, 1, 0)
+    n.impacts = n.impacts + wp.where(landed, 1, 0)
     n.touch = look.touch
     n.flies = look.touch == wp.uint64(0)
     n.stands = spans_plane(t, pushes)
@@ -211,10 +213,7 @@ def repeated(s: State, cut: real, d: real, near: real) -> State:
 
 
 @wp.func
-def next_step_of_body(
-    limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real,
-    s: State,
-) -> Base:  # fmt: skip
+def next_step_of_body(limits: Limits, motion: BaseMotion, end: real, s: State) -> Base:
     """Length of the next step, and what the base does in it: as `next_step` of a block."""
     p = BlockState()
     p.time = s.time
@@ -223,18 +222,23 @@ def next_step_of_body(
     p.cap = s.cap
     p.w = s.w
     p.stance = wp.where(s.still, FLAT, FLYING)
-    return next_step(limits, mx, my, mz, value, slope, end, p)
+    return next_step(limits, motion, end, p)
 
 
 @wp.func
 def integrate(
-    block: Block, body: Shape, limits: Limits, s: State, begun: State, b: Base,
-    pose0: Pose, pose: Pose, spin: Vector, vm: Vector, wm: Vector, held: wp.uint64,
-    stuck: wp.uint64,
+    block: Block, body: Shape, limits: Limits, s: State, b: Base, pose0: Pose, pose: Pose,
+    c: Carried,
 ) -> State:  # fmt: skip
-    """Where a step's mean motion vm, wm leads: the state after it, or the old one at an event."""
-    n = begun
-    d = b.d
+    """Where a step's mean motion leads: the state after it, or the old one at an event.
+
+    `pose0` is the pose at the start of the step, `pose` that in its middle.
+    """
+    n = passed(s, b)
+    n.mode = wp.where(c.fits, s.mode, UNSOLVED)
+    n.still = False
+    d, vm, wm, held, stuck = b.d, c.v, c.w, c.held, c.stuck
+    spin = pose0.inertia * s.w
     n.q = attitude_after(block, s, spin, wm, d)
     n.x = s.x + d * vm
     last = posed(body, n.x, n.q)
@@ -244,12 +248,12 @@ def integrate(
     if s.flies:
         n.w = last.inverse * spin
     n.swing = n.w
-    look = looked(body, limits, s, pose0, last, n.v, n.w, held, d)
+    look = looked(body, limits, s, n, pose0, last, held, d)
     if look.cut < NEVER:
         return repeated(s, look.cut, d, NEARLY * limits.longest_step)
     n.lost = s.lost + energy(limits, pose0, s.v, s.w) - wp.dot(vm, b.change)
     n.deepest = larger(s.deepest, look.deepest)
-    n = end_of_step(body, limits, s, n, pose0, look, b, held, stuck)
+    n = end_of_step(body, limits, n, pose0, look, b, held, stuck)
     up = wp.dot(frame(n.q)[2], body.axis)
     n.mode = wp.where(n.mode == RUNNING and up <= real(0.0), OVERTURNED, n.mode)
     sound = n.time + n.lost + wp.length(n.x) + wp.length(n.v) + wp.length(n.w) + up
@@ -289,22 +293,20 @@ def hinged_step(s: State, b: Base, easy: Quiet) -> State:
 
 @wp.func
 def step(
-    block: Block, body: Shape, limits: Limits,
-    mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real, on: Support,
-    s: State,
-) -> State:  # fmt: skip
+    block: Block, body: Shape, limits: Limits, motion: BaseMotion, end: real, on: Support, s: State
+) -> State:
     """One trial step of one lane, at most to its next knot or to `end`.
 
     The state after it, unchanged but for `cap` where an event lay inside. `on` is what the body
     stands on, or has stood on: it saves work where it still does.
     """
-    b = next_step_of_body(limits, mx, my, mz, value, slope, end, s)
+    b = next_step_of_body(limits, motion, end, s)
     if s.still and on.touch == s.touch and stays(block, limits, on, b):
         return passed(s, b)
     if not BOX:
         kicked = wp.length_sq(b.kick) > real(0.0)
         if on.hinged and on.touch == s.touch and not kicked and b.d > TINY:
-            easy = rolled(block, body, limits, on, b, s.x, s.q, s.v, s.w)
+            easy = rolled(block, body, limits, on, b, Course(s.x, s.q, s.v, s.w))
             if easy.cut < NEVER:
                 return repeated(s, easy.cut, b.d, NEARLY * limits.longest_step)
             if easy.clear:
@@ -341,6 +343,4 @@ def any_step(block: Block, body: Shape, limits: Limits, s: State, b: Base) -> St
         n.w = Vector()
         n.swing = Vector()
         return n
-    return integrate(
-        block, body, limits, s, n, b, pose0, pose, spin, c.v, c.w, c.held, c.stuck
-    )  # fmt: skip
+    return integrate(block, body, limits, s, b, pose0, pose, c)

@@ -6,16 +6,16 @@ not sink there sinks nowhere. So it has few ways to move, which are tried in thi
     1. one or two points, or all on a line, of which the ends count: the law of a corner and of an
        edge, event_space/block_law.py;
     2. they span a plane: it sticks as a face, event_space/body_face.py;
-    3. it turns over an edge of the hull that sticks, or a corner: one after the other, until what
-       it leaves sinks nowhere;
+    3. it turns over an edge of the hull that sticks: one after the other, until what it leaves
+       sinks nowhere;
     4. it slides as a face;
-    5. it turns over an edge, or a corner, by the law of an edge;
-    6. it leaves, where nothing sinks.
+    5. it turns over an edge of which both ends push, by the law of an edge;
+    6. it turns over a corner;
+    7. it leaves, where nothing sinks.
 
-Where several obey the law, the first is taken: what sticks before what slides, and that before what
-leaves, as of the box. None is found by sweeps from point to point, which settle the more slowly the
-more points there are; these are left for what friction makes of a body where the law may have
-several solutions, or none (Painleve).
+Where several obey the law, the first is taken, as of the box. None is found by sweeps from point to
+point, which settle the more slowly the more points there are; these are left for what friction
+makes of a body where the law may have several solutions, or none (Painleve).
 """
 
 import warp as wp
@@ -43,9 +43,9 @@ from warprock.kernels.event_space.body_face import (
     stick_flat,
     sticks,
 )
-from warprock.kernels.impulse_space.stack import Matrix, gains_of, solve_contact
-from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.body import APART
+from warprock.kernels.shape_space.contact import gains_of, solve_contact
+from warprock.kernels.vectors import Matrix, Vector
 
 if FRICTION == "box":
     from warprock.kernels.event_space.block_box_friction import projected, sliding_bits
@@ -54,6 +54,12 @@ else:
     from warprock.kernels.event_space.block_law import projected, sliding_bits
     from warprock.kernels.event_space.block_law import solve as solve_two
 
+STICKS = 0
+"""An edge of the hull sticks..."""
+BOTH = 1
+"""...or both of its ends push, whatever they do besides..."""
+ANY = 2
+"""...or one of its ends does."""
 BEGINNINGS = 12
 """Directions from which those of an edge that slides are sought: beside either end to either side,
 and eight in which both ends slide alike."""
@@ -90,8 +96,9 @@ def ways(two: Body, number: int, v: Vector, w: Vector) -> Corners:
         # Beside an end that sticks, if it could; it cannot, and goes where it is pushed.
         side = wp.where(number < 2, real(1.0), real(-1.0))
         k = number % 2
-        v1, _w, n, d, _good = swung(two, k, 1 - k, side, v, w)
-        push = v1 - v + (two.friction * n) * Vector(d[0], d[1], real(0.0))
+        swing = swung(two, k, 1 - k, side, v, w)
+        d = swing.d
+        push = swing.v - v + (two.friction * swing.n) * Vector(d[0], d[1], real(0.0))
         a = along(push)
         dirs[k] = Vector(-a[0], -a[1], real(0.0))
         dirs[1 - k] = Vector(d[0], d[1], real(0.0))
@@ -142,13 +149,10 @@ def sinks(t: Touches, grain: real, v: Vector, w: Vector) -> bool:
 def stick_edge(
     s: Shape, pose: Pose, t: Touches, i: int, j: int, grain: real, v: Vector, w: Vector
 ) -> Carried:
-    """The motion over the edge from point i to point j if it sticks, or over point i alone."""
-    c, two = Carried(), on_two(s, pose, t.lever[i], t.lever[j])
-    h = sticking(two, EDGE, 3, v, w, grain)
+    """The motion over the edge from point i to point j if it sticks."""
+    c = Carried()
+    h = sticking(on_two(s, pose, t.lever[i], t.lever[j]), EDGE, 3, v, w, grain)
     c.held = bit_of(t.which[i]) | bit_of(t.which[j])
-    if not h.fits:
-        h = sticking(two, 0, 3, v, w, grain)
-        c.held = bit_of(t.which[i])
     c.v = h.v
     c.w = h.w
     c.fits = h.fits
@@ -158,23 +162,24 @@ def stick_edge(
 
 @wp.func(inline=False)
 def solve_hull(
-    s: Shape, pose: Pose, t: Touches, holding: bool, grain: real, v: Vector, w: Vector
+    s: Shape, pose: Pose, t: Touches, way: int, grain: real, v: Vector, w: Vector
 ) -> Carried:  # fmt: skip
     """The motion over an edge or a corner of the hull of the points that touch.
 
-    Only if it sticks, or whatever it does there.
+    `way` is STICKS, BOTH or ANY.
     """
     best, total = Carried(), t.total
     first = first_on_hull(t)
     i, turns = int(first), int(0)
     while not best.fits and turns < total:
         j = next_on_hull(t, APART * s.reach * s.reach, i)
-        if holding:
+        if way == STICKS:
             best = stick_edge(s, pose, t, i, j, grain, v, w)
         else:
             best = solve_edge(s, pose, t, i, j, grain, v, w)
-        best.fits = best.fits and best.held != wp.uint64(0)
-        best.fits = best.fits and not sinks(t, grain, best.v, best.w)
+        ends = bit_of(t.which[i]) | bit_of(t.which[j])
+        whole = best.held == ends or (way == ANY and best.held != wp.uint64(0))
+        best.fits = best.fits and whole and not sinks(t, grain, best.v, best.w)
         i = int(j)
         turns = wp.where(i == first, total, turns + 1)
     return best
@@ -258,11 +263,13 @@ def solve(s: Shape, pose: Pose, t: Touches, dust: real, v: Vector, w: Vector) ->
     elif t.total > 0:
         c = stick_flat(s, pose, t, v, w)
         if not c.fits and c.held == wp.uint64(0):
-            c = solve_hull(s, pose, t, True, grain, v, w)
+            c = solve_hull(s, pose, t, STICKS, grain, v, w)
         if not c.fits:
             c = slide_flat(s, pose, t, v, w)
         if not c.fits:
-            c = solve_hull(s, pose, t, False, grain, v, w)
+            c = solve_hull(s, pose, t, BOTH, grain, v, w)
+        if not c.fits:
+            c = solve_hull(s, pose, t, ANY, grain, v, w)
         if not c.fits and not sinks(t, grain, v, w):
             c = Carried()
             c.v = v

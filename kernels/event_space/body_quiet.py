@@ -24,13 +24,13 @@ from warprock.kernels.event_space.block_pack import (
     moved,
     scaled,
 )
-from warprock.kernels.event_space.block_trial import Base, Limits
+from warprock.kernels.event_space.block_trial import Base
 from warprock.kernels.event_space.body_contact import Shape, among, place_of
 from warprock.kernels.event_space.body_face import INSIDE
-from warprock.kernels.impulse_space.stack import Attitude
-from warprock.kernels.shape.faces import Vector
+from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.body import spans
+from warprock.kernels.vectors import Quaternion, Vector
 
 HOP = real(4.0)
 """Rise of a hop that lasts a step, from its first velocity: the product of both over this."""
@@ -41,8 +41,7 @@ class Support:
     """What a body stands or turns on while that sticks.
 
     Points that touch; their hinge, where they are one or two; of a face the height of the centre of
-    mass, and how far from below it the pressure may be for all points to press [m]; moments of
-    inertia about the body's axes for unit mass [m^2].
+    mass, and how far from below it the pressure may be for all points to press [m].
     """
 
     touch: wp.uint64
@@ -50,7 +49,19 @@ class Support:
     hinged: bool
     height: real
     room: real
-    inertia: Vector
+
+
+@wp.struct
+class Course:
+    """Where a body is and how it moves at the start of a step.
+
+    Centre of mass [m], attitude, velocity [m/s], angular velocity [rad/s].
+    """
+
+    x: Vector
+    q: Quaternion
+    v: Vector
+    w: Vector
 
 
 @wp.struct
@@ -64,7 +75,7 @@ class Quiet:
     """
 
     x: Vector
-    q: Attitude
+    q: Quaternion
     v: Vector
     w: Vector
     turn: Vector
@@ -89,13 +100,14 @@ def hinge_of(inertia: Vector, one: Vector, other: Vector, alone: bool) -> Hinge:
         e = (TWO * h.over) * h.way
         m = wp.outer(e, e) * (real(1.0) / wp.dot(e, about * e))
     h.lever = a
+    h.inertia = inertia
     h.mobility = Vector(m[0, 0], m[1, 1], m[2, 2])
     h.mixed = Vector(m[0, 1], m[0, 2], m[1, 2])
     return h
 
 
 @wp.func
-def room_of(body: Shape, q: Attitude, touch: wp.uint64) -> real:
+def room_of(body: Shape, q: Quaternion, touch: wp.uint64) -> real:
     """Distance from below the centre of mass within which pressure makes all that touch press [m].
 
     None where they span no plane, or it is not among them.
@@ -130,7 +142,7 @@ def room_of(body: Shape, q: Attitude, touch: wp.uint64) -> real:
 
 
 @wp.func
-def support_of(block: Block, body: Shape, height: real, q: Attitude, touch: wp.uint64) -> Support:
+def support_of(block: Block, body: Shape, height: real, q: Quaternion, touch: wp.uint64) -> Support:
     """What a body stands or turns on where some of its points touch."""
     s = Support()
     s.touch = touch
@@ -142,11 +154,11 @@ def support_of(block: Block, body: Shape, height: real, q: Attitude, touch: wp.u
                 one = place_of(body.points[k, body.lane])
             count += 1
     s.hinged = count == 1 or count == 2
-    s.inertia = Vector(
-        real(1.0) / block.inverse_x, real(1.0) / block.inverse_y, real(1.0) / block.inverse_z
-    )
     if s.hinged:
-        s.hinge = hinge_of(s.inertia, one, other, count == 1)
+        inertia = Vector(
+            real(1.0) / block.inverse_x, real(1.0) / block.inverse_y, real(1.0) / block.inverse_z
+        )
+        s.hinge = hinge_of(inertia, one, other, count == 1)
     if count > 2:
         s.height = height
         s.room = room_of(body, q, touch)
@@ -163,17 +175,15 @@ def stays(block: Block, limits: Limits, on: Support, b: Base) -> bool:
 
 
 @wp.func
-def landing(
-    body: Shape, limits: Limits, n: Quiet, x: Vector, q: Attitude, v: Vector, w: Vector,
-    touch: wp.uint64, d: real,
-):  # fmt: skip
-    """What the points do in a step that do not touch, from x, q, v and w at its start.
+def landing(body: Shape, limits: Limits, n: Quiet, begins: Course, touch: wp.uint64, d: real):
+    """What the points do in a step that do not touch.
 
     Returns:
         Whether they stay clear of the base; the length of the step to the first landing inside, or
         NEVER.
     """
     near, clear, first = NEARLY * limits.longest_step, bool(True), NEVER + real(0.0)
+    x, q, v, w = begins.x, begins.q, begins.v, begins.w
     high = n.x[2] - n.deep
     up, points = frame(n.q)[2], body.count
     for k in range(points):
@@ -192,20 +202,20 @@ def landing(
 
 @wp.func
 def rolled(
-    block: Block, body: Shape, limits: Limits, on: Support, b: Base, x: Vector, q: Attitude,
-    v: Vector, w: Vector,
-) -> Quiet:  # fmt: skip
+    block: Block, body: Shape, limits: Limits, on: Support, b: Base, begins: Course
+) -> Quiet:
     """The step of a body about a hinge; see `rolled` in event_space/block_pack.py."""
     zero, d, h = real(0.0), b.d, on.hinge
+    x, q, v, w = begins.x, begins.q, begins.v, begins.w
     n = Quiet()
     n.cut = NEVER
     inverse = Vector(block.inverse_x, block.inverse_y, block.inverse_z)
     r0 = frame(q)
     a0 = r0 * h.lever
-    momentum = scaled(r0, on.inertia, w)
+    momentum = scaled(r0, h.inertia, w)
     middle = frame(swung_by(q, w * (HALF * d)))
     free = v - HALF * b.change - Vector(zero, zero, HALF * d * limits.gravity)
-    vm, wm, spun, holds = mean_motion(block, h, on.inertia, free, momentum, middle)
+    vm, wm, spun, holds = mean_motion(block, h, free, momentum, middle)
     n.mean = vm
     n.turn = d * wm
     n.q = swung_by(q, n.turn)
@@ -221,7 +231,7 @@ def rolled(
     n.v = wp.cross(n.w, a1)
     n.lost = limits.gravity * (x[2] - n.x[2]) + HALF * (
         wp.dot(v, v) + wp.dot(w, momentum) - wp.dot(n.v, n.v)
-        - wp.dot(n.w, scaled(r, on.inertia, n.w))
+        - wp.dot(n.w, scaled(r, h.inertia, n.w))
     )  # fmt: skip
     # What touches may rise at first, by a hop that the step has missed.
     hop = size(v[2] - wp.cross(w, a0)[2]) + size(wp.cross(w, r0 * h.way)[2])
@@ -230,7 +240,7 @@ def rolled(
     n.clear = holds and size(rise[2]) < LEVEL and total - total == zero
     n.clear = n.clear and wp.dot(r[2], body.axis) > zero
     if n.clear:
-        clear, cut = landing(body, limits, n, x, q, v, w, on.touch, d)
+        clear, cut = landing(body, limits, n, begins, on.touch, d)
         n.clear = clear
         n.cut = cut
     return n

@@ -8,7 +8,6 @@ import warp as wp
 
 from warprock.kernels.event_space.block_moves import flown, turned
 from warprock.kernels.event_space.block_run import turning
-from warprock.kernels.event_space.block_trial import Limits
 from warprock.kernels.event_space.body import State, step
 from warprock.kernels.event_space.body_contact import (
     Shape,
@@ -20,13 +19,10 @@ from warprock.kernels.event_space.body_contact import (
 )
 from warprock.kernels.event_space.body_quiet import Support, support_of
 from warprock.kernels.event_space.body_start import gone, let_go_with, lives_on
-from warprock.kernels.event_space.lane import Knobs
-from warprock.kernels.impulse_space.stack import Attitude
-from warprock.kernels.impulse_space.stack import frame as matrix_at
+from warprock.kernels.event_space.lane import BaseMotion, Knobs, Limits
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
-from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
 from warprock.kernels.shape_space.body import (
@@ -36,6 +32,8 @@ from warprock.kernels.shape_space.body import (
     body_attitude,
     turns_of_body,
 )
+from warprock.kernels.shape_space.frame import frame as matrix_at
+from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(BRANCHES)
 
@@ -80,7 +78,7 @@ def start(block: Block, frame: Frame, body: Shape, limits: Limits) -> State:
     s = State()
     s.x = Vector(block.x, block.y, block.z)
     qx, qy, qz, qw = body_attitude(frame, block.qx, block.qy, block.qz, block.qw)
-    s.q = Attitude(qx, qy, qz, qw)
+    s.q = Quaternion(qx, qy, qz, qw)
     pose = posed(body, s.x, s.q)
     count = body.count
     for k in range(count):
@@ -95,7 +93,7 @@ def start(block: Block, frame: Frame, body: Shape, limits: Limits) -> State:
 
 
 @wp.func
-def attitude_at(block: Block, body: Shape, until: real, s0: State, s: State) -> Attitude:
+def attitude_at(block: Block, body: Shape, until: real, s0: State, s: State) -> Quaternion:
     """Attitude at a time inside the last step, from one state to the next."""
     d = s.time - s0.time
     q = s.q
@@ -122,7 +120,7 @@ def place_at(until: real, s0: State, s: State) -> Vector:
 
 
 @wp.func
-def peaks_at(block: Block, frame: Frame, before: BlockResult, q: Attitude, time: real):
+def peaks_at(block: Block, frame: Frame, before: BlockResult, q: Quaternion, time: real):
     """The largest turns so far, with those of an attitude."""
     leaf = before
     plane, across, tilt, yaw, _up, qz, qw = turns_of_body(block, frame, q[0], q[1], q[2], q[3])
@@ -190,7 +188,10 @@ def run_lanes(
         own.ax, own.ay, own.az, own.aw, own.reach, own.feet, own.vx, own.vy, own.vz, own.wx,
         own.wy, own.wz, own.tumbles,
     )  # fmt: skip
-    mx, my, mz = motions[0, lane], motions[1, lane], motions[2, lane]
+    motion = BaseMotion()
+    motion.x = motions[0, lane]
+    motion.y = motions[1, lane]
+    motion.z = motions[2, lane]
     limits = Limits()
     limits.gravity = knobs.gravity
     limits.longest_step = own.longest_step
@@ -217,14 +218,14 @@ def run_lanes(
         until = sample_times[sample]
         while s.mode == RUNNING and s.time < until:
             steps += 1
-            px = sample_index(mx, s.knots[0])
-            py = sample_index(my, s.knots[1])
-            pz = sample_index(mz, s.knots[2])
-            value = Vector(pool[0, px], pool[0, py], pool[0, pz])
-            slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
+            px = sample_index(motion.x, s.knots[0])
+            py = sample_index(motion.y, s.knots[1])
+            pz = sample_index(motion.z, s.knots[2])
+            motion.value = Vector(pool[0, px], pool[0, py], pool[0, pz])
+            motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
             if s.touch != on.touch:
                 on = support_of(block, body, s.x[2], s.q, s.touch)
-            after = step(block, body, limits, mx, my, mz, value, slope, end, on, s)
+            after = step(block, body, limits, motion, end, on, s)
             n = lives_on(frame, after)
             # What stands still shows nothing new.
             if n.taken and not (s.still and n.still):

@@ -2,6 +2,9 @@
 
 import warp as wp
 
+from warprock.kernels.motion import Motion
+from warprock.kernels.vectors import Vector
+
 
 @wp.struct
 class Knobs:
@@ -17,3 +20,27 @@ class Lane:
     longest_step: real
     rest_gap: real
     step_limit: int
+
+
+@wp.struct
+class Limits:
+    """What a step needs to know of one lane besides its block: gravity [m/s^2], and see `Lane`."""
+
+    gravity: real
+    longest_step: real
+    rest_gap: real
+
+
+@wp.struct
+class BaseMotion:
+    """Motion of a lane's base along x, y and z.
+
+    Value and slope are the acceleration [m/s^2] and how it rises [m/s^3] from the knots passed, of
+    records.
+    """
+
+    x: Motion
+    y: Motion
+    z: Motion
+    value: Vector
+    slope: Vector

@@ -25,8 +25,9 @@ import warp as wp
 
 from warprock.kernels.event_space.block_contact import FLAT, FLYING
 from warprock.kernels.event_space.block_moves import turned
-from warprock.kernels.event_space.block_trial import Base, Limits, next_step
+from warprock.kernels.event_space.block_trial import Base, next_step
 from warprock.kernels.event_space.block_trial import State as BlockState
+from warprock.kernels.event_space.lane import BaseMotion, Limits
 from warprock.kernels.event_space.stack_contact import (
     CONE,
     Ints,
@@ -50,10 +51,10 @@ from warprock.kernels.event_space.stack_look import (
     touching,
 )
 from warprock.kernels.event_space.stack_solve import ROUNDS, solve
-from warprock.kernels.impulse_space.stack import Bodies, Numbers, Points, frame, rows_of, weighted
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
-from warprock.kernels.motion import Motion
-from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape_space.frame import frame, weighted
+from warprock.kernels.shape_space.stack import Bodies, Points, rows_of
+from warprock.kernels.vectors import Vector
 
 STILL = by_precision(1.0e-10, 1.0e-4)
 """Velocity that is none, as a part of what gravity gives in a step."""
@@ -64,10 +65,25 @@ BINDING = 12
 """Most rounds by which a step binds velocities to what has not changed; likewise."""
 
 
+@wp.struct
+class Mean:
+    """Mean motion of a step, and what holds it.
+
+    Velocities [m/s] and angular velocities [rad/s]; spin, angular momenta at the start for unit
+    mass [m^2/s]; slots that push, held, and that stick, by interface.
+    """
+
+    v: Bodies
+    w: Bodies
+    spin: Bodies
+    held: Ints
+    stuck: Ints
+
+
 @wp.func
 def end_of_step(
-    own: Own, limits: Limits, mu: Numbers, light: Numbers,
-    s: State, reached: State, pose: Pose, look: Look, b: Base, held: Ints, stuck: Ints,
+    own: Own, limits: Limits, reached: State, pose: Pose, look: Look, b: Base, held: Ints,
+    stuck: Ints,
 ) -> State:  # fmt: skip
     """The state at the end of a step: gaps closed, velocities projected, after its impact."""
     n = reached
@@ -75,12 +91,12 @@ def end_of_step(
     bodies = int(BLOCKS + 1)
     gravity = limits.gravity
     t = touching(own, pose, look, held, stuck, True)
-    _p, shift, turn, _good = solve_by_sweeps(CLOSING, t, pose, mu, light, Points(), zero, zero)
+    _p, shift, turn, _good = solve_by_sweeps(CLOSING, t, pose, Points(), zero, zero)
     for k in range(1, bodies):
         n.x[k] = n.x[k] + shift[k]
         n.q[k] = turned(n.q[k], turn[k])
     t = touching(own, pose, look, held, stuck, False)
-    _q, v, w, _bound = solve(BINDING, t, pose, mu, light, Points(), n.v, n.w)
+    _q, v, w, _bound = solve(BINDING, t, pose, Points(), n.v, n.w)
     n.lost = n.lost - energy(own, gravity, n.x, n.q, v, w)
     struck = look.landed
     for axis in range(3):
@@ -92,7 +108,7 @@ def end_of_step(
         before = energy(own, gravity, n.x, n.q, v, w)
         for i in range(t.total):
             t.law[i] = CONE
-        _r, v1, w1, fits = solve(ROUNDS, t, pose, mu, light, Points(), v, w)
+        _r, v1, w1, fits = solve(ROUNDS, t, pose, Points(), v, w)
         n.lost = n.lost + before - energy(own, gravity, n.x, n.q, v1, w1)
         # The base's work on the blocks is at the mean of both velocities: see account.py.
         for k in range(1, bodies):
@@ -102,7 +118,7 @@ def end_of_step(
     n.v = v
     n.w = w
     n.mode = wp.where(fits, n.mode, UNSOLVED)
-    n.impacts = s.impacts + wp.where(look.landed, 1, 0)
+    n.impacts = n.impacts + wp.where(look.landed, 1, 0)
     for k in range(1, bodies):
         above = wp.where(k < BLOCKS, look.touch[wp.min(k + 1, BLOCKS)], 0)
         n.flies[k] = wp.where(look.touch[k] == 0 and above == 0, 1, 0)
@@ -141,10 +157,7 @@ def mode_of(s: State) -> int:
 
 
 @wp.func
-def next_step_of_stack(
-    limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real,
-    s: State,
-) -> Base:  # fmt: skip
+def next_step_of_stack(limits: Limits, motion: BaseMotion, end: real, s: State) -> Base:
     """Length of the next step, and what the base does in it: as `next_step` of a single block."""
     p = BlockState()
     p.time = s.time
@@ -156,7 +169,7 @@ def next_step_of_stack(
     for k in range(1, bodies):
         if wp.length(s.w[k]) > wp.length(p.w):
             p.w = s.w[k]
-    return next_step(limits, mx, my, mz, value, slope, end, p)
+    return next_step(limits, motion, end, p)
 
 
 @wp.func
@@ -171,12 +184,14 @@ def repeated(s: State, cut: real, d: real, near: real) -> State:
 
 @wp.func
 def integrate(
-    own: Own, limits: Limits, mu: Numbers, light: Numbers, s: State, begun: State, b: Base,
-    pose0: Pose, pose: Pose, spin: Bodies, vm: Bodies, wm: Bodies, held: Ints, stuck: Ints,
-) -> State:  # fmt: skip
-    """Where a step's mean motion vm, wm leads: the state after it, or the old one at an event."""
+    own: Own, limits: Limits, s: State, begun: State, b: Base, pose0: Pose, pose: Pose, mean: Mean
+) -> State:
+    """Where a step's mean motion leads: the state after it, or the old one at an event.
+
+    `pose0` is the pose at the start of the step, `pose` that in its middle.
+    """
     n = begun
-    d = b.d
+    d, vm, wm, spin, held, stuck = b.d, mean.v, mean.w, mean.spin, mean.held, mean.stuck
     bodies = int(BLOCKS + 1)
     work, whole = real(0.0), energy(own, limits.gravity, s.x, s.q, s.v, s.w)
     n.q = attitudes_after(own, s, spin, wm, d)
@@ -193,26 +208,23 @@ def integrate(
         reached = wp.where(s.flies[k] != 0, spin[k], TWO * (mid * wm[k]) - spin[k])
         n.w[k] = block.mass * (rows_of(last.ease, k) * reached)
         n.turn[k] = d * wm[k]
-    look = looked(own, limits, s, pose0, last, n.v, n.w, held, d)
+    look = looked(own, limits, s, n, pose0, last, held, d)
     if look.cut < NEVER:
         return repeated(s, look.cut, d, NEARLY * limits.longest_step)
     n.lost = s.lost + whole + work
     n.deepest = larger(s.deepest, look.deepest)
-    n = end_of_step(own, limits, mu, light, s, n, last, look, b, held, stuck)
+    n = end_of_step(own, limits, n, last, look, b, held, stuck)
     n.mode = mode_of(n)
     return n
 
 
 @wp.func
-def step(
-    own: Own, limits: Limits, mu: Numbers, light: Numbers,
-    mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real, s: State,
-) -> State:  # fmt: skip
+def step(own: Own, limits: Limits, motion: BaseMotion, end: real, s: State) -> State:
     """One trial step of one lane, at most to its next knot or to `end`.
 
     The state after it, unchanged but for `cap` where an event lay inside.
     """
-    b = next_step_of_stack(limits, mx, my, mz, value, slope, end, s)
+    b = next_step_of_stack(limits, motion, end, s)
     d, near = b.d, NEARLY * limits.longest_step
     bodies = int(BLOCKS + 1)
     spin = momenta(own, s)
@@ -229,14 +241,14 @@ def step(
     t = continued(own, s, pose0, pose, limits.rest_gap)
     for i in range(t.total):
         first[i] = HALF * d * s.force[16 * (t.body[i] - 1) + t.slot[i]]
-    p, vm, wm, good = solve(ROUNDS, t, pose, mu, light, first, v, w)
+    p, vm, wm, good = solve(ROUNDS, t, pose, first, v, w)
     n = s
     n.force = Kept()
     for i in range(t.total):
         k, bit = t.body[i], 1 << t.slot[i]
         n.force[16 * (k - 1) + t.slot[i]] = p[i] * (TWO / larger(d, NEARLY * near))
         held[k] = held[k] | wp.where(p[i][2] > real(0.0), bit, 0)
-        stuck[k] = stuck[k] | held_by(t.slot[i], mu[k], p[i])
+        stuck[k] = stuck[k] | held_by(t.slot[i], pose.friction[k], p[i])
     n.time = b.time
     n.knots = b.knots
     n.base = s.base + b.change + b.kick
@@ -256,4 +268,4 @@ def step(
         n.v = Bodies()
         n.w = Bodies()
         return n
-    return integrate(own, limits, mu, light, s, n, b, pose0, pose, spin, vm, wm, held, stuck)
+    return integrate(own, limits, s, n, b, pose0, pose, Mean(vm, wm, spin, held, stuck))

@@ -1,6 +1,6 @@
 """Where blocks of a stack in space touch, and the contact law there.
 
-Bodies, faces and slots are those of impulse_space/stack.py. A contact's directions are the axes
+Bodies, faces and slots are those of shape_space/stack.py. A contact's directions are the axes
 of the face that it lies on: of the lower block, or of the upper one where a corner of the lower
 block touches that; with friction as a box, there the lower block's along the upper face. What a
 contact obeys is its *law*:
@@ -18,28 +18,23 @@ it needs: their impulses are not unique, what they do is.
 
 import warp as wp
 
-from warprock.kernels.impulse_space.stack import (
+from warprock.kernels.shape.faces import SLOTS
+from warprock.kernels.shape.interface import GROUND_FACE
+from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.contact import Gains, gains_of, solve_contact
+from warprock.kernels.shape_space.frame import axis_of, frame, relative_velocity, weighted
+from warprock.kernels.shape_space.stack import (
     Axes,
     Bodies,
-    Gains,
-    Matrix,
     Numbers,
     PointGains,
     PointInts,
     PointNumbers,
     Points,
-    axis_of,
-    frame,
-    gains_of,
-    relative_velocity,
     rows_of,
     shared_corners,
-    solve_contact,
-    weighted,
 )
-from warprock.kernels.shape.faces import SLOTS, Vector
-from warprock.kernels.shape.interface import GROUND_FACE
-from warprock.kernels.shape_space.block import Block
+from warprock.kernels.vectors import Matrix, Vector
 
 CONE = 0
 HOLD = 1
@@ -77,11 +72,16 @@ class Own:
 
 @wp.struct
 class Pose:
-    """Where all bodies are: centres of mass [m], axes and inverse inertia [1/(kg m^2)], by rows."""
+    """Where all bodies are: centres of mass [m], axes and inverse inertia [1/(kg m^2)], by rows.
+
+    With them the friction coefficient under each body and its inverse mass [1/kg].
+    """
 
     x: Bodies
     axes: Axes
     ease: Axes
+    friction: Numbers
+    light: Numbers
 
 
 @wp.struct
@@ -121,6 +121,8 @@ def posed(own: Own, x: Bodies, q: Attitudes) -> Pose:
     for k in range(1, bodies):
         block = block_of(own, k)
         r = frame(q[k])
+        pose.friction[k] = block.friction
+        pose.light[k] = real(1.0) / block.mass
         j = weighted(r, block.inverse_x, block.inverse_y, block.inverse_z)
         for i in range(3):
             pose.axes[3 * k + i] = axis_of(r, i)
@@ -198,11 +200,11 @@ def joined(before: Touches, pose: Pose, k: int, slot: int, law: int, gap: real, 
 
 @wp.func
 def solve_by_law(
-    t: Touches, i: int, mu: real, gains: Gains, e: Matrix, p: Vector,
-    vu: Vector, ou: Vector, vl: Vector, ol: Vector,
-) -> Vector:  # fmt: skip
+    t: Touches, i: int, pose: Pose, gains: Gains, e: Matrix, p: Vector, v: Bodies, w: Bodies
+) -> Vector:
     """Impulses of a contact that obeys its law, all others as they are; see `solve_contact`."""
-    zero, g = real(0.0), gains
+    zero, g, k = real(0.0), gains, t.body[i]
+    mu, vu, ou, vl, ol = pose.friction[k], v[k], w[k], v[k - 1], w[k - 1]
     if t.law[i] == CONE:
         return solve_contact(mu, zero, zero, g, e, t.ru[i], t.rl[i], p, vu, ou, vl, ol)
     at = e * relative_velocity(vu, ou, t.ru[i], vl, ol, t.rl[i])
@@ -224,18 +226,13 @@ def solve_by_law(
 
 
 @wp.func(inline=False)
-def solve_by_sweeps(
-    sweeps: int, t: Touches, pose: Pose, mu: Numbers, light: Numbers, first: Points, v: Bodies,
-    w: Bodies,
-):  # fmt: skip
+def solve_by_sweeps(sweeps: int, t: Touches, pose: Pose, first: Points, v: Bodies, w: Bodies):
     """Impulses of all contacts, and the velocities that they leave.
 
     Args:
         sweeps: How many at most.
         t: The contacts.
         pose: Where the bodies are.
-        mu: Friction coefficient under each body.
-        light: Inverse mass of each body [1/kg].
         first: Impulses to start from [N s].
         v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
 
@@ -259,17 +256,17 @@ def solve_by_sweeps(
             ju, jl = rows_of(pose.ease, k), rows_of(pose.ease, low)
             new = first[i]
             if step < 0:
-                gains[i] = gains_of(light[k] + light[low], e, ju, jl, t.ru[i], t.rl[i])
+                gains[i] = gains_of(pose.light[k] + pose.light[low], e, ju, jl, t.ru[i], t.rl[i])
             else:
-                new = solve_by_law(t, i, mu[k], gains[i], e, p[i], u[k], o[k], u[low], o[low])
+                new = solve_by_law(t, i, pose, gains[i], e, p[i], u, o)
                 new = p[i] + part * (new - p[i])
             more = wp.transpose(e) * (new - p[i])
             change += wp.dot(more, more)
             whole += wp.dot(new, new)
             p[i] = new
-            u[k] = u[k] + light[k] * more
+            u[k] = u[k] + pose.light[k] * more
             o[k] = o[k] + ju * wp.cross(t.ru[i], more)
-            u[low] = u[low] - light[low] * more
+            u[low] = u[low] - pose.light[low] * more
             o[low] = o[low] - jl * wp.cross(t.rl[i], more)
         good = (
             step >= 0
@@ -281,12 +278,12 @@ def solve_by_sweeps(
 
 
 @wp.func
-def effective(t: Touches, pose: Pose, light: Numbers, i: int) -> real:
+def effective(t: Touches, pose: Pose, i: int) -> real:
     """Effective mass of a contact against its normal impulse [kg]."""
     k = t.body[i]
     e = directions(pose.axes, k, t.slot[i])
     up, low = rows_of(pose.ease, k), rows_of(pose.ease, k - 1)
-    gains = gains_of(light[k] + light[k - 1], e, up, low, t.ru[i], t.rl[i])
+    gains = gains_of(pose.light[k] + pose.light[k - 1], e, up, low, t.ru[i], t.rl[i])
     return gains[0]
 
 

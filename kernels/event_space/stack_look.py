@@ -8,7 +8,8 @@ import warp as wp
 
 from warprock.kernels.event.block import first_root
 from warprock.kernels.event_space.block_moves import flown, turned
-from warprock.kernels.event_space.block_trial import Knots, Limits
+from warprock.kernels.event_space.block_trial import Knots
+from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.event_space.stack_contact import (
     AWAIT,
     CONE,
@@ -25,15 +26,10 @@ from warprock.kernels.event_space.stack_contact import (
     holding,
     joined,
 )
-from warprock.kernels.impulse_space.stack import (
-    CONTACTS,
-    Bodies,
-    frame,
-    relative_velocity,
-    rows_of,
-    weighted,
-)
-from warprock.kernels.shape.faces import SLOTS, Vector
+from warprock.kernels.shape.faces import SLOTS
+from warprock.kernels.shape_space.frame import frame, relative_velocity, weighted
+from warprock.kernels.shape_space.stack import CONTACTS, Bodies, rows_of
+from warprock.kernels.vectors import Vector
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
@@ -158,10 +154,10 @@ def continued(own: Own, s: State, pose0: Pose, pose: Pose, rest: real) -> Touche
 
 @wp.func(inline=False)
 def looked(
-    own: Own, limits: Limits, s: State, pose0: Pose, pose: Pose,
-    v: Bodies, w: Bodies, held: Ints, d: real,
-) -> Look:  # fmt: skip
-    """What the corners did in a step, seen from both of its ends; v and w are those of its end."""
+    own: Own, limits: Limits, s: State, reached: State, pose0: Pose, pose: Pose, held: Ints, d: real
+) -> Look:
+    """What the corners did in a step, seen from both of its ends."""
+    v, w = reached.v, reached.w
     zero, near, grain = (
         real(0.0),
         NEARLY * limits.longest_step,

@@ -8,18 +8,17 @@ faces share nothing, or a block leans by a right angle, also against what it sta
 import warp as wp
 
 from warprock.kernels.event_space.block_moves import flown, turned
-from warprock.kernels.event_space.block_trial import Limits
-from warprock.kernels.event_space.lane import Knobs, Lane
+from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
 from warprock.kernels.event_space.stack import step
 from warprock.kernels.event_space.stack_contact import Ints, Own, Row, block_of, posed
 from warprock.kernels.event_space.stack_look import State, looked, momenta
-from warprock.kernels.impulse_space.stack import Attitude, Numbers, frame
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
-from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.block import Block, slide_of, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
+from warprock.kernels.shape_space.frame import frame
+from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(LOOPS_STAY)
 
@@ -36,13 +35,13 @@ def start(own: Own, limits: Limits) -> State:
     """The state at the start."""
     s = State()
     bodies = int(BLOCKS + 1)
-    s.q[0] = Attitude(real(0.0), real(0.0), real(0.0), real(1.0))
+    s.q[0] = Quaternion(real(0.0), real(0.0), real(0.0), real(1.0))
     for k in range(1, bodies):
         b = block_of(own, k)
         s.x[k] = Vector(b.x, b.y, b.z)
-        s.q[k] = Attitude(b.qx, b.qy, b.qz, b.qw)
+        s.q[k] = Quaternion(b.qx, b.qy, b.qz, b.qw)
     pose = posed(own, s.x, s.q)
-    look = looked(own, limits, s, pose, pose, s.v, s.w, Ints(), real(0.0))
+    look = looked(own, limits, s, s, pose, pose, Ints(), real(0.0))
     for k in range(1, bodies):
         above = wp.where(k < BLOCKS, look.touch[wp.min(k + 1, BLOCKS)], 0)
         s.flies[k] = wp.where(look.touch[k] == 0 and above == 0, 1, 0)
@@ -56,7 +55,7 @@ def start(own: Own, limits: Limits) -> State:
 
 
 @wp.func
-def attitude_at(own: Own, k: int, until: real, s0: State, s: State) -> Attitude:
+def attitude_at(own: Own, k: int, until: real, s0: State, s: State) -> Quaternion:
     """Attitude of a block at a time inside the last step, from one state to the next."""
     d = s.time - s0.time
     q = s.q[k]
@@ -118,17 +117,18 @@ def run_lanes(
 ):  # fmt: skip
     """Runs one lane a thread."""
     lane = wp.tid()
-    mx, my, mz = motions[0, lane], motions[1, lane], motions[2, lane]
+    motion = BaseMotion()
+    motion.x = motions[0, lane]
+    motion.y = motions[1, lane]
+    motion.z = motions[2, lane]
     limits = Limits()
     limits.gravity = knobs.gravity
     limits.longest_step = lanes[lane].longest_step
     limits.rest_gap = lanes[lane].rest_gap
     bodies = int(BLOCKS + 1)
-    mu, light, own = Numbers(), Numbers(), Own()
+    own = Own()
     for k in range(1, bodies):
         b = blocks[k - 1, lane]
-        mu[k] = b.friction
-        light[k] = real(1.0) / b.mass
         own.rows[k] = Row(
             b.half_width, b.half_depth, b.half_height, b.centre_x, b.centre_y, b.mass, b.inverse_x,
             b.inverse_y, b.inverse_z, b.friction, b.x, b.y, b.z, b.qx, b.qy, b.qz, b.qw, b.flat_x,
@@ -145,12 +145,12 @@ def run_lanes(
         until = sample_times[sample]
         while s.mode == RUNNING and s.time < until:
             steps += 1
-            px = sample_index(mx, s.knots[0])
-            py = sample_index(my, s.knots[1])
-            pz = sample_index(mz, s.knots[2])
-            value = Vector(pool[0, px], pool[0, py], pool[0, pz])
-            slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
-            n = step(own, limits, mu, light, mx, my, mz, value, slope, end, s)
+            px = sample_index(motion.x, s.knots[0])
+            py = sample_index(motion.y, s.knots[1])
+            pz = sample_index(motion.z, s.knots[2])
+            motion.value = Vector(pool[0, px], pool[0, py], pool[0, pz])
+            motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
+            n = step(own, limits, motion, end, s)
             if n.taken:
                 peaks = observe(own, peaks, n)
                 if not n.closed:

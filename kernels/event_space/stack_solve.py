@@ -33,16 +33,9 @@ from warprock.kernels.event_space.stack_contact import (
     slip_at,
     solve_by_sweeps,
 )
-from warprock.kernels.impulse_space.stack import (
-    Bodies,
-    Matrix,
-    Numbers,
-    PointNumbers,
-    Points,
-    relative_velocity,
-    rows_of,
-)
-from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape_space.frame import relative_velocity
+from warprock.kernels.shape_space.stack import Bodies, PointNumbers, Points, rows_of
+from warprock.kernels.vectors import Matrix, Vector
 
 ROWS = 6 * BLOCKS
 BAND = 12
@@ -154,19 +147,19 @@ def asked(t: Touches, pose: Pose, stiff: PointNumbers, asks: Points, v: Bodies, 
 
 
 @wp.func
-def lift_of(t: Touches, pose: Pose, mu: Numbers, v: Bodies, w: Bodies, i: int) -> real:
+def lift_of(t: Touches, pose: Pose, v: Bodies, w: Bodies, i: int) -> real:
     """What a contact's normal velocity is taken to be more by [m/s]."""
     if t.law[i] != CONE:
         return t.gap[i]
     u = slip_at(t, pose, i, v, w)
     if BOX:
-        return mu[t.body[i]] * (wp.abs(u[0]) + wp.abs(u[1]))
-    return mu[t.body[i]] * wp.sqrt(u[0] * u[0] + u[1] * u[1])
+        return pose.friction[t.body[i]] * (wp.abs(u[0]) + wp.abs(u[1]))
+    return pose.friction[t.body[i]] * wp.sqrt(u[0] * u[0] + u[1] * u[1])
 
 
 @wp.func
 def residual(
-    t: Touches, pose: Pose, mu: Numbers, light: Numbers, stiff: PointNumbers, asks: Points,
+    t: Touches, pose: Pose, stiff: PointNumbers, asks: Points,
     v0: Bodies, w0: Bodies, v: Bodies, w: Bodies,
 ):  # fmt: skip
     """M (v - v_free) - sum G^T f of all blocks; the convex function whose slope it is [J]."""
@@ -175,7 +168,7 @@ def residual(
     for i in range(t.total):
         k = t.body[i]
         z, e = asked(t, pose, stiff, asks, v, w, i)
-        f, _slope = allowed(t.law[i], mu[k], z)
+        f, _slope = allowed(t.law[i], pose.friction[k], z)
         energy += HALF * wp.length_sq(f) / stiff[i]
         push = wp.transpose(e) * f
         force[k] = force[k] - push
@@ -185,15 +178,15 @@ def residual(
     for k in range(1, bodies):
         dv, dw = v[k] - v0[k], w[k] - w0[k]
         heavy = wp.inverse(rows_of(pose.ease, k)) * dw
-        force[k] = force[k] + dv / light[k]
+        force[k] = force[k] + dv / pose.light[k]
         spin[k] = spin[k] + heavy
-        energy += HALF * (wp.dot(dv, dv) / light[k] + wp.dot(heavy, dw))
+        energy += HALF * (wp.dot(dv, dv) / pose.light[k] + wp.dot(heavy, dw))
     return force, spin, energy
 
 
 @wp.func
 def matrix(
-    t: Touches, pose: Pose, mu: Numbers, light: Numbers, stiff: PointNumbers, asks: Points,
+    t: Touches, pose: Pose, stiff: PointNumbers, asks: Points,
     v: Bodies, w: Bodies,
 ) -> Wide:  # fmt: skip
     """M + c sum G^T P' G."""
@@ -202,13 +195,13 @@ def matrix(
     for k in range(1, bodies):
         heavy = wp.inverse(rows_of(pose.ease, k))
         for i in range(3):
-            a[6 * k - 6 + i, 6 * k - 6 + i] = real(1.0) / light[k]
+            a[6 * k - 6 + i, 6 * k - 6 + i] = real(1.0) / pose.light[k]
             for j in range(3):
                 a[6 * k - 3 + i, 6 * k - 3 + j] = heavy[i, j]
     for i in range(t.total):
         k = t.body[i]
         z, e = asked(t, pose, stiff, asks, v, w, i)
-        _f, slope = allowed(t.law[i], mu[k], z)
+        _f, slope = allowed(t.law[i], pose.friction[k], z)
         g = Slopes()
         for d in range(3):
             turn, back = wp.cross(t.ru[i], e[d]), wp.cross(t.rl[i], e[d])
@@ -254,18 +247,18 @@ def eliminated(system: Wide, right: Long) -> Long:
 
 @wp.func(inline=False)
 def nearer(
-    t: Touches, pose: Pose, mu: Numbers, light: Numbers, stiff: PointNumbers, asks: Points,
+    t: Touches, pose: Pose, stiff: PointNumbers, asks: Points,
     v0: Bodies, w0: Bodies, v: Bodies, w: Bodies,
 ):  # fmt: skip
     """Velocities after one of Newton's steps; their change and size, as energies [J]."""
-    force, spin, energy = residual(t, pose, mu, light, stiff, asks, v0, w0, v, w)
+    force, spin, energy = residual(t, pose, stiff, asks, v0, w0, v, w)
     right = Long()
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
         for i in range(3):
             right[6 * k - 6 + i] = -force[k, i]
             right[6 * k - 3 + i] = -spin[k, i]
-    found = eliminated(matrix(t, pose, mu, light, stiff, asks, v, w), right)
+    found = eliminated(matrix(t, pose, stiff, asks, v, w), right)
     part = real(1.0)
     v1, w1, change, whole = Bodies(), Bodies(), real(0.0), real(0.0)
     for _again in range(HALVINGS):
@@ -278,10 +271,10 @@ def nearer(
             v1[k] = v[k] + dv
             w1[k] = w[k] + dw
             reach = wp.length_sq(t.ru[0])
-            change += (wp.length_sq(dv) + reach * wp.length_sq(dw)) / light[k]
-            whole += (wp.length_sq(v1[k]) + reach * wp.length_sq(w1[k])) / light[k]
-            whole += (wp.length_sq(v0[k]) + reach * wp.length_sq(w0[k])) / light[k]
-        _f, _s, now = residual(t, pose, mu, light, stiff, asks, v0, w0, v1, w1)
+            change += (wp.length_sq(dv) + reach * wp.length_sq(dw)) / pose.light[k]
+            whole += (wp.length_sq(v1[k]) + reach * wp.length_sq(w1[k])) / pose.light[k]
+            whole += (wp.length_sq(v0[k]) + reach * wp.length_sq(w0[k])) / pose.light[k]
+        _f, _s, now = residual(t, pose, stiff, asks, v0, w0, v1, w1)
         if now <= energy + DUST * energy:
             break
         part = HALF * part
@@ -289,26 +282,23 @@ def nearer(
 
 
 @wp.func(inline=False)
-def solve(
-    rounds: int, t: Touches, pose: Pose, mu: Numbers, light: Numbers, first: Points, v: Bodies,
-    w: Bodies,
-):  # fmt: skip
+def solve(rounds: int, t: Touches, pose: Pose, first: Points, v: Bodies, w: Bodies):
     """Impulses of all contacts, and the velocities that they leave: as `solve_by_sweeps` does.
 
     With fewer rounds than ROUNDS what these come to is taken as it is.
     """
-    asks, u, o, good = solve_by_sweeps(FIRST, t, pose, mu, light, first, v, w)
+    asks, u, o, good = solve_by_sweeps(FIRST, t, pose, first, v, w)
     if t.total == 0 or good:
         return asks, u, o, True
     c = t
     stiff, energy, done = PointNumbers(), real(0.0), bool(False)
     for i in range(t.total):
-        stiff[i] = STIFF * effective(t, pose, light, i)
-        c.gap[i] = lift_of(t, pose, mu, u, o, i)
+        stiff[i] = STIFF * effective(t, pose, i)
+        c.gap[i] = lift_of(t, pose, u, o, i)
     for turn in range(rounds):
         fits = bool(False)
         for _try in range(TRIES):
-            u1, o1, more, whole = nearer(c, pose, mu, light, stiff, asks, v, w, u, o)
+            u1, o1, more, whole = nearer(c, pose, stiff, asks, v, w, u, o)
             u = u1
             o = o1
             energy = whole
@@ -318,18 +308,18 @@ def solve(
         change = real(0.0)
         for i in range(t.total):
             z, _e = asked(c, pose, stiff, asks, u, o, i)
-            f, _slope = allowed(c.law[i], mu[t.body[i]], z)
-            lift = lift_of(t, pose, mu, u, o, i)
+            f, _slope = allowed(c.law[i], pose.friction[t.body[i]], z)
+            lift = lift_of(t, pose, u, o, i)
             more = lift - c.gap[i]
             if turn % LEAP == LEAP - 1 and rounds == ROUNDS:
                 lift = wp.where(t.law[i] == CONE, larger(lift + AHEAD * more, real(0.0)), lift)
             broken = wp.length_sq(f - asks[i]) / (stiff[i] * stiff[i]) + more * more
-            change += broken / light[t.body[i]]
+            change += broken / pose.light[t.body[i]]
             asks[i] = f
             c.gap[i] = lift
         done = fits and change <= SOUND * SOUND * energy
         if fits and change <= ENOUGH * ENOUGH * energy:
             break
     if not done and rounds == ROUNDS:
-        asks, u, o, done = solve_by_sweeps(SWEEPS, t, pose, mu, light, first, v, w)
+        asks, u, o, done = solve_by_sweeps(SWEEPS, t, pose, first, v, w)
     return asks, u, o, done

@@ -9,13 +9,17 @@ import pytest
 
 from tests.shared.blocks import Array
 from tests.shared.spatial_blocks import along, in_space, unmoved
+from tests.shared.vertical_motion import flights
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.model.lanes import Lanes
-from warprock.model.motion import PlanarMotions, StillBase
+from warprock.engines import engine_class
+from warprock.engines.launching import Form, Target
+from warprock.model.bodies import Bodies
+from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.motion import PlanarMotions, StillBase, UprightMotions
 from warprock.model.response import SampleTimes, Status
 from warprock.running.batch import run_batch
-from warprock.settings.engines import DemSettings, ImpulseSettings
+from warprock.settings.engines import DemSettings, EventSettings, ImpulseSettings
 
 TIMES = SampleTimes(2.0, 0.01)
 DISPLACEMENT, OTHERS = slice(0, 6), slice(6, 18)
@@ -73,3 +77,41 @@ def test_impulse_with_sweeps_that_have_settled(case: str) -> None:
     # With ten sweeps in the plane blocks that lift slowly differ by what these leave.
     few = apart("impulse", case, space, space)
     assert np.all(few <= 1e-2)
+
+
+def boxes_on_points(lanes: SpatialLanes) -> SpatialLanes:
+    """Boxes as bodies that stand on the corners of their bottom faces."""
+    x, y, z = lanes.width, lanes.depth, lanes.height
+    sides = ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
+    squares = np.stack([y * y + z * z, x * x + z * z, x * x + y * y], axis=-1)
+    body = Bodies(
+        mass=lanes.mass,
+        gyration=squares / 12.0,
+        points=np.stack([np.stack([a * x, b * y, -0.5 * z], axis=-1) for a, b in sides], axis=1),
+        count=np.full(len(x), 4, np.int32),
+        corner_radius=np.zeros(len(x)),
+        axes=np.tile((0.0, 0.0, 0.0, 1.0), (len(x), 1)),
+    )
+    return dataclasses.replace(lanes, body=body)
+
+
+@pytest.mark.parametrize("kind", ["packed", "plain", "box", "points"])
+def test_event_in_flights_and_landings(kind: str) -> None:
+    # Edges that let go, slide, fly and land as a whole, at random.
+    lanes, x, z = flights(160, seed=0)
+    times, settings = SampleTimes(2.0, 0.01), EventSettings(time_step=1e-3)
+    there = engine_class("event")(settings).run(lanes, UprightMotions(x, z), times)
+    spatial, target = in_space(lanes), Target(form=Form.PLAIN if kind == "plain" else None)
+    spatial = boxes_on_points(spatial) if kind == "points" else spatial
+    settings = dataclasses.replace(settings, friction_box=int(kind == "box"))
+    here = engine_class("event")(settings, target).run(spatial, along(x, z=z), times)
+    for response in (there, here):
+        assert np.all(response["status"] == Status.OK)
+    assert np.median(there["impact_count"]) >= 3
+    # Friction as a box is found from unlike sums for either end: round-off, which impacts magnify.
+    aside = 1e-12 if kind == "box" else 0.0
+    assert np.all(np.abs(here["rotation_across"]) <= aside)
+    # Both are of second order, and impacts magnify what they err by to 1e-3 rad at most.
+    gap = np.abs(here["rotation"] - there["rotation"]).max(axis=1)
+    assert gap.max() < 5e-3
+    assert np.median(gap) < 1e-5

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import numpy.typing as npt
 
-from warprock.model.motion import RecordMotions, UprightMotions
+from tests.shared.blocks import make_lanes
+from warprock.model.lanes import Lanes
+from warprock.model.motion import (
+    Control,
+    HarmonicMotions,
+    RecordMotions,
+    UprightMotions,
+    Waveform,
+    harmonic_motions,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -55,3 +66,23 @@ def shaken(
         return sampled(size * ramp * np.sin(2.0 * np.pi * f * time + phase).mean(axis=1), interval)
 
     return UprightMotions(waves(along, 0.02, (0.7, 2.0)), waves(upwards, 0.01, (2.0, 6.0)))
+
+
+def flights(count: int, seed: int) -> tuple[Lanes, HarmonicMotions, HarmonicMotions]:
+    """Random blocks in the plane, and sines along x and upwards under which they fly and land."""
+    draw = np.random.default_rng(seed)
+    width = draw.uniform(0.2, 1.2, count)
+    height = width * np.exp(draw.uniform(np.log(0.7), np.log(7.0), count))
+    lanes = make_lanes(width, height, friction=draw.uniform(0.2, 1.0, count))
+    lanes = dataclasses.replace(lanes, depth=draw.uniform(0.3, 1.2, count))
+
+    def sine(
+        size: tuple[float, float], frequency: tuple[float, float], cycles: float, late: float
+    ) -> HarmonicMotions:
+        f, sign = draw.uniform(*frequency, count), draw.choice([-1.0, 1.0], count)
+        start = draw.uniform(0.0, late, count)
+        amplitude, control = sign * draw.uniform(*size, count), [Control.ACCELERATION] * count
+        return harmonic_motions(Waveform.SINE, control, amplitude, f, start, cycles / f)
+
+    along = sine((2.0, 9.0), (1.0, 5.0), 1.0, 0.3)
+    return lanes, along, sine((9.9, 16.0), (1.5, 5.0), 3.0, 0.0)
