@@ -283,12 +283,19 @@ if MOTION == "modulated":
         return wave(w, -swing * w * s, swing * (-w * w) * c)
 
     @wp.func
-    def add(a: Acceleration, b: Acceleration) -> Acceleration:
-        """The sum of two accelerations."""
+    def add(a: Acceleration, b: Acceleration, c: Acceleration) -> Acceleration:
+        """The sum of three accelerations."""
         return Acceleration(
-            a.a0 + b.a0, a.a1 + b.a1, a.a2 + b.a2, a.a3 + b.a3, a.a4 + b.a4, a.a5 + b.a5,
-            a.a6 + b.a6, a.a7 + b.a7, a.a8 + b.a8,
-        )  # fmt: skip
+            a.a0 + b.a0 + c.a0,
+            a.a1 + b.a1 + c.a1,
+            a.a2 + b.a2 + c.a2,
+            a.a3 + b.a3 + c.a3,
+            a.a4 + b.a4 + c.a4,
+            a.a5 + b.a5 + c.a5,
+            a.a6 + b.a6 + c.a6,
+            a.a7 + b.a7 + c.a7,
+            a.a8 + b.a8 + c.a8,
+        )
 
     @wp.func
     def expand(m: Motion, segment: int, time: real, value: real, slope: real) -> Acceleration:
@@ -298,7 +305,7 @@ if MOTION == "modulated":
         first = expand_swing(m, one, i * m.swing_1, time)
         second = expand_swing(m, one + m.modulation, i * m.swing_2, time)
         third = expand_swing(m, one - m.modulation, i * m.swing_3, time)
-        return add(add(first, second), third)
+        return add(first, second, third)
 
     @wp.func
     def swing_velocity(m: Motion, part: real, swing: real, time: real) -> real:

@@ -409,10 +409,7 @@ def step(block: Block, m: Motion, ground: Ground, until: real, s: State, seen: S
     a_now = acceleration_at(a, tau)
     needed = needed_at_rest(block, resting and tau > zero, a.a0, a_now, needed)
     n = State(theta, omega, s.side, time, s.segment, s.mode, cap, needed)
-    o = Seen(
-        seen.peak, seen.peak_time, seen.uplift_time, seen.rest_time, seen.loss, seen.impacts,
-        seen.steps,
-    )  # fmt: skip
+    o = seen
     apply_event(block, impact, uplift, pull, a_now, n, o)
     pass_knot(block, time >= knot and live, knot_step(m, s.segment), n, o)
     mode, rests_at = end_step(n.mode, n.theta, n.omega, n.time)

@@ -183,7 +183,8 @@ def needed_along(needed: real, span: real, force: Force) -> real:
     turn = real(-2.0) * g1 * span / steep
     inside = g1 < zero and end > zero and turn < span
     at = wp.where(inside, turn, span)
-    return larger(ratio(force_along(force, at), force_upwards(force, at)), most)
+    n = force_upwards(force, at)
+    return larger(ratio(force_along(force, at), n), most)
 
 
 @wp.func

@@ -65,13 +65,8 @@ def settle(
     seen: Seen,
 ):  # fmt: skip
     """What the event at the end of a step does, or else the knot of the motion that it ends at."""
-    n = State(
-        s.theta, s.omega, s.place, s.last, s.time, s.segment, s.risen, s.mode, s.cap, s.needed
-    )
-    o = Seen(
-        seen.peak, seen.peak_time, seen.uplift_time, seen.rest_time, seen.loss, seen.impacts,
-        seen.steps,
-    )  # fmt: skip
+    n = s
+    o = seen
     apply_event(body, edge, ending, n, o)
     # After an event the foot is another: the knot is passed in a step of its own, of length zero.
     goes_on = s.mode < OVERTURNED and not (ending.impact or ending.uplift)

@@ -15,7 +15,7 @@ class Above:
     Attributes:
         motion: The motion.
         segment: Knots of it that are passed.
-        value, slope: What `series` takes of a record.
+        value, slope: What `expand` takes of a record.
     """
 
     motion: Motion

@@ -23,7 +23,7 @@ from warprock.model.motion import (
 )
 
 KINDS = (MotionKind.STILL, MotionKind.HARMONIC, MotionKind.RECORD)
-"""Kinds of motion: none, analytic, sampled. The other analytic ones differ in `series` alone."""
+"""Kinds of motion: none, analytic, sampled. The other analytic ones differ in `expand` alone."""
 
 
 def in_every_kind(scenes: Iterable[tuple[str, str]]) -> list[Any]:
