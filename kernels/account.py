@@ -14,6 +14,41 @@ base. A run that breaks this has made energy out of nothing.
 import warp as wp
 
 
+@wp.struct
+class Account:
+    """The energy account of a lane.
+
+    Attributes:
+        work: Of the base on the blocks so far [J].
+        loss: What the contacts have taken so far [J].
+        jolt: Largest change of the base velocity in a step so far [m/s].
+        supplied: Largest work so far [J].
+        taken: Largest loss so far [J].
+        returned: The most that the contacts have given back of a loss [J].
+    """
+
+    work: real
+    loss: real
+    jolt: real
+    supplied: real
+    taken: real
+    returned: real
+
+
+@wp.func
+def keep_account(dv: real, account: Account) -> Account:
+    """The account after a step in which the base velocity changes by dv [m/s].
+
+    Its work and its loss are those after the step.
+    """
+    taken = larger(account.loss, account.taken)
+    return Account(
+        account.work, account.loss,
+        larger(size(dv), account.jolt), larger(account.work, account.supplied),
+        taken, larger(taken - account.loss, account.returned),
+    )  # fmt: skip
+
+
 @wp.func
 def book(
     dv: real, work: real, loss: real,

@@ -12,6 +12,47 @@ from warprock.kernels.modes import BROKEN, OVERTURNED
 from warprock.kernels.parting import slack, slides
 
 
+@wp.struct
+class State:
+    """A body in the plane, in the frame of its base.
+
+    Attributes:
+        x: Of its centre of mass along the base, from where the body would rest [m].
+        z: Height of its centre of mass above the base [m].
+        theta: Clockwise rotation [rad].
+        vx, vz: Velocity of its centre of mass [m/s].
+        omega: Angular velocity [rad/s].
+    """
+
+    x: real
+    z: real
+    theta: real
+    vx: real
+    vz: real
+    omega: real
+
+
+@wp.struct
+class Base:
+    """Velocity of a lane's base along x [m/s]."""
+
+    vx: real
+
+
+@wp.struct
+class Gaps:
+    """Gaps of two corners [m].
+
+    Attributes:
+        lowest: Of the lower corner at the start of the step.
+        left, right: Of the -x and of the +x corner after it, along their velocities.
+    """
+
+    lowest: real
+    left: real
+    right: real
+
+
 @wp.func
 def slide_of(block: Any, x: real, theta: real) -> real:
     """Slide along the base of the corner that the block stands on [m]."""
@@ -39,6 +80,22 @@ def glides(block: Any, knobs: Any, vx: real, omega: real) -> bool:
     """Whether a block that stands flat slides."""
     way = knobs.time_step * fused_less(block.half_height, omega, vx)
     return slides(way, knobs.time_step, knobs.gravity)
+
+
+@wp.func
+def mode_of(mode: int, theta: real, omega: real, slide: real) -> int:
+    """How a lane goes on that may have overturned or broken, else `mode`.
+
+    Args:
+        mode: How it goes on as far as its scheme knows.
+        theta: Rotation [rad].
+        omega: Angular velocity [rad/s].
+        slide: Slide along the base [m].
+    """
+    zero = real(0.0)
+    over = size(theta) >= HALF_PI
+    sound = theta - theta == zero and omega - omega == zero and slide - slide == zero
+    return wp.where(sound, wp.where(over, OVERTURNED, mode), BROKEN)
 
 
 @wp.func

@@ -158,8 +158,8 @@ def launch(
     """Runs the kernel `run_lanes` of a kernel file over a batch of lanes.
 
     Args:
-        module: Instance of a `*_run` kernel file, with the structs `Result`, `BlockResult` and
-            `Found`, and `LANES`, the lanes of a thread.
+        module: Instance of a `*_run` kernel file, with the struct `Found`, and `LANES`, the lanes
+            of a thread.
         target: Precision and device.
         motions: Ground motions of the lanes.
         times: Duration and sampling.
@@ -177,8 +177,9 @@ def launch(
     sampled = times.count if times.interval is not None else 0
     device = target.device
     found = module.Found()
-    found.results = wp.empty(count, dtype=module.Result, device=device)
-    found.blocks = wp.empty((block_count, count), dtype=module.BlockResult, device=device)
+    leaves = {name: field.type.dtype for name, field in module.Found.vars.items()}
+    found.results = wp.empty(count, dtype=leaves["results"], device=device)
+    found.blocks = wp.empty((block_count, count), dtype=leaves["blocks"], device=device)
     seen = _samples((sampled, block_count, *((4,) if in_space else ()), count), real, device)
     setattr(found, "attitudes" if in_space else "rotations", seen)
     placed = hasattr(found, "places")
