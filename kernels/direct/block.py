@@ -36,13 +36,12 @@ its velocity V. With ERP = 1 that would come back as a velocity V, an impact wit
 however short the step; with a relaxation time c / k of many steps it comes back slowly, as a
 velocity V h k / c that vanishes with h.
 
-A lane's state: x along the base from where the block would rest [m], z above the base [m], theta
-[rad]; vx, vz [m/s] and omega [rad/s] relative to the base; the normal impulses n1 of the -x and n2
-of the +x corner in the last step, per unit mass [m/s]; loss, what the contacts have taken from the
-energy so far per unit mass [J/kg].
+Impulses and energies are per unit mass.
 """
 
 import warp as wp
+
+from warprock.kernels.shape.block import Gaps, State
 
 ROUND_OFF = by_precision(1.0e-12, 1.0e-4)
 """Residual that counts as none, over the velocities that the solve starts from."""
@@ -76,6 +75,65 @@ class Knobs:
     box: real
 
 
+@wp.struct
+class Carried:
+    """Normal impulses of the -x corner and of the +x corner [m/s]."""
+
+    n1: real
+    n2: real
+
+
+@wp.struct
+class Impulses:
+    """Impulses that may solve a `Problem` [m/s].
+
+    Attributes:
+        n1, n2: Normal ones, of corners 1 and 2.
+        f: Friction of the face.
+        miss: By how much they miss the laws of step 2, beyond round-off.
+    """
+
+    n1: real
+    n2: real
+    f: real
+    miss: real
+
+
+@wp.struct
+class Problem:
+    """The contact problem of step 2.
+
+    Attributes:
+        mu: Friction coefficient of the cone, 0 with a box.
+        bound: Largest friction of the box [m/s], 0 with a cone.
+        k11, k12, k22, k13, k23, k33: J M^-1 J^T, the CFM in the diagonal of the corners; 3 is the
+            friction.
+        q1, q2: Velocities of corners 1 and 2 above their wishes, without contact [m/s].
+        q3: Slip without contact [m/s].
+    """
+
+    mu: real
+    bound: real
+    k11: real
+    k12: real
+    k22: real
+    k13: real
+    k23: real
+    k33: real
+    q1: real
+    q2: real
+    q3: real
+
+
+@wp.struct
+class Friction:
+    """Friction a + b1 n1 + b2 n2 of a face that sticks, or slides to one side; a in [m/s]."""
+
+    a: real
+    b1: real
+    b2: real
+
+
 @wp.func
 def wish(gap: real, erp: real, rate: real) -> real:
     """ERP gap / h of a corner [m/s]."""
@@ -83,76 +141,76 @@ def wish(gap: real, erp: real, rate: real) -> real:
 
 
 @wp.func
+def residual_of(c: Problem, n1: real, n2: real, f: real) -> real:
+    """By how much impulses miss the laws of step 2 [m/s]."""
+    w1 = fused(c.k13, f, fused(c.k12, n2, fused(c.k11, n1, c.q1)))
+    w2 = fused(c.k23, f, fused(c.k22, n2, fused(c.k12, n1, c.q2)))
+    slip = fused(c.k33, f, fused(c.k23, n2, fused(c.k13, n1, c.q3)))
+    limit = c.k33 * fused(c.mu, n1 + n2, c.bound)
+    push = c.k33 * f
+    drag = push - larger(smaller(push - slip, limit), -limit)
+    return larger(larger(size(smaller(c.k11 * n1, w1)), size(smaller(c.k22 * n2, w2))), size(drag))
+
+
+@wp.func
+def impulses_of(c: Problem, round_off: real, n1: real, n2: real, f: real) -> Impulses:
+    """Impulses and what they miss beyond round-off [m/s]."""
+    return Impulses(n1, n2, f, larger(residual_of(c, n1, n2, f) - round_off, real(0.0)))
+
+
+@wp.func
+def better(one: Impulses, two: Impulses) -> Impulses:
+    """Those of the impulses that miss less; the second ones if they miss as much."""
+    first = one.miss < two.miss
+    return Impulses(
+        wp.where(first, one.n1, two.n1), wp.where(first, one.n2, two.n2),
+        wp.where(first, one.f, two.f), smaller(one.miss, two.miss),
+    )  # fmt: skip
+
+
+@wp.func
+def try_friction(c: Problem, law: Friction, round_off: real, best: Impulses) -> Impulses:
+    """The best of the impulses so far and of three ways to touch: corner 1, corner 2, both."""
+    zero = real(0.0)
+    a11 = fused(c.k13, law.b1, c.k11)
+    a12 = fused(c.k13, law.b2, c.k12)
+    a21 = fused(c.k23, law.b1, c.k12)
+    a22 = fused(c.k23, law.b2, c.k22)
+    p1 = fused(c.k13, law.a, c.q1)
+    p2 = fused(c.k23, law.a, c.q2)
+    scale = real(1.0) / fused_less(a12, a21, a11 * a22)
+    n1 = -p1 / a11
+    one = impulses_of(c, round_off, n1, zero, fused(law.b1, n1, law.a))
+    n2 = -p2 / a22
+    two = impulses_of(c, round_off, zero, n2, fused(law.b2, n2, law.a))
+    m1 = scale * fused_less(a22, p1, a12 * p2)
+    m2 = scale * fused_less(a11, p2, a21 * p1)
+    both = impulses_of(c, round_off, m1, m2, fused(law.b2, m2, fused(law.b1, m1, law.a)))
+    return better(both, better(two, better(one, best)))
+
+
+@wp.func
+def solve_contacts(c: Problem) -> Impulses:
+    """Impulses of both corners and of the face, exactly."""
+    hold = real(1.0) / c.k33
+    round_off = ROUND_OFF * (size(c.q1) + size(c.q2) + size(c.q3))
+    zero = real(0.0)
+    best = impulses_of(
+        c, round_off, zero, zero, larger(smaller(-hold * c.q3, c.bound), -c.bound)
+    )  # fmt: skip
+    sticks = Friction(-hold * c.q3, -hold * c.k13, -hold * c.k23)
+    best = try_friction(c, sticks, round_off, best)
+    best = try_friction(c, Friction(c.bound, c.mu, c.mu), round_off, best)
+    return try_friction(c, Friction(-c.bound, -c.mu, -c.mu), round_off, best)
+
+
+@wp.func
 def residual(
     mu: real, bound: real, k11: real, k12: real, k22: real, k13: real, k23: real, k33: real,
     q1: real, q2: real, q3: real, n1: real, n2: real, f: real,
 ) -> real:  # fmt: skip
-    """By how much impulses miss the laws of step 2 [m/s]; arguments as in `solve`."""
-    w1 = fused(k13, f, fused(k12, n2, fused(k11, n1, q1)))
-    w2 = fused(k23, f, fused(k22, n2, fused(k12, n1, q2)))
-    slip = fused(k33, f, fused(k23, n2, fused(k13, n1, q3)))
-    limit = k33 * fused(mu, n1 + n2, bound)
-    push = k33 * f
-    drag = push - larger(smaller(push - slip, limit), -limit)
-    return larger(larger(size(smaller(k11 * n1, w1)), size(smaller(k22 * n2, w2))), size(drag))
-
-
-@wp.func
-def better(
-    mu: real, bound: real, k11: real, k12: real, k22: real, k13: real, k23: real, k33: real,
-    q1: real, q2: real, q3: real, a: real, b1: real, b2: real, slack: real,
-    miss: real, n1: real, n2: real, f: real,
-):  # fmt: skip
-    """The best of the impulses so far and of three ways to touch: corner 1, corner 2, both.
-
-    Args:
-        mu: As in `solve`, up to q3.
-        a: The friction is a + b1 n1 + b2 n2; b1, b2 likewise.
-        slack: Residual that counts as none [m/s].
-        miss: What the residual of the impulses so far has beyond the slack [m/s].
-        n1: The impulses so far; n2, f likewise.
-    """
-    zero = real(0.0)
-    one = real(1.0)
-    a11 = fused(k13, b1, k11)
-    a12 = fused(k13, b2, k12)
-    a21 = fused(k23, b1, k12)
-    a22 = fused(k23, b2, k22)
-    p1 = fused(k13, a, q1)
-    p2 = fused(k23, a, q2)
-    scale = one / fused_less(a12, a21, a11 * a22)
-    n1_only = -p1 / a11
-    n2_only = -p2 / a22
-    n1_both = scale * fused_less(a22, p1, a12 * p2)
-    n2_both = scale * fused_less(a11, p2, a21 * p1)
-    f1 = fused(b1, n1_only, a)
-    f2 = fused(b2, n2_only, a)
-    f_both = fused(b2, n2_both, fused(b1, n1_both, a))
-    miss1 = larger(
-        residual(mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3, n1_only, zero, f1) - slack,
-        zero,
-    )
-    miss2 = larger(
-        residual(mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3, zero, n2_only, f2) - slack,
-        zero,
-    )
-    miss_both = larger(
-        residual(mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3, n1_both, n2_both, f_both)
-        - slack,
-        zero,
-    )
-    n1 = wp.where(miss1 < miss, n1_only, n1)
-    n2 = wp.where(miss1 < miss, zero, n2)
-    f = wp.where(miss1 < miss, f1, f)
-    miss = smaller(miss1, miss)
-    n1 = wp.where(miss2 < miss, zero, n1)
-    n2 = wp.where(miss2 < miss, n2_only, n2)
-    f = wp.where(miss2 < miss, f2, f)
-    miss = smaller(miss2, miss)
-    n1 = wp.where(miss_both < miss, n1_both, n1)
-    n2 = wp.where(miss_both < miss, n2_both, n2)
-    f = wp.where(miss_both < miss, f_both, f)
-    return smaller(miss_both, miss), n1, n2, f
+    """`residual_of` by numbers."""
+    return residual_of(Problem(mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3), n1, n2, f)
 
 
 @wp.func
@@ -160,41 +218,9 @@ def solve(
     mu: real, bound: real, k11: real, k12: real, k22: real, k13: real, k23: real, k33: real,
     q1: real, q2: real, q3: real,
 ):  # fmt: skip
-    """Impulses of both corners and of the face, exactly.
-
-    Args:
-        mu: Friction coefficient of the cone, 0 with a box.
-        bound: Largest friction of the box [m/s], 0 with a cone.
-        k11: Rows of J M^-1 J^T, the CFM in the diagonal of the corners; 3 is the friction.
-        q1: Velocity of corner 1 above its wish, without contact [m/s]; q2 likewise.
-        q3: Slip without contact [m/s].
-
-    Returns:
-        What the residual has beyond round-off [m/s]; n1, n2 and the friction [m/s].
-    """
-    zero = real(0.0)
-    one = real(1.0)
-    hold = one / k33
-    slack = ROUND_OFF * (size(q1) + size(q2) + size(q3))
-    n1 = zero
-    n2 = zero
-    f = larger(smaller(-hold * q3, bound), -bound)
-    miss = larger(
-        residual(mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3, n1, n2, f) - slack, zero
-    )
-    miss, n1, n2, f = better(
-        mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3,
-        -hold * q3, -hold * k13, -hold * k23, slack, miss, n1, n2, f,
-    )  # fmt: skip
-    miss, n1, n2, f = better(
-        mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3,
-        bound, mu, mu, slack, miss, n1, n2, f,
-    )  # fmt: skip
-    miss, n1, n2, f = better(
-        mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3,
-        -bound, -mu, -mu, slack, miss, n1, n2, f,
-    )  # fmt: skip
-    return miss, n1, n2, f
+    """`solve_contacts` by numbers."""
+    p = solve_contacts(Problem(mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3))
+    return p.miss, p.n1, p.n2, p.f
 
 
 @wp.func
@@ -207,46 +233,37 @@ def corners(block: Block, s: real, c: real):
 
 
 @wp.func
-def work_of(
-    p1: real, p2: real, f: real, x1: real, x2: real, z2: real, mx: real, mz: real, mo: real,
-) -> real:  # fmt: skip
-    """Work of the contact impulses on the mean velocities where they act [J/kg], a loss."""
-    pressed = fused(p1, fused_less(mo, x1, mz), p2 * fused_less(mo, x2, mz))
-    return fused(f, fused(mo, z2, mx), pressed)
-
-
-@wp.func
 def step(
-    block: Block, knobs: Knobs, dv: real,
-    x: real, z: real, theta: real, vx: real, vz: real, omega: real,
-    n1: real, n2: real, loss: real,
+    block: Block, knobs: Knobs, dv: real, state: State, before: Carried, loss: wp.ref[real]
 ):  # fmt: skip
     """One step of one lane, in which the base velocity changes by dv [m/s].
 
-    The arguments from `x` on are the lane's state, see the head of this file; the step returns
-    it in the same order, what `solve` missed, the gap of the lower corner at its start [m], and the
-    gaps after it of the -x and of the +x corner, along their velocities [m].
+    `before` is what the corners carried in the last step; the step adds to the loss what its
+    contacts take from the energy [J/kg]. Returns the state, what the corners carry, the gaps, and
+    what the solve missed [m/s].
     """
     zero, one = real(0.0), real(1.0)
     w, dt = block.inverse_inertia, knobs.time_step
     # Seen so that the block leans to +x: a mirrored scene is solved by the same numbers.
-    lean = wp.where(theta != zero, theta, wp.where(omega != zero, omega, -dv))
+    lean = wp.where(
+        state.theta != zero, state.theta, wp.where(state.omega != zero, state.omega, -dv)
+    )
     m = sign_of(lean)
-    s = sine(m * theta)
-    c = cosine(theta)
+    s = sine(m * state.theta)
+    c = cosine(state.theta)
     x1, z1, x2, z2 = corners(block, s, c)
-    gap1 = z + z1
-    gap2 = z + z2
-    ux = m * (vx - dv)
-    uz = fused_less(dt, knobs.gravity, vz)
-    uo = m * omega
+    gap1 = state.z + z1
+    gap2 = state.z + z2
+    ux = m * (state.vx - dv)
+    uz = fused_less(dt, knobs.gravity, state.vz)
+    uo = m * state.omega
     mu = block.friction
     lowest = smaller(gap1, gap2)
     touches = lowest <= knobs.margin
-    bound = wp.where(touches, larger(knobs.box * mu * (n1 + n2), zero), zero)
+    bound = wp.where(touches, larger(knobs.box * mu * (before.n1 + before.n2), zero), zero)
     on1 = wp.where(gap1 <= knobs.margin, one, zero)
     on2 = wp.where(gap2 <= knobs.margin, one, zero)
-    miss, p1, p2, f = solve(
+    p = solve_contacts(Problem(
         (one - knobs.box) * mu, bound,
         fused(w * x1, x1, one + block.cfm), on1 * on2 * fused(w * x1, x2, one),
         fused(w * x2, x2, one + block.cfm),
@@ -254,24 +271,23 @@ def step(
         on1 * fused_less(uo, x1, uz + wish(gap1, block.erp, knobs.rate)),
         on2 * fused_less(uo, x2, uz + wish(gap2, block.erp, knobs.rate)),
         fused(uo, z2, ux),
-    )  # fmt: skip
-    vx1 = ux + f
-    vz1 = uz + p1 + p2
-    vo1 = fused(w, fused(f, z2, fused_less(p1, x1, -p2 * x2)), uo)
-    work = work_of(
-        p1, p2, f, x1, x2, z2,
-        HALF * (m * vx + vx1), HALF * (vz + vz1), HALF * (uo + vo1),
-    )  # fmt: skip
+    ))  # fmt: skip
+    vx1 = ux + p.f
+    vz1 = uz + p.n1 + p.n2
+    vo1 = fused(w, fused(p.f, z2, fused_less(p.n1, x1, -p.n2 * x2)), uo)
+    # Work of the contact impulses on the mean velocities where they act, a loss.
+    mx, mz, mo = HALF * (m * state.vx + vx1), HALF * (state.vz + vz1), HALF * (uo + vo1)
+    pressed = fused(p.n1, fused_less(mo, x1, mz), p.n2 * fused_less(mo, x2, mz))
+    work = fused(p.f, fused(mo, z2, mx), pressed)
     # A height that is too coarse to take up what the velocity adds, as at rest in float32, has not
     # won its weight; without round-off this is nothing.
-    risen = fused(dt, vz1, z)
-    work = fused(knobs.gravity, fused_less(dt, vz1, risen - z), work)
+    risen = fused(dt, vz1, state.z)
+    loss = loss - fused(knobs.gravity, fused_less(dt, vz1, risen - state.z), work)
     ahead1 = fused(dt, fused_less(vo1, x1, vz1), gap1)
     ahead2 = fused(dt, fused_less(vo1, x2, vz1), gap2)
+    gaps = Gaps(lowest, wp.where(m < zero, ahead2, ahead1), wp.where(m < zero, ahead1, ahead2))
+    carried = Carried(wp.where(m < zero, p.n2, p.n1), wp.where(m < zero, p.n1, p.n2))
     vx1 = m * vx1
     vo1 = m * vo1
-    return (
-        fused(dt, vx1, x), risen, fused(dt, vo1, theta), vx1, vz1, vo1,
-        wp.where(m < zero, p2, p1), wp.where(m < zero, p1, p2), loss - work, miss,
-        lowest, wp.where(m < zero, ahead2, ahead1), wp.where(m < zero, ahead1, ahead2),
-    )  # fmt: skip
+    after = State(fused(dt, vx1, state.x), risen, fused(dt, vo1, state.theta), vx1, vz1, vo1)
+    return after, carried, gaps, p.miss

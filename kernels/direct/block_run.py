@@ -8,18 +8,38 @@ With one lane a thread the same text is the plain form.
 
 import warp as wp
 
-from warprock.kernels.account import book
-from warprock.kernels.direct.block import Block, Knobs, step
+from warprock.kernels.account import Account, keep_account
+from warprock.kernels.direct.block import Block, Carried, Knobs, step
 from warprock.kernels.modes import BROKEN, RUNNING, UNSOLVED
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import watch
-from warprock.kernels.shape.block import glides, height_of, limit_of, observe, slide_of
-from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
+from warprock.kernels.parting import Bearing, Parting, observe_ends
+from warprock.kernels.rows import kernel, rows
+from warprock.kernels.shape.block import (
+    Base,
+    State,
+    glides,
+    height_of,
+    limit_of,
+    mode_of,
+    slide_of,
+)
+from warprock.kernels.shape.stack_found import (
+    Found,
+    Peaks,
+    Seen,
+    at_sample,
+    block_result,
+    observe_lane,
+    observe_peaks,
+    result_of,
+    start_peaks,
+    start_seen,
+)
 
 
 @wp.func
 def start(block: Block, knobs: Knobs, theta: real):
-    """Where and how fast a block starts: x, z, vz, and the impulses of the step before.
+    """A block where it starts, and what its corners carried in the step before.
 
     Velocities are those of half a step before the start: at rest, or about to begin to fall.
     """
@@ -27,10 +47,9 @@ def start(block: Block, knobs: Knobs, theta: real):
     flat = theta == zero
     fall = knobs.time_step * knobs.gravity
     sunk = wp.where(flat, HALF * knobs.gravity / block.stiffness, zero)
-    return (
-        -slide_of(block, zero, theta),
-        height_of(block, theta) - sunk,
-        wp.where(flat, zero, HALF * fall),
+    x, z = -slide_of(block, zero, theta), height_of(block, theta) - sunk
+    state = State(x, z, theta, zero, wp.where(flat, zero, HALF * fall), zero)
+    return state, Carried(
         wp.where(flat, HALF * fall, wp.where(theta < zero, fall, zero)),
         wp.where(flat, HALF * fall, wp.where(theta > zero, fall, zero)),
     )
@@ -46,20 +65,11 @@ def before_start(k: int) -> real:
     return wp.where(k == 1, HALF, real(0.0))
 
 
-Lane = wp.types.vector(length=LANES, dtype=real)
-LaneInt = wp.types.vector(length=LANES, dtype=int)
-
-
-@wp.kernel
+@kernel
 def run_lanes(
-    blocks: wp.array(dtype=Block),
-    motions: wp.array(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    starts: wp.array(dtype=real),
-    sample_times: wp.array(dtype=real),
-    knobs: Knobs,
-    found: Found,
-):
+    blocks: wp.array(dtype=Block), motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
+    starts: wp.array(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
     first = wp.tid() * LANES
     # By names of their own: read off the struct they would keep the loop over lanes scalar.
@@ -67,25 +77,20 @@ def run_lanes(
     leaves = found.blocks
     rotations = found.rotations
     places = found.places
-    x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    n1, n2, loss, base = Lane(), Lane(), Lane(), Lane()
-    given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
-    peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
-    uplift_time, moved, since = Lane(), Lane(), Lane()
-    impacts, mode, steps, apart1, apart2 = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
+    state = rows(State)
+    carried = rows(Carried)
+    base = rows(Base)
+    account = rows(Account)
+    parting = rows(Parting)
+    peaks = rows(Peaks)
+    seen = rows(Seen)
     for i in range(LANES):
-        block = blocks[first + i]
-        th = starts[first + i]
-        theta[i] = th
-        qx, qz, uz, p1, p2 = start(block, knobs, th)
-        x[i] = qx
-        z[i] = qz
-        vz[i] = uz
-        n1[i] = p1
-        n2[i] = p2
-        peak[i] = size(th)
-        uplift_time[i] = wp.where(th == real(0.0), NEVER, real(0.0))
-        mode[i] = RUNNING
+        theta = starts[first + i]
+        after, bears = start(blocks[first + i], knobs, theta)
+        state[i] = after
+        carried[i] = bears
+        peaks[i] = start_peaks(theta)
+        seen[i] = start_seen(wp.where(theta == real(0.0), NEVER, real(0.0)))
     k = int(0)
     time = real(0.0)
     for sample in range(sample_times.shape[0]):
@@ -107,52 +112,44 @@ def run_lanes(
                 block.erp = blocks[first + i].erp
                 place = sample_index(m, sample_segment(m, half))
                 moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
-                qx, qz, qt, ux, uz, uo, p1, p2, lo, mi, gap, gap1, gap2 = step(
-                    block, knobs, moving - base[i], x[i], z[i], theta[i], vx[i], vz[i], omega[i],
-                    n1[i], n2[i], loss[i],
+                dv = moving - base[i].vx
+                loss = account[i].loss
+                after, bears, gaps, miss = step(block, knobs, dv, state[i], carried[i], loss)
+                loss = loss + early * state[i].vz * (bears.n1 + bears.n2)
+                slide = slide_of(block, after.x, after.theta)
+                ends, sees = parting[i], seen[i]
+                live = sees.mode == RUNNING
+                peaks[i] = observe_peaks(live, time, after.theta, slide, peaks[i])
+                observe_ends(
+                    live, time, limit_of(block, knobs, after.omega),
+                    glides(block, knobs, after.vx, after.omega),
+                    Bearing(bears.n1, gaps.left), Bearing(bears.n2, gaps.right), ends, sees,
                 )  # fmt: skip
-                mo, pk, pt, ps = observe(
-                    mode[i], time, qt, uo, slide_of(block, qx, qt), peak[i], peak_time[i],
-                    peak_slide[i],
-                )  # fmt: skip
-                mo = wp.where(mi > real(0.0) and mo != BROKEN, UNSOLVED, mo)
-                live = mode[i] == RUNNING
-                watch(
-                    live, time, limit_of(block, knobs, uo), p1, gap1, p2, gap2,
-                    glides(block, knobs, ux, uo), since[i], apart1[i], apart2[i], uplift_time[i],
-                    moved[i], impacts[i],
-                )  # fmt: skip
-                x[i] = wp.where(live, qx, x[i])
-                z[i] = wp.where(live, qz, z[i])
-                theta[i] = wp.where(live, qt, theta[i])
-                loss[i] = wp.where(live, lo + early * vz[i] * (p1 + p2), loss[i])
-                dv = moving - base[i]
-                given[i] = given[i] - wp.where(live, HALF * dv * (vx[i] + ux), real(0.0))
-                vx[i] = wp.where(live, ux, vx[i])
-                vz[i] = wp.where(live, uz, vz[i])
-                omega[i] = wp.where(live, uo, omega[i])
-                n1[i] = wp.where(live, p1, n1[i])
-                n2[i] = wp.where(live, p2, n2[i])
-                base[i] = moving
-                book(dv, given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
-                peak[i] = wp.where(live, pk, peak[i])
-                peak_time[i] = wp.where(live, pt, peak_time[i])
-                peak_slide[i] = wp.where(live, ps, peak_slide[i])
-                deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
-                steps[i] = steps[i] + wp.where(live, 1, 0)
-                mode[i] = wp.where(live, mo, mode[i])
+                mode = mode_of(RUNNING, after.theta, after.omega, slide)
+                mode = wp.where(miss > real(0.0) and mode != BROKEN, UNSOLVED, mode)
+                observe_lane(live, mode, -gaps.lowest, sees)
+                parting[i] = ends
+                seen[i] = sees
+                work = HALF * dv * (state[i].vx + after.vx)
+                account[i].work = account[i].work - wp.where(live, work, real(0.0))
+                account[i].loss = wp.where(live, loss, account[i].loss)
+                account[i] = keep_account(dv, account[i])
+                base[i].vx = moving
+                state[i] = wp.where(live, after, state[i])
+                carried[i] = wp.where(live, bears, carried[i])
         past = time - until
         if rotations.shape[0] > 0:
             for i in range(LANES):
-                rotations[sample, 0, first + i] = at_sample(mode[i], past, theta[i], omega[i])
+                mode = seen[i].mode
+                rotations[sample, 0, first + i] = at_sample(
+                    mode, past, state[i].theta, state[i].omega
+                )
         if places.shape[0] > 0:
             for i in range(LANES):
-                places[sample, 0, 0, first + i] = at_sample(mode[i], past, x[i], vx[i])
-                places[sample, 0, 1, first + i] = at_sample(mode[i], past, z[i], vz[i])
+                mode = seen[i].mode
+                places[sample, 0, 0, first + i] = at_sample(mode, past, state[i].x, state[i].vx)
+                places[sample, 0, 1, first + i] = at_sample(mode, past, state[i].z, state[i].vz)
     for i in range(LANES):
-        results[first + i] = Result(
-            uplift_time[i], moved[i], loss[i], jolt[i], supplied[i], returned[i], deepest[i],
-            impacts[i], mode[i], steps[i],
-        )  # fmt: skip
-        slide = slide_of(blocks[first + i], x[i], theta[i])
-        leaves[0, first + i] = BlockResult(slide, peak[i], peak_time[i], peak_slide[i])
+        results[first + i] = result_of(seen[i], account[i])
+        slide = slide_of(blocks[first + i], state[i].x, state[i].theta)
+        leaves[0, first + i] = block_result(slide, peaks[i])

@@ -40,35 +40,32 @@ wp.set_module_options(module_options())
 def solve_all(problems: Numbers, found: Numbers):
     """The engine's solve, problem by problem."""
     i = wp.tid()
-    miss, n1, n2, f = direct.solve(
-        problems[i, 0], problems[i, 1], problems[i, 2], problems[i, 3], problems[i, 4],
-        problems[i, 5], problems[i, 6], problems[i, 7], problems[i, 8], problems[i, 9],
-        problems[i, 10],
-    )  # fmt: skip
-    found[i, 0] = miss
-    found[i, 1] = n1
-    found[i, 2] = n2
-    found[i, 3] = f
+    row = problems[i]
+    p = direct.solve_contacts(direct.Problem(
+        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8], row[9], row[10]
+    ))  # fmt: skip
+    found[i, 0] = p.miss
+    found[i, 1] = p.n1
+    found[i, 2] = p.n2
+    found[i, 3] = p.f
 
 
 @wp.kernel
 def fall(block: direct.Block, knobs: direct.Knobs, speed: wp.float64, path: Numbers):
     """Height above the undeformed base [m] and velocity [m/s] of a flat block, step by step."""
-    zero = wp.float64(0.0)
-    z = block.half_height + zero
-    vz = speed + zero
-    n1 = wp.float64(0.0)
-    n2 = wp.float64(0.0)
+    state = direct.State()
+    state.z = block.half_height
+    state.vz = speed
+    carried = direct.Carried()
+    loss = wp.float64(0.0)
     for k in range(path.shape[0]):
-        _x, qz, _theta, _vx, uz, _omega, p1, p2, _loss, _miss, _gap, _gap1, _gap2 = direct.step(
-            block, knobs, zero, zero, z, zero, zero, vz, zero, n1, n2, zero
+        after, bears, _gaps, _miss = direct.step(
+            block, knobs, wp.float64(0.0), state, carried, loss
         )
-        z = qz
-        vz = uz
-        n1 = p1
-        n2 = p2
-        path[k, 0] = z - block.half_height
-        path[k, 1] = vz
+        state = after
+        carried = bears
+        path[k, 0] = state.z - block.half_height
+        path[k, 1] = state.vz
 
 
 def fallen(
