@@ -24,7 +24,7 @@ import warp as wp
 from warprock.kernels.direct.block import residual
 from warprock.kernels.direct.block import solve as solve_block
 from warprock.kernels.direct.stack_pivot import Equations, States, lemke
-from warprock.kernels.shape.interface import GROUND_FACE, find_end
+from warprock.kernels.shape.interface_flat import GROUND_FACE, find_end
 from warprock.kernels.shape.stack import Matrix, Rows, Three, Triples, Values, matrix_of, three_of
 
 TRIES = 50

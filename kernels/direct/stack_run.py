@@ -23,10 +23,10 @@ from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.parting import slack, slides, watch
-from warprock.kernels.shape.interface import GROUND_FACE, place_on
+from warprock.kernels.shape.interface_flat import GROUND_FACE, place_on
 from warprock.kernels.shape.stack import Counts, Rows, Three, Triples, Values, matrix_of, three_of
 from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
-from warprock.kernels.shape.stack_run import Block, Stack, gap_of_end
+from warprock.kernels.shape.stack_run_flat import Block, Stack, gap_of_end
 
 wp.set_module_options(LOOPS_STAY)
 

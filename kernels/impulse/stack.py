@@ -34,9 +34,11 @@ Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 
 import warp as wp
 
+from warprock.kernels.account import Account
 from warprock.kernels.cone import alone
-from warprock.kernels.shape.interface import add_impulses, find_end
-from warprock.kernels.shape.rising import fall_in, sunk_in
+from warprock.kernels.shape.interface import Impulse, Mass, Point, Pose, Velocity
+from warprock.kernels.shape.rising import fall_in, sunk_in, worked
+from warprock.kernels.shape.stack_run import Base
 
 SEEN = by_precision(1.0e-13, 1.0e-6)
 """Smallest lean [rad] and rate [rad/s] that tell a side: what is below is what round-off leaves of
@@ -54,6 +56,40 @@ class Knobs:
     erp: real
 
 
+@wp.struct
+class Contact:
+    """What impulses do at a point.
+
+    Attributes:
+        gap: How wide it gapes [m].
+        pn: Normal impulse for a normal velocity [kg], zero where the gap is wider than the margin.
+        pt: Tangential impulse for a slip [kg], likewise.
+        nt: Slip for a normal impulse [1/kg].
+    """
+
+    gap: real
+    pn: real
+    pt: real
+    nt: real
+
+
+@wp.struct
+class Penetration:
+    """How wide a point gapes [m], below zero where it is pressed in, and its normal (x, z)."""
+
+    gap: real
+    nx: real
+    nz: real
+
+
+@wp.struct
+class Shift:
+    """By how much a step lifts out all that stands above the interfaces seen so far [m]."""
+
+    x: real
+    z: real
+
+
 @wp.func
 def clear(turn: real) -> real:
     """A lean [rad] or a rate [rad/s], zero where it is no more than round-off."""
@@ -64,7 +100,11 @@ def clear(turn: real) -> real:
 def side_of(turn: real, rate: real, hint: real, before: real) -> real:
     """Side to which an interface leans, -1 or 1: by its turn, else its rate, the base's, or before.
 
-    Arguments as those of `predict`.
+    Args:
+        turn: Rotation of the block against what it stands on [rad].
+        rate: Rate of that [rad/s].
+        hint: What the base gains or is about to gain [m/s].
+        before: Side to which the interface leaned before.
     """
     zero, lean, moves = real(0.0), clear(turn), clear(rate)
     still = wp.where(hint != zero, -hint, before)
@@ -72,151 +112,144 @@ def side_of(turn: real, rate: real, hint: real, before: real) -> real:
 
 
 @wp.func
-def predict(
-    dv: real, rise: real, hint: real, knobs: Knobs, turn: real, vx: real, vz: real, omega: real,
-    below: real, ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real], lean: wp.ref[real],
-    n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
-):  # fmt: skip
-    """Velocity (ux, uz, uo) of a block without contact; its interface in the order of its lean.
-
-    Args:
-        dv: Change of the base velocity in the step [m/s]; rise: of that upwards.
-        hint: What it does or is about to do, for the lean of what does not move yet [m/s].
-        knobs: Settings.
-        turn: Rotation of the block against what it stands on [rad].
-        vx, vz, omega: Velocity of the block.
-        below: Angular velocity of what it stands on [rad/s].
-        ux, uz, uo: Velocity found.
-        lean: Side to which the interface leaned before, then the one of this step: -1 or 1.
-        n1, t1, n2, t2: Normal and tangential impulse of the end visited first, and of the other.
-            They change places where the lean has changed.
-    """
-    now = side_of(turn, omega - below, hint, lean)
-    same = now == lean
-    n = real(n1)
-    t = real(t1)
-    n1 = wp.where(same, n, n2)
-    t1 = wp.where(same, t, t2)
-    n2 = wp.where(same, n2, n)
-    t2 = wp.where(same, t2, t)
-    lean = now
-    ux = vx - dv
-    uz = vz - fall_in(knobs.time_step, knobs.gravity, rise)
-    uo = omega
+def predict(v: Velocity, base: Base, knobs: Knobs) -> Velocity:
+    """Velocity of a block after a step without contact."""
+    return Velocity(
+        v.x - base.gain, v.z - fall_in(knobs.time_step, knobs.gravity, base.rise), v.omega
+    )
 
 
 @wp.func
-def find_contact(
-    side: real, half_width: real, half_height: real, s: real, c: real, m: real, j: real,
-    lhalf_width: real, lhalf_height: real, ls: real, lc: real, lm: real, lj: real,
-    dx: real, dz: real, margin: real,
-    nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real],
-    al: wp.ref[real], bl: wp.ref[real], gap: wp.ref[real],
-    pn: wp.ref[real], pt: wp.ref[real], nt: wp.ref[real],
-    n: wp.ref[real], t: wp.ref[real],
-    ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
-    lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
-):  # fmt: skip
-    """Finds a point (see `find_end`), what impulses do to it, and starts it from its last impulses.
+def swap_unless(same: bool, one: wp.ref[Impulse], two: wp.ref[Impulse]):
+    """Lets the impulses of two points change places, unless the order of the points is the same."""
+    n = real(one.n)
+    t = real(one.t)
+    one.n = wp.where(same, n, two.n)
+    one.t = wp.where(same, t, two.t)
+    two.n = wp.where(same, two.n, n)
+    two.t = wp.where(same, two.t, t)
 
-    Found are pn, normal impulse for a normal velocity [kg], and pt, tangential impulse for a slip
-    [kg], both zero where the gap is wider than the margin [m]; and nt, slip for a normal impulse
-    [1/kg].
+
+@wp.func
+def find_contact(point: Point, gap: real, margin: real, up: Mass, low: Mass) -> Contact:
+    """What impulses do at a point: nothing where its gap is wider than the margin [m].
+
+    Args:
+        point: The point.
+        gap: How wide it gapes [m].
+        margin: Collision margin [m].
+        up, low: Masses of the upper and of the lower body.
     """
-    mx, mz, ru, hu, rl, hl, found, _place = find_end(
-        side, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
-    )
-    nx = mx
-    nz = mz
-    au = ru
-    bu = hu
-    al = rl
-    bl = hl
-    gap = found
     on = wp.where(gap <= margin, real(1.0), real(0.0))
-    pn = on / fused(lj * al, al, fused(j * au, au, m + lm))
-    pt = on / fused(lj * bl, bl, fused(j * bu, bu, m + lm))
-    nt = -dot(j * au, lj * al, bu, bl)
-    n = on * n
-    t = on * t
-    add_impulses(m, j, lm, lj, nx, nz, au, bu, al, bl, n, t, ux, uz, uo, lx, lz, lo)
+    return Contact(
+        gap,
+        on / fused(low.j * point.al, point.al, fused(up.j * point.au, point.au, up.m + low.m)),
+        on / fused(low.j * point.bl, point.bl, fused(up.j * point.bu, point.bu, up.m + low.m)),
+        -dot(up.j * point.au, low.j * point.al, point.bu, point.bl),
+    )
+
+
+@wp.func
+def warm_start(gap: real, margin: real, last: Impulse) -> Impulse:
+    """What the sweeps start from at a point: the last impulses where it is a contact, else none."""
+    on = wp.where(gap <= margin, real(1.0), real(0.0))
+    return Impulse(on * last.n, on * last.t)
 
 
 @wp.func
 def solve_contact(
-    mu: real, gap: real, rate: real, m: real, j: real, lm: real, lj: real,
-    nx: real, nz: real, au: real, bu: real, al: real, bl: real, pn: real, pt: real, nt: real,
-    other: real, n: wp.ref[real], t: wp.ref[real],
-    ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
-    lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
-):  # fmt: skip
-    """Gauss-Seidel on the two impulses of a point; mu is the friction coefficient.
+    mu: real, rate: real, point: Point, contact: Contact, other: real, last: Impulse,
+    u: Velocity, v: Velocity,
+) -> Impulse:  # fmt: skip
+    """Gauss-Seidel on the two impulses of a point.
 
-    `other` is pn of the other end of the interface: without it both impulses are found at once.
+    Args:
+        mu: Friction coefficient.
+        rate: Inverse of the time step [1/s].
+        point, contact: The point.
+        other: pn of the other points of the interface: without them both impulses are found at
+            once.
+        last: Its impulses so far.
+        u, v: Velocities of the upper and of the lower body.
     """
     zero = real(0.0)
-    wx = ux - lx
-    wz = uz - lz
-    turn = wedge(al, au, uo, lo)
-    normal = fused(larger(gap, zero), rate, dot(nx, nz, wx, wz) + turn)
-    push = larger(fused_less(pn, normal, n), zero)
-    dn = push - n
+    wx = u.x - v.x
+    wz = u.z - v.z
+    turn = wedge(point.al, point.au, u.omega, v.omega)
+    opens = dot(point.nx, point.nz, wx, wz) + turn
+    normal = fused(larger(contact.gap, zero), rate, opens)
+    push = larger(fused_less(contact.pn, normal, last.n), zero)
+    dn = push - last.n
     bound = mu * push
-    slip = wedge(nz, nx, wz, wx) + wedge(bu, bl, lo, uo)
-    drag = larger(smaller(fused_less(pt, fused(nt, dn, slip), t), bound), -bound)
-    r, q = pn * nt, pt * nt
-    free_n, free_t = fused_less(pn, normal, fused(r, t, n)), fused_less(pt, slip, fused(q, n, t))
+    slip = wedge(point.nz, point.nx, wz, wx) + wedge(point.bu, point.bl, v.omega, u.omega)
+    drag = fused_less(contact.pt, fused(contact.nt, dn, slip), last.t)
+    drag = larger(smaller(drag, bound), -bound)
+    r, q = contact.pn * contact.nt, contact.pt * contact.nt
+    free_n = fused_less(contact.pn, normal, fused(r, last.t, last.n))
+    free_t = fused_less(contact.pt, slip, fused(q, last.n, last.t))
     both_n, both_t = alone(mu, r, q, free_n, free_t)
-    lone = other <= zero and pn > zero
-    push = wp.where(lone, both_n, push)
-    drag = wp.where(lone, both_t, drag)
-    dn = push - n
-    dt = drag - t
-    n = push
-    t = drag
-    add_impulses(m, j, lm, lj, nx, nz, au, bu, al, bl, dn, dt, ux, uz, uo, lx, lz, lo)
+    lone = other <= zero and contact.pn > zero
+    return Impulse(wp.where(lone, both_n, push), wp.where(lone, both_t, drag))
 
 
 @wp.func
-def lift_out(
-    gap1: real, nx1: real, nz1: real, gap2: real, nx2: real, nz2: real, knobs: Knobs, rise: real,
-    shift_x: wp.ref[real], shift_z: wp.ref[real],
-):  # fmt: skip
-    """Adds what an interface gives back of its penetration to the shift of all above it [m]."""
-    deep = gap1 < gap2
+def deeper(one: Penetration, two: Penetration) -> Penetration:
+    """The deeper of two points."""
+    first = one.gap < two.gap
+    return Penetration(
+        wp.where(first, one.gap, two.gap),
+        wp.where(first, one.nx, two.nx),
+        wp.where(first, one.nz, two.nz),
+    )
+
+
+@wp.func
+def lift_out(knobs: Knobs, rise: real, deepest: Penetration, shift: Shift) -> Shift:
+    """Adds what an interface gives back of its penetration to the shift of all above it."""
     slack = sunk_in(knobs.time_step, knobs.gravity, rise)
-    push = knobs.erp * smaller(wp.where(deep, gap1, gap2) + slack, real(0.0))
-    shift_x = fused_less(push, wp.where(deep, nx1, nx2), shift_x)
-    shift_z = fused_less(push, wp.where(deep, nz1, nz2), shift_z)
+    push = knobs.erp * smaller(deepest.gap + slack, real(0.0))
+    return Shift(fused_less(push, deepest.nx, shift.x), fused_less(push, deepest.nz, shift.z))
 
 
 @wp.func
-def integrate(
-    live: bool, dt: real, shift_x: real, shift_z: real, ux: real, uz: real, uo: real,
-    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-):  # fmt: skip
+def integrate(live: bool, dt: real, shift: Shift, u: Velocity, at: Pose) -> Pose:
     """Moves a block by a step, where its lane is alive."""
-    x = wp.where(live, fused(dt, ux, x) + shift_x, x)
-    z = wp.where(live, fused(dt, uz, z) + shift_z, z)
-    theta = wp.where(live, fused(dt, uo, theta), theta)
+    theta = wp.where(live, fused(dt, u.omega, at.theta), at.theta)
     turned = in_range(theta)
-    s = sine(turned)
-    c = cosine(turned)
+    return Pose(
+        wp.where(live, fused(dt, u.x, at.x) + shift.x, at.x),
+        wp.where(live, fused(dt, u.z, at.z) + shift.z, at.z),
+        theta, sine(turned), cosine(turned),
+    )  # fmt: skip
 
 
 @wp.func
-def work(
-    dv: real, fall: real, gyration: real, vx: real, vz: real, omega: real, ux: real, uz: real,
-    uo: real,
-) -> real:  # fmt: skip
+def work(dv: real, fall: real, gyration: real, v: Velocity, u: Velocity) -> real:
     """Work of a block's contacts on its mean velocity in a step, for unit mass [J/kg].
 
     Args:
         dv: Change of the base velocity [m/s].
-        fall: What gravity, and a base that rises faster, take from vz [m/s].
+        fall: What gravity, and a base that rises faster, take from v.z [m/s].
         gyration: Square of the radius of gyration [m^2].
-        vx, vz, omega: Velocity before the step.
-        ux, uz, uo: Velocity after it.
+        v, u: Velocity before the step and after it.
     """
-    linear = dot(ux - vx + dv, uz - vz + fall, vx + ux, vz + uz)
-    return HALF * fused(gyration * (uo - omega), omega + uo, linear)
+    linear = dot(u.x - v.x + dv, u.z - v.z + fall, v.x + u.x, v.z + u.z)
+    return HALF * fused(gyration * (u.omega - v.omega), v.omega + u.omega, linear)
+
+
+@wp.func
+def add_energy(
+    live: bool, knobs: Knobs, base: Base, mass: Mass, shift: Shift, v: Velocity, u: Velocity,
+    account: wp.ref[Account],
+):  # fmt: skip
+    """Books a step of a block with the velocity v before it and u after it.
+
+    What its contacts take from the energy, less what it is lifted by, is added to the loss, the
+    base's work to what is given [J].
+    """
+    fall = fall_in(knobs.time_step, knobs.gravity, base.rise)
+    done = work(base.gain, fall, mass.m / mass.j, v, u)
+    lost = fused(knobs.gravity, shift.z, done) / mass.m
+    given = worked(base.gain, base.rise, v.x + u.x, v.z + u.z) / mass.m
+    account.loss = account.loss - wp.where(live, lost, real(0.0))
+    account.work = account.work - wp.where(live, given, real(0.0))

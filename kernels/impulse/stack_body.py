@@ -7,11 +7,11 @@ is visited in mirrored order; what is kept of them from the last step moves alon
 
 import warp as wp
 
-from warprock.kernels.impulse.stack import Knobs, clear, integrate, side_of, work
+from warprock.kernels.impulse.stack_flat import Knobs, clear, integrate, side_of, work
 from warprock.kernels.modes import RUNNING
 from warprock.kernels.parting import slack, slides
 from warprock.kernels.shape.body_seen import moved_along, watch
-from warprock.kernels.shape.interface import add_impulses
+from warprock.kernels.shape.interface_flat import add_impulses
 from warprock.kernels.shape.rising import fall_in, sunk_in, worked
 from warprock.kernels.shape.stack_body import (
     Block,
@@ -20,7 +20,7 @@ from warprock.kernels.shape.stack_body import (
     overlap_of,
     way_of_window,
 )
-from warprock.kernels.shape.stack_run import mode_after
+from warprock.kernels.shape.stack_run_flat import mode_after
 
 
 @wp.func

@@ -7,15 +7,15 @@ visited, and the corners of all blocks in one table, block by block.
 import warp as wp
 
 from warprock.kernels.account import book
-from warprock.kernels.impulse.stack import Knobs, solve_contact
 from warprock.kernels.impulse.stack_body import balance, find_contact, finish_step, predict
+from warprock.kernels.impulse.stack_flat import Knobs, solve_contact
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.motion import base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.above import Motions, move_up
 from warprock.kernels.shape.rising import pulled
 from warprock.kernels.shape.stack_body import Block, Foot, start_block
 from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
-from warprock.kernels.shape.stack_run import Stack, begin_step, part_kept, start_lane
+from warprock.kernels.shape.stack_run_flat import Stack, begin_step, part_kept, start_lane
 
 wp.set_module_options(ONE_VECTOR)
 

@@ -1,8 +1,7 @@
 """The interface of a block in the plane and what it stands on: a block, or the ground.
 
 An interface touches at the two ends of the overlap of the upper block's bottom face and the lower
-one's top face: a corner of one body on the face of the other. For names see the head of
-impulse/stack.py; of the two bodies the lower one's names begin with l.
+one's top face: a corner of one body on the face of the other. See the head of impulse/stack.py.
 """
 
 import warp as wp
@@ -11,32 +10,98 @@ GROUND_FACE = real(1.0e9)
 """Half width, and half depth, of the ground's face [m]: no block reaches its ends."""
 
 
+@wp.struct
+class Box:
+    """Half width and half height of a rectangular block [m]."""
+
+    half_width: real
+    half_height: real
+
+
+@wp.struct
+class Pose:
+    """Where a body is: its centre of mass [m], its clockwise rotation [rad], the sine and cosine.
+
+    The frame is that of the base.
+    """
+
+    x: real
+    z: real
+    theta: real
+    s: real
+    c: real
+
+
+@wp.struct
+class Mass:
+    """Inverse mass m [1/kg] and inverse moment of inertia j [1/(kg m^2)] of a body."""
+
+    m: real
+    j: real
+
+
+@wp.struct
+class Velocity:
+    """Velocity of a centre of mass [m/s] and clockwise angular velocity [rad/s]."""
+
+    x: real
+    z: real
+    omega: real
+
+
+@wp.struct
+class Point:
+    """A point at which two bodies touch.
+
+    Attributes:
+        nx, nz: Normal of the face that is touched.
+        au, bu: Lever from the upper centre along that face and along the normal [m].
+        al, bl: The same from the lower centre [m].
+    """
+
+    nx: real
+    nz: real
+    au: real
+    bu: real
+    al: real
+    bl: real
+
+
+@wp.struct
+class Impulse:
+    """Normal impulse n and tangential impulse t at a point [N s]."""
+
+    n: real
+    t: real
+
+
 @wp.func
-def find_end(
-    side: real, half_width: real, half_height: real, s: real, c: real,
-    lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real,
-):  # fmt: skip
+def find_end(side: real, box: Box, at: Pose, low_box: Box, below: Pose):
     """The point at one end of the overlap: side is 1 for the end at +x, -1 for the other.
 
-    (dx, dz) leads from the lower centre to the upper one [m].
+    Args:
+        side: Which end.
+        box, at: The upper block, and where it is.
+        low_box, below: The lower one.
 
     Returns:
-        Normal (x, z) of the face that is touched; levers of the point from the upper centre
-        along that face and along the normal, the same two from the lower centre [m]; the gap [m];
-        the place of the upper block along what it touches [m], which changes by sliding alone.
+        The point; the gap there [m]; the place of the upper block along what it touches [m],
+        which changes by sliding alone.
     """
-    px = wedge(side * half_width, half_height, s, c)
-    pz = -dot(half_height, side * half_width, c, s)
-    qx = dot(lhalf_height, side * lhalf_width, ls, lc)
-    qz = wedge(lhalf_height, side * lhalf_width, ls, lc)
+    dx = at.x - below.x
+    dz = at.z - below.z
+    px = wedge(side * box.half_width, box.half_height, at.s, at.c)
+    pz = -dot(box.half_height, side * box.half_width, at.c, at.s)
+    qx = dot(low_box.half_height, side * low_box.half_width, below.s, below.c)
+    qz = wedge(low_box.half_height, side * low_box.half_width, below.s, below.c)
     ax = dx + px
     az = dz + pz
     bx = qx - dx
     bz = qz - dz
     # A corner of the upper block on the lower face, else one of the lower block on the upper face.
-    inside = side * wedge(ax, az, ls, lc) <= lhalf_width
-    nx = wp.where(inside, ls, s)
-    nz = wp.where(inside, lc, c)
+    inside = side * wedge(ax, az, below.s, below.c) <= low_box.half_width
+    nx = wp.where(inside, below.s, at.s)
+    nz = wp.where(inside, below.c, at.c)
     rx = wp.where(inside, px, bx)
     rz = wp.where(inside, pz, bz)
     lx = wp.where(inside, ax, qx)
@@ -45,64 +110,53 @@ def find_end(
     bu = dot(rx, rz, nx, nz)
     al = wedge(lx, lz, nx, nz)
     bl = dot(lx, lz, nx, nz)
-    return (
-        nx, nz, au, bu, al, bl,
-        wp.where(inside, bl - lhalf_height, -bu - half_height),
-        wp.where(inside, al - side * half_width, side * lhalf_width - au),
-    )  # fmt: skip
+    gap = wp.where(inside, bl - low_box.half_height, -bu - box.half_height)
+    place = wp.where(inside, al - side * box.half_width, side * low_box.half_width - au)
+    return Point(nx, nz, au, bu, al, bl), gap, place
 
 
 @wp.func
-def gap_of_end(
-    side: real, half_width: real, half_height: real, s: real, c: real,
-    lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real,
-) -> real:  # fmt: skip
+def gap_of_end(side: real, box: Box, at: Pose, low_box: Box, below: Pose) -> real:
     """How wide an end of an interface gapes [m]; arguments as in `find_end`."""
-    _nx, _nz, _au, _bu, _al, _bl, gap, _place = find_end(
-        side, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
-    )
+    _point, gap, _place = find_end(side, box, at, low_box, below)
     return gap
 
 
 @wp.func
 def add_impulses(
-    m: real, j: real, lm: real, lj: real, nx: real, nz: real,
-    au: real, bu: real, al: real, bl: real, n: real, t: real,
-    ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
-    lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
-):  # fmt: skip
-    """Adds the impulses n, t of a point to the velocities of its bodies."""
-    px = dot(nx, nz, n, t)
-    pz = wedge(nz, nx, t, n)
-    ux = fused(m, px, ux)
-    uz = fused(m, pz, uz)
-    uo = fused(j, wedge(bu, au, n, t), uo)
-    lx = fused_less(lm, px, lx)
-    lz = fused_less(lm, pz, lz)
-    lo = fused_less(lj, wedge(bl, al, n, t), lo)
+    up: Mass, low: Mass, point: Point, impulse: Impulse, u: wp.ref[Velocity], v: wp.ref[Velocity]
+):
+    """Adds the impulses of a point to the velocities u of the upper and v of the lower body."""
+    px = dot(point.nx, point.nz, impulse.n, impulse.t)
+    pz = wedge(point.nz, point.nx, impulse.t, impulse.n)
+    u.x = fused(up.m, px, u.x)
+    u.z = fused(up.m, pz, u.z)
+    u.omega = fused(up.j, wedge(point.bu, point.au, impulse.n, impulse.t), u.omega)
+    v.x = fused_less(low.m, px, v.x)
+    v.z = fused_less(low.m, pz, v.z)
+    v.omega = fused_less(low.j, wedge(point.bl, point.al, impulse.n, impulse.t), v.omega)
 
 
 @wp.func
-def place_on(
-    half_width: real, half_height: real, s: real, c: real, offset: real,
-    lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real, turn: real,
-):  # fmt: skip
-    """Slide of a block along what it stands on, and the width of the overlap of the faces [m].
+def place_on(box: Box, at: Pose, low_box: Box, below: Pose):
+    """Place of a block along what it stands on, and the width of the overlap of the faces [m].
 
-    `offset` is the slide that was there at the start, `turn` the rotation of the block against
-    what it stands on; (dx, dz) as in `find_end`.
+    The place changes by sliding alone; arguments as in `find_end`.
     """
-    lean = sign_of(turn)
+    dx = at.x - below.x
+    dz = at.z - below.z
+    lean = sign_of(at.theta - below.theta)
     # The bottom corners of the block along the lower face: middle + run and middle - run.
-    run = lean * half_width * dot(c, s, lc, ls)
-    middle = wedge(fused_less(half_height, s, dx), fused_less(half_height, c, dz), ls, lc)
-    bx = fused(lean * lhalf_width, lc, fused(lhalf_height, ls, -dx))
-    bz = fused_less(lean * lhalf_width, ls, fused(lhalf_height, lc, -dz))
-    inside = lean * (middle + run) <= lhalf_width
-    place = wp.where(
-        inside, middle + run - lean * half_width, lean * lhalf_width - wedge(bx, bz, s, c)
+    run = lean * box.half_width * dot(at.c, at.s, below.c, below.s)
+    down_x = fused_less(box.half_height, at.s, dx)
+    down_z = fused_less(box.half_height, at.c, dz)
+    middle = wedge(down_x, down_z, below.s, below.c)
+    edge = lean * low_box.half_width
+    bx = fused(edge, below.c, fused(low_box.half_height, below.s, -dx))
+    bz = fused_less(edge, below.s, fused(low_box.half_height, below.c, -dz))
+    inside = lean * (middle + run) <= low_box.half_width
+    place = wp.where(inside, middle + run - lean * box.half_width, edge - wedge(bx, bz, at.s, at.c))
+    overlap = smaller(lean * (middle + run), low_box.half_width) + smaller(
+        lean * (run - middle), low_box.half_width
     )
-    overlap = smaller(lean * (middle + run), lhalf_width) + smaller(
-        lean * (run - middle), lhalf_width
-    )
-    return place - offset, overlap
+    return place, overlap

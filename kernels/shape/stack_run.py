@@ -5,16 +5,25 @@ A run begins with solves at the start, from velocities of zero, until the contac
 carry at rest, or at the release. Velocities belong to half steps, so the first step starts from
 velocities half a step back: -dt/2 times the settled acceleration. An interface rocks while one of
 its ends has parted, see parting.py.
-
-A func takes the entries of the matrices of a run, and what it finds it leaves in those that it
-takes as `wp.ref`.
 """
+
+from typing import Any
 
 import warp as wp
 
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
-from warprock.kernels.parting import slack, slides, watch
-from warprock.kernels.shape.interface import GROUND_FACE, gap_of_end, place_on
+from warprock.kernels.parting import Bearing, Parting, observe_ends, slack, slides
+from warprock.kernels.shape.interface import (
+    GROUND_FACE,
+    Box,
+    Impulse,
+    Mass,
+    Pose,
+    Velocity,
+    gap_of_end,
+    place_on,
+)
+from warprock.kernels.shape.stack_found import Peaks, Seen, observe_peaks
 
 
 @wp.struct
@@ -51,45 +60,97 @@ class Stack:
     lean: real
 
 
-@wp.func
-def start_lane(
-    stack: Stack, half_width: wp.ref[real], c: wp.ref[real], uplift_time: wp.ref[real],
-    mode: wp.ref[int], even: wp.ref[real],
-):  # fmt: skip
-    """Starts a lane: its ground, which is level and has a face, its mode, and `even`.
+@wp.struct
+class Base:
+    """The base of a lane.
+
+    Attributes:
+        v: Its velocity along x [m/s].
+        gain: What that gains in this step [m/s].
+        hint: What it gains or is about to gain, for the lean of what does not move yet [m/s].
+        rising, rise: Its velocity upwards [m/s], and what that gains in this step.
+    """
+
+    v: real
+    gain: real
+    hint: real
+    rising: real
+    rise: real
+
+
+@wp.struct
+class Lane:
+    """Whether a lane lives on in this step, 1 or 0, and whether it is `even`.
 
     That is 1 of a stack that is its own mirror image, until its base moves along, else 0.
     """
-    even = wp.where(stack.lean == real(0.0), real(1.0), real(0.0))
-    half_width = GROUND_FACE
-    c = real(1.0)
-    uplift_time = stack.uplift_time
-    mode = RUNNING
+
+    live: int
+    even: real
+
+
+@wp.struct
+class Interface:
+    """The interface below a block: friction coefficient, and the side to which it leans, -1 or 1.
+
+    The first of its points is the one away from that side.
+    """
+
+    friction: real
+    lean: real
+
+
+@wp.struct
+class Slide:
+    """Slide of a block along what it stands on.
+
+    Attributes:
+        start: Place of the block at which there is none [m], see `place_on` in shape/interface.py.
+        now: Slide [m].
+        way: By how much it changed in the last step [m].
+    """
+
+    start: real
+    now: real
+    way: real
 
 
 @wp.func
-def start_block(
-    block: Block, side: real, half_width: wp.ref[real], half_height: wp.ref[real],
-    m: wp.ref[real], j: wp.ref[real], mu: wp.ref[real], offset: wp.ref[real],
-    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    peak: wp.ref[real], lean: wp.ref[real], n1: wp.ref[real], n2: wp.ref[real],
-):  # fmt: skip
-    """Puts a block where it starts."""
-    half_width = block.half_width
-    half_height = block.half_height
-    m = block.inverse_mass
-    j = block.inverse_inertia
-    mu = block.friction
-    offset = block.offset
-    x = block.x
-    z = block.z
-    theta = block.theta
-    s = sine(block.theta)
-    c = cosine(block.theta)
-    peak = size(block.theta)
-    lean = sign_of(side)
-    n1 = wp.where(lean > real(0.0), block.left, block.right)
-    n2 = wp.where(lean > real(0.0), block.right, block.left)
+def ground() -> Box:
+    """The ground, whose face nothing reaches the end of."""
+    return Box(GROUND_FACE, real(0.0))
+
+
+@wp.func
+def box_of(block: Block) -> Box:
+    """The half sizes of a block."""
+    return Box(block.half_width, block.half_height)
+
+
+@wp.func
+def mass_of(block: Any) -> Mass:
+    """The inverse mass and inverse moment of inertia of a block."""
+    return Mass(block.inverse_mass, block.inverse_inertia)
+
+
+@wp.func
+def start_pose(block: Any) -> Pose:
+    """Where a block starts."""
+    return Pose(block.x, block.z, block.theta, sine(block.theta), cosine(block.theta))
+
+
+@wp.func
+def start_lane(stack: Stack) -> Lane:
+    """A lane before its first step."""
+    return Lane(0, wp.where(stack.lean == real(0.0), real(1.0), real(0.0)))
+
+
+@wp.func
+def start_impulses(block: Block, lean: real):
+    """First guesses of the impulses at the end away from a side, and at the other."""
+    zero, ahead = real(0.0), lean > real(0.0)
+    one = Impulse(wp.where(ahead, block.left, block.right), zero)
+    return one, Impulse(wp.where(ahead, block.right, block.left), zero)
 
 
 @wp.func
@@ -102,40 +163,47 @@ def part_kept(count: int) -> real:
 
 
 @wp.func
-def begin_step(
-    v: real, count: int, mode: int, live: wp.ref[int],
-    dv: wp.ref[real], hint: wp.ref[real], base: wp.ref[real], steps: wp.ref[int],
-    even: wp.ref[real],
-):  # fmt: skip
-    """Begins a step after which the base moves at v [m/s], of a lane that lives on or not.
+def part_of(kept: real, u: Velocity) -> Velocity:
+    """A part of a velocity, see `part_kept`."""
+    return Velocity(kept * u.x, kept * u.z, kept * u.omega)
 
-    Whether the lane lives on is kept in `live`: a loop that both read and wrote the modes would be
-    slow. While contacts settle, v is that of the first step; the hint tells which way
-    the base is about to move; then no stack is `even` any more.
+
+@wp.func
+def move_base(v: real, count: int, base: Base) -> Base:
+    """The base in a step after which it moves at v along x [m/s].
+
+    While contacts settle, v is that of the first step, and only the hint tells of it.
     """
-    hint = v - base
-    even = wp.where(hint == real(0.0), even, real(0.0))
-    dv = wp.where(count > 0, v - base, real(0.0))
-    base = wp.where(count > 0, v, base)
+    hint, moves = v - base.v, count > 0
+    gain = wp.where(moves, hint, real(0.0))
+    return Base(wp.where(moves, v, base.v), gain, hint, base.rising, base.rise)
+
+
+@wp.func
+def begin_step(count: int, mode: int, hint: real, lane: Lane) -> Lane:
+    """Whether a lane lives on in a step, and whether it is still even.
+
+    The former is kept beside the mode: a loop that both read and wrote the modes would be slow.
+    """
     live = wp.where(count > 0 and mode == RUNNING, 1, 0)
-    steps = steps + live
+    return Lane(live, wp.where(hint == real(0.0), lane.even, real(0.0)))
 
 
 @wp.func
 def balance(
-    even: real, n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
-    along: wp.ref[real], turning: wp.ref[real],
+    even: real, one: wp.ref[Impulse], two: wp.ref[Impulse], along: wp.ref[real],
+    turning: wp.ref[real],
 ):  # fmt: skip
     """Impulses of two points that mirror each other, and what they leave of a block's motion.
 
     Of a stack that is its own mirror image (`even`) the mean of the sweeps in both orders: it moves
     upwards alone.
     """
-    zero, n, t = real(0.0), HALF * (n1 + n2), HALF * (t1 - t2)
-    n1 = wp.where(even > zero, n, n1)
-    t1 = wp.where(even > zero, t, t1)
-    n2 = wp.where(even > zero, n, n2)
-    t2 = wp.where(even > zero, -t, t2)
+    zero, n, t = real(0.0), HALF * (one.n + two.n), HALF * (one.t - two.t)
+    one.n = wp.where(even > zero, n, one.n)
+    one.t = wp.where(even > zero, t, one.t)
+    two.n = wp.where(even > zero, n, two.n)
+    two.t = wp.where(even > zero, -t, two.t)
     along = wp.where(even > zero, zero, along)
     turning = wp.where(even > zero, zero, turning)
 
@@ -152,64 +220,139 @@ def mode_after(theta: real, turn: real, overlap: real, total: real) -> int:
     return wp.where(total - total == zero, wp.where(over, OVERTURNED, stands), BROKEN)
 
 
+@wp.struct
+class Step:
+    """A step of a lane.
+
+    Attributes:
+        live: 1 if the lane still runs, else 0.
+        time: End of the step [s], before 0 while contacts settle.
+        dt: Its length [s].
+        gravity: Acceleration of gravity [m/s^2].
+    """
+
+    live: int
+    time: real
+    dt: real
+    gravity: real
+
+
+@wp.struct
+class View:
+    """An interface as a step leaves it.
+
+    Attributes:
+        theta: Rotation of the block above it [rad].
+        turn: That against what the block stands on [rad].
+        place: Place of the block along that [m], see `place_on` in shape/interface.py.
+        overlap: Width of the overlap of the faces [m].
+        limit: Gap beyond which a point counts as parted [m], see `slack` in parting.py.
+        total: Finite only if the numbers of the block are.
+    """
+
+    theta: real
+    turn: real
+    place: real
+    overlap: real
+    limit: real
+    total: real
+
+
 @wp.func
-def observe(
-    live: bool, time: real, dt: real, gravity: real, lean: real, n1: real, n2: real, theta: real,
-    below: real, ux: real, uz: real, uo: real, lo: real, half_width: real, half_height: real,
-    s: real, c: real, offset: real, lhalf_width: real, lhalf_height: real, ls: real, lc: real,
-    dx: real, dz: real, z: real, since: wp.ref[real], left: wp.ref[int], right: wp.ref[int],
-    uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
-    peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real],
-    crept: wp.ref[real], mode: wp.ref[int],
-):  # fmt: skip
-    """What a step shows of a block and of the interface below it, and whether its lane lives on.
+def view_interface(
+    step: Step, box: Box, at: Pose, low_box: Box, below: Pose, u: Velocity, low_omega: real
+) -> View:
+    """The interface below a block after a step.
 
     Args:
-        live: Whether the lane still runs.
-        time: End of the step [s], before 0 while contacts settle.
-        dt: Time step [s].
-        gravity: Acceleration of gravity [m/s^2].
-        lean: Side to which the interface leaned in the step, 1 or -1.
-        n1, n2: What the end away from there carried, and the other end.
-        theta, below: Rotations of the block and of what it stands on, after the step [rad].
-        ux, uz, uo, lo: Velocity and angular velocity of the block, which must be finite; angular
-            velocity of what it stands on. (The sum of the first three as one argument costs a
-            sixth of the speed of `impulse`.)
-        half_width: See `place_on` in shape/interface.py, as all up to dz. z: its height [m].
-        since: See `watch` in parting.py, as all up to impacts; left: the end at -x, right: at +x.
-        deepest: Deepest penetration so far [m].
-        peak, peak_time: Largest |theta| so far [rad] and its time [s].
-        slide, peak_slide: Slide along what the block stands on [m], and the largest so far.
-        crept: Way by which it slipped in the step [m]. A block slides if it slips on the same way
-            in the next step, too: sweeps that end early can move a block that sticks to and fro.
-        mode: How the lane goes on.
+        step: The step.
+        box, at: The block, and where it is.
+        low_box, below: What it stands on.
+        u: Velocity of the block.
+        low_omega: Angular velocity of what it stands on [rad/s].
     """
-    turn = theta - below
-    slid, overlap = place_on(
-        half_width, half_height, s, c, offset, lhalf_width, lhalf_height, ls, lc, dx, dz, turn
-    )
-    gap1 = gap_of_end(
-        real(-1.0), half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
-    )
-    gap2 = gap_of_end(
-        real(1.0), half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
-    )
-    limit = slack(dt, gravity, half_width + half_height, uo * uo + lo * lo, half_height + size(z))
-    forward = lean > real(0.0)
-    way = slid - slide
-    glides = slides(way, dt, gravity) and slides(crept, dt, gravity) and way * crept > real(0.0)
-    crept = way
-    watch(
-        live, larger(time, real(0.0)), limit, wp.where(forward, n1, n2), gap1,
-        wp.where(forward, n2, n1), gap2, glides, since, left, right, uplift_time, moved, impacts,
+    place, overlap = place_on(box, at, low_box, below)
+    reach, square = box.half_width + box.half_height, u.omega * u.omega + low_omega * low_omega
+    limit = slack(step.dt, step.gravity, reach, square, box.half_height + size(at.z))
+    total = at.theta + u.x + u.z + u.omega + overlap
+    return View(at.theta, at.theta - below.theta, place, overlap, limit, total)
+
+
+@wp.func
+def bearings(lean: real, n1: real, n2: real, box: Box, at: Pose, low_box: Box, below: Pose):
+    """The ends of an interface at -x and at +x after a step.
+
+    Args:
+        lean: Side to which the interface leaned in the step.
+        n1, n2: What the end away from there carried, and the other one.
+        box: See `find_end` in shape/interface.py, as all after it.
+    """
+    minus, forward = real(-1.0), lean > real(0.0)
+    left = gap_of_end(minus, box, at, low_box, below)
+    right = gap_of_end(-minus, box, at, low_box, below)
+    return (
+        Bearing(wp.where(forward, n1, n2), left), Bearing(wp.where(forward, n2, n1), right),
     )  # fmt: skip
+
+
+@wp.func
+def observe_slide(step: Step, place: real, slide: wp.ref[Slide]) -> bool:
+    """Slide of a block after a step, and whether the block slides.
+
+    It does if it slips on the same way in the next step, too: sweeps that end early can move a
+    block that sticks to and fro.
+    """
+    now = place - slide.start
+    way = now - slide.now
+    slips = slides(way, step.dt, step.gravity) and slides(slide.way, step.dt, step.gravity)
+    slips = slips and way * slide.way > real(0.0)
+    slide.now = now
+    slide.way = way
+    return slips
+
+
+@wp.func
+def observe_block(
+    step: Step, view: View, depth: real, slide: real, peaks: wp.ref[Peaks], seen: wp.ref[Seen]
+):
+    """What a step shows of a block, and how its lane goes on.
+
+    Args:
+        step: The step.
+        view: The interface below the block.
+        depth: How deep that is pressed in [m].
+        slide: Slide of the block [m].
+        peaks: Its peaks so far.
+        seen: What is seen of the lane.
+    """
+    live = step.live > 0
+    peaks = observe_peaks(live, step.time, view.theta, slide, peaks)
+    seen.deepest = wp.where(live, larger(depth, seen.deepest), seen.deepest)
+    found = mode_after(view.theta, view.turn, view.overlap, view.total)
+    seen.mode = wp.where(live and seen.mode == RUNNING, found, seen.mode)
+
+
+@wp.func
+def observe(
+    step: Step, view: View, left: Bearing, right: Bearing, parting: wp.ref[Parting],
+    slide: wp.ref[Slide], peaks: wp.ref[Peaks], seen: wp.ref[Seen],
+):  # fmt: skip
+    """What a step shows of a block and of the interface below it, and how its lane goes on.
+
+    Args:
+        step: The step.
+        view: The interface.
+        left, right: Its end at -x and its end at +x.
+        parting: The same two, from step to step.
+        slide: Slide of the block.
+        peaks: Its peaks so far.
+        seen: What is seen of the lane.
+    """
+    zero = real(0.0)
+    slips = observe_slide(step, view.place, slide)
+    time = larger(step.time, zero)
+    observe_ends(step.live > 0, time, view.limit, slips, left, right, parting, seen)
     # A block that has overturned has turned past a right angle: that pose does not count.
-    stands = live and size(theta) < HALF_PI
-    deepest = wp.where(stands, larger(-smaller(gap1, gap2), deepest), deepest)
-    higher = live and size(theta) > peak
-    peak_time = wp.where(higher, time, peak_time)
-    peak = wp.where(higher, smaller(size(theta), HALF_PI), peak)
-    slide = slid
-    peak_slide = wp.where(live, larger(size(slid), peak_slide), peak_slide)
-    found = mode_after(theta, turn, overlap, theta + ux + uz + uo + overlap)
-    mode = wp.where(live and mode == RUNNING, found, mode)
+    deepest = -smaller(left.gap, right.gap)
+    depth = wp.where(size(view.theta) < HALF_PI, deepest, zero)
+    observe_block(step, view, depth, slide.now, peaks, seen)

@@ -60,7 +60,7 @@ from warprock.kernels.xpbd.stack_ground import TURNS_ON_GROUND, solve_on_ground
 if BLOCKS == 1:
     from warprock.kernels.xpbd.stack_ground import add_impulses, find_end
 else:
-    from warprock.kernels.shape.interface import add_impulses, find_end
+    from warprock.kernels.shape.interface_flat import add_impulses, find_end
 
 LOOSE = real(1.0e30)
 """Anchor of an end that has slipped or opened: none."""

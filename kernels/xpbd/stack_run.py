@@ -15,7 +15,7 @@ from warprock.kernels.account import book
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
-from warprock.kernels.shape.stack_run import (
+from warprock.kernels.shape.stack_run_flat import (
     Block,
     Stack,
     balance,
