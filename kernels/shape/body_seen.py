@@ -8,6 +8,8 @@ while that is so, or slips.
 
 import warp as wp
 
+from warprock.kernels.shape.stack_found import Seen
+
 
 @wp.func
 def moved_along(by: int, left: real, middle: real, right: real):
@@ -42,6 +44,77 @@ def parted(is_there: bool, was: int, n: real, gap: real, limit: real):
     now = wp.where(gap > limit or (was > 0 and n <= zero), 1, 0)
     lands = wp.where(is_there and was > 0 and n > zero, 1, 0)
     return wp.where(is_there, now, 1), lands
+
+
+@wp.struct
+class Corners:
+    """What a step shows of the lowest corner and of its neighbours to -x and to +x.
+
+    Attributes:
+        has_left, has_right: 1 where there is a neighbour to -x, to +x, else 0.
+        left, middle, right: What the corners carry.
+        gap_left, gap_middle, gap_right: How wide they gape after the step [m].
+    """
+
+    has_left: int
+    has_right: int
+    left: real
+    middle: real
+    right: real
+    gap_left: real
+    gap_middle: real
+    gap_right: real
+
+
+@wp.struct
+class CornerParting:
+    """The same corners, kept from step to step.
+
+    Attributes:
+        since: Time since which less than two of them have carried [s], or NEVER; 0 at first.
+        left, middle, right: 1 where a corner has parted and not landed since, else 0.
+    """
+
+    since: real
+    left: int
+    middle: int
+    right: int
+
+
+@wp.func
+def observe_corners(
+    live: bool, by: int, time: real, limit: real, slips: bool, corners: Corners,
+    parting: wp.ref[CornerParting], seen: wp.ref[Seen],
+):  # fmt: skip
+    """What a step shows of the corners that may carry: uplift, motion and impacts of a lane.
+
+    Args:
+        live: Whether the lane still runs.
+        by: By how many corners to +x the lowest one has moved since the last step.
+        time: End of the step [s].
+        limit: Gap beyond which a corner has parted [m].
+        slips: Whether the body slides.
+        corners: The corners.
+        parting: The same, before the step and then after it.
+        seen: What is seen of the lane.
+    """
+    zero = real(0.0)
+    carry = wp.where(corners.left > zero, 1, 0) + wp.where(corners.middle > zero, 1, 0)
+    carry = carry + wp.where(corners.right > zero, 1, 0)
+    waits = wp.where(carry < 2, smaller(parting.since, time), NEVER)
+    was_l, was_m, was_r = moved_parts(by, parting.left, parting.middle, parting.right)
+    now_l, lands_l = parted(corners.has_left > 0, was_l, corners.left, corners.gap_left, limit)
+    now_m, lands_m = parted(True, was_m, corners.middle, corners.gap_middle, limit)
+    now_r, lands_r = parted(corners.has_right > 0, was_r, corners.right, corners.gap_right, limit)
+    gapes = live and now_l + now_m + now_r > 1
+    lifted = smaller(seen.uplift_time, smaller(waits, time))
+    seen.uplift_time = wp.where(gapes, lifted, seen.uplift_time)
+    seen.moved = wp.where(gapes or (live and slips), time, seen.moved)
+    seen.impacts = seen.impacts + wp.where(live, lands_l + lands_m + lands_r, 0)
+    parting.since = waits
+    parting.left = now_l
+    parting.middle = now_m
+    parting.right = now_r
 
 
 @wp.func
