@@ -10,7 +10,8 @@ import warp as wp
 
 from warprock.kernels.dem.stack import FAILED, Knobs, spring
 from warprock.kernels.shape.body_seen import moved_along
-from warprock.kernels.shape.stack_body import Foot, find_foot, way_of_window
+from warprock.kernels.shape.interface import Pose
+from warprock.kernels.shape.stack_body import Foot, Top, Window, find_foot, way_of_window
 
 
 @wp.func
@@ -33,7 +34,8 @@ def move_window(
     """
     zero = real(0.0)
     lean = sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, -dv)))
-    way = way_of_window(before, middle, after, turn, lean, s, c, ls, lc, low, high, dx, dz)
+    at, below, top = Pose(dx, dz, turn, s, c), Pose(zero, zero, zero, ls, lc), Top(low, high, zero)
+    way = way_of_window(Window(before, middle, after), lean, at, below, top)
     window = window + way
     a, b, d = moved_along(way, u1, u2, u3)
     e, f, g = moved_along(way, slip1, slip2, slip3)
@@ -73,24 +75,23 @@ def press(
         slid: Slide up to a constant [m], and sliding its rate [m/s], of the point with the role 0.
     """
     zero = real(0.0)
-    there, nx, nz, au, bu, al, bl, gap, place = find_foot(
-        before, middle, after, role, s, c, ls, lc, low, high, top, dx, dz
-    )
+    at, below, face = Pose(dx, dz, zero, s, c), Pose(zero, zero, zero, ls, lc), Top(low, high, top)
+    there, point, gap, place = find_foot(Window(before, middle, after), role, at, below, face)
     overlap = wp.where(there, -gap, -NEVER)
-    vn = wx * nx + wz * nz - au * omega + al * lomega
-    vt = wx * nz - wz * nx + bu * omega - bl * lomega
+    vn = wx * point.nx + wz * point.nz - point.au * omega + point.al * lomega
+    vt = wx * point.nz - wz * point.nx + point.bu * omega - point.bl * lomega
     kept = real(slip)
     normal, shear, energy = spring(knobs, live, mu, dt, overlap, vn, vt, u, slip)
     n = wp.where(there, area * normal, zero)
     t = wp.where(there, area * shear, zero)
-    px = nx * n + nz * t
-    pz = nz * n - nx * t
+    px = point.nx * n + point.nz * t
+    pz = point.nz * n - point.nx * t
     fx = fx + px
     fz = fz + pz
-    moment = moment + bu * t - au * n
+    moment = moment + point.bu * t - point.au * n
     lfx = lfx - px
     lfz = lfz - pz
-    lmoment = lmoment - bl * t + al * n
+    lmoment = lmoment - point.bl * t + point.al * n
     stored = stored + wp.where(live and there, HALF * area * energy, zero)
     held = held + wp.where(n > zero and slip == kept, 1, 0)
     first = overlap > deep

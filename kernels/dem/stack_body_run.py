@@ -22,8 +22,9 @@ from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.above import Motions
+from warprock.kernels.shape.interface import Pose
 from warprock.kernels.shape.rising import pulled
-from warprock.kernels.shape.stack_body import Block, Foot, overlap_of, start_block
+from warprock.kernels.shape.stack_body import Block, Foot, Top, overlap_of
 from warprock.kernels.shape.stack_found import BlockResult, Found, Result
 
 wp.set_module_options(ONE_VECTOR)
@@ -42,12 +43,12 @@ def run_lanes(
     knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time."""
-    low, high, top, m, j, mu, lean = Body(), Body(), Body(), Body(), Body(), Body(), Body()
+    low, high, top, m, j, mu = Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, vx, vz = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     omega, fx, fz, moment, since, slid = Body(), Body(), Body(), Body(), Body(), Body()
     peak, peak_time, slide, peak_slide, window = Body(), Body(), Body(), Body(), BodyInt()
     u, slip = Point(), Point()
-    deep, second, sliding, n1, n2 = Lane(), Lane(), Lane(), Lane(), Lane()
+    deep, second, sliding = Lane(), Lane(), Lane()
     dt, span, base, dv, loss, spent, stored = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     at_start, given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     uplift_time, moved, deepest, jolt, dz, rising = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
@@ -58,9 +59,20 @@ def run_lanes(
         start_lane(lanes[first + i], high[0, i], c[0, i], dt[i], uplift_time[i], mode[i])
         low[0, i] = -high[0, i]
         for k in range(1, bodies):
-            start_block(blocks[k - 1, first + i], real(1.0), theta[k - 1, i], m[k, i], j[k, i],
-                mu[k, i], low[k, i], high[k, i], top[k, i], x[k, i], z[k, i], theta[k, i], s[k, i],
-                c[k, i], peak[k, i], lean[k, i], window[k, i], n1[i], n2[i])  # fmt: skip
+            block = blocks[k - 1, first + i]
+            m[k, i] = block.inverse_mass
+            j[k, i] = block.inverse_inertia
+            mu[k, i] = block.friction
+            low[k, i] = block.top_low
+            high[k, i] = block.top_high
+            top[k, i] = block.top
+            x[k, i] = block.x
+            z[k, i] = block.z
+            theta[k, i] = block.theta
+            s[k, i] = sine(block.theta)
+            c[k, i] = cosine(block.theta)
+            peak[k, i] = size(block.theta)
+            window[k, i] = block.window
             since[k, i] = NEVER
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
@@ -110,8 +122,9 @@ def run_lanes(
                 for i in range(LANES):
                     w, f = window[k, i], first + i
                     shared = overlap_of(feet[o * rows, f], feet[w, f], feet[k * rows - 1, f],
-                        s[k, i], c[k, i], s[o, i], c[o, i], low[o, i], high[o, i],
-                        x[k, i] - x[o, i], z[k, i] - z[o, i])  # fmt: skip
+                        Pose(x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i]),
+                        Pose(x[o, i], z[o, i], theta[o, i], s[o, i], c[o, i]),
+                        Top(low[o, i], high[o, i], top[o, i]))  # fmt: skip
                     half = HALF * (deep[i] + second[i])
                     observe_interface(live[i] == 1, real(steps[i] - 1) * dt[i], knobs.gravity,
                         dt[i], half, deep[i] - half, shared, sliding[i], held[i], since[k, i],

@@ -145,8 +145,8 @@ def run_lanes(
                     move_up(climb, count > 0, base[i].rise, base[i].rising)
                 else:
                     motion = motions[first + i]
-                place = sample_index(motion, sample_segment(motion, half))
-                moving = base_velocity(motion, half, pool[2, place], pool[0, place], pool[1, place])
+                line = sample_index(motion, sample_segment(motion, half))
+                moving = base_velocity(motion, half, pool[2, line], pool[0, line], pool[1, line])
                 base[i] = move_base(moving, count, base[i])
                 lane[i] = begin_step(count, seen[i].mode, base[i].hint, lane[i])
                 seen[i].steps = seen[i].steps + lane[i].live
@@ -240,12 +240,12 @@ def run_lanes(
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
-                    o, f, mode = k - 1, first + i, seen[i].mode
-                    turn = at_sample(mode, past, pose[k, i].theta, old[k, i].omega)
+                    o, f = k - 1, first + i
+                    turn = at_sample(seen[i].mode, past, pose[k, i].theta, old[k, i].omega)
                     found.rotations[sample, o, f] = turn
                     if found.places.shape[0] > 0:
-                        x = at_sample(mode, past, pose[k, i].x, old[k, i].x)
-                        z = at_sample(mode, past, pose[k, i].z, old[k, i].z)
+                        x = at_sample(seen[i].mode, past, pose[k, i].x, old[k, i].x)
+                        z = at_sample(seen[i].mode, past, pose[k, i].z, old[k, i].z)
                         found.places[sample, o, 0, f] = x
                         found.places[sample, o, 1, f] = z
     for i in range(LANES):

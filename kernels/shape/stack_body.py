@@ -1,8 +1,7 @@
 """A stack in the plane whose blocks stand on chains of corners, each on the top of the one below.
 
 A block stands on the corners of a chain that is convex towards what is below (see shape/body.py)
-and carries the next one on its top, a flat face from `low` to `high` along it, `top` above its
-centre of mass. A box stands on two corners.
+and carries the next one on its top, a flat face. A box stands on two corners.
 
 Only the part of the chain above the top matters. Its points are the corners above the top; where an
 edge passes over an end of the top, the point of the edge above that end is one, too. The chain is
@@ -15,6 +14,7 @@ above that end, on the edge that leads to it.
 import warp as wp
 
 from warprock.kernels.shape.body import turned_x, turned_z
+from warprock.kernels.shape.interface import GROUND_FACE, Impulse, Point, Pose
 
 
 @wp.struct
@@ -64,137 +64,129 @@ class Foot:
     depth: real
 
 
-@wp.func
-def start_block(
-    block: Block, side: real, below: real, m: wp.ref[real], j: wp.ref[real], mu: wp.ref[real],
-    low: wp.ref[real], high: wp.ref[real], top: wp.ref[real], x: wp.ref[real], z: wp.ref[real],
-    theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real], peak: wp.ref[real],
-    lean: wp.ref[real], window: wp.ref[int], n1: wp.ref[real], n2: wp.ref[real],
-):  # fmt: skip
-    """Puts a block where it starts.
+@wp.struct
+class Top:
+    """The top of a body: its ends along it, from above the centre of mass, and its height [m]."""
 
-    Args:
-        block: The block.
-        side: Side to which it counts as leaning.
-        below: Rotation of what it stands on [rad]. Turned against that, it stands on one point.
-        m: What is found, as all up to window.
-        n1, n2: What the first and the second point carry, from the one away from the side.
+    low: real
+    high: real
+    height: real
+
+
+@wp.struct
+class Window:
+    """The corners that a step looks at: the one with the role 0, and its neighbours."""
+
+    before: Foot
+    middle: Foot
+    after: Foot
+
+
+@wp.struct
+class Middle:
+    """The corner with the role 0: its row, and by how many corners to +x it moved in this step."""
+
+    row: int
+    way: int
+
+
+@wp.func
+def ground_top() -> Top:
+    """The top of the ground, which nothing reaches the end of."""
+    return Top(-GROUND_FACE, GROUND_FACE, real(0.0))
+
+
+@wp.func
+def top_of(block: Block) -> Top:
+    """The top of a block."""
+    return Top(block.top_low, block.top_high, block.top)
+
+
+@wp.func
+def start_impulses(block: Block, lean: real, below: real):
+    """First guesses of the impulses at the point away from a side, and at the next one.
+
+    `below` is the rotation of what the block stands on [rad]. Turned against that, it stands on the
+    second point alone.
     """
-    ahead, flat = sign_of(side) > real(0.0), block.theta == below
-    n1 = wp.where(flat, wp.where(ahead, block.left, block.right), real(0.0))
-    n2 = wp.where(flat, wp.where(ahead, block.right, block.left), block.left + block.right)
-    m = block.inverse_mass
-    j = block.inverse_inertia
-    mu = block.friction
-    low = block.top_low
-    high = block.top_high
-    top = block.top
-    x = block.x
-    z = block.z
-    theta = block.theta
-    s = sine(block.theta)
-    c = cosine(block.theta)
-    peak = size(block.theta)
-    lean = sign_of(side)
-    window = block.window
+    zero, ahead, flat = real(0.0), lean > real(0.0), block.theta == below
+    one = wp.where(flat, wp.where(ahead, block.left, block.right), zero)
+    two = wp.where(flat, wp.where(ahead, block.right, block.left), block.left + block.right)
+    return Impulse(one, zero), Impulse(two, zero)
 
 
 @wp.func
-def along_top(foot: Foot, s: real, c: real, ls: real, lc: real, dx: real, dz: real) -> real:
-    """Where a corner is along the top of what its block stands on [m].
-
-    Args:
-        foot: The corner.
-        s, c: Sine and cosine of the block's rotation.
-        ls, lc: Those of what it stands on.
-        dx, dz: Way from the centre there to the block's [m].
-    """
-    across = dx + turned_x(foot.x, foot.z, s, c)
-    return across * lc - (dz + turned_z(foot.x, foot.z, s, c)) * ls
+def along_top(foot: Foot, at: Pose, below: Pose) -> real:
+    """Where a corner of a block is along the top of what that stands on [m]."""
+    dx, dz = at.x - below.x, at.z - below.z
+    across = dx + turned_x(foot.x, foot.z, at.s, at.c)
+    return across * below.c - (dz + turned_z(foot.x, foot.z, at.s, at.c)) * below.s
 
 
 @wp.func
-def way_of_window(
-    before: Foot, middle: Foot, after: Foot, turn: real, lean: real, s: real, c: real,
-    ls: real, lc: real, low: real, high: real, dx: real, dz: real,
-) -> int:  # fmt: skip
+def way_of_window(window: Window, lean: real, at: Pose, below: Pose, top: Top) -> int:
     """By how many corners to +x the window of an interface moves: -1, 0 or 1.
 
     In a step no more than one edge or one corner is passed, but for such as lie so close together
     that it does not matter which of them counts.
 
     Args:
-        before: Corner to -x of that with the role 0.
-        middle: That one.
-        after: Corner to +x of it.
-        turn: Rotation of the block against what it stands on [rad].
-        lean: Side to which it counts as leaning where an edge lies flat.
-        s, c: Sine and cosine of the block's rotation.
-        ls, lc: Those of what it stands on.
-        low, high: Ends of the top there [m].
-        dx, dz: Way from the centre there to the block's [m].
+        window: The window.
+        lean: Side to which the interface counts as leaning where an edge lies flat.
+        at: Where the block is.
+        below, top: Where that is on which it stands, and its top.
     """
-    zero = real(0.0)
-    place = along_top(middle, s, c, ls, lc, dx, dz)
+    zero, turn = real(0.0), at.theta - below.theta
+    before, middle, after = window.before, window.middle, window.after
+    place = along_top(middle, at, below)
     has_before, has_after = before.along < middle.along, after.along > middle.along
-    far = has_before and along_top(before, s, c, ls, lc, dx, dz) > high
-    short = has_after and along_top(after, s, c, ls, lc, dx, dz) < low
+    far = has_before and along_top(before, at, below) > top.high
+    short = has_after and along_top(after, at, below) < top.low
     on = turn > middle.angle or (turn == middle.angle and lean > zero)
     back = turn < before.angle or (turn == before.angle and lean < zero)
-    turned = wp.where(
-        on and has_after and place <= high, 1, wp.where(back and has_before and place >= low, -1, 0)
-    )
+    returns = wp.where(back and has_before and place >= top.low, -1, 0)
+    turned = wp.where(on and has_after and place <= top.high, 1, returns)
     return wp.where(far, -1, wp.where(short, 1, turned))
 
 
 @wp.func
-def overlap_of(
-    first: Foot, middle: Foot, last: Foot, s: real, c: real, ls: real, lc: real,
-    low: real, high: real, dx: real, dz: real,
-) -> real:  # fmt: skip
+def overlap_of(first: Foot, middle: Foot, last: Foot, at: Pose, below: Pose, top: Top) -> real:
     """Width of the part of a chain over the top below [m].
 
     The chain reaches from its first to its last corner, or to one between them where it is turned
     far.
     """
-    a = along_top(first, s, c, ls, lc, dx, dz)
-    b = along_top(middle, s, c, ls, lc, dx, dz)
-    d = along_top(last, s, c, ls, lc, dx, dz)
-    return smaller(larger(larger(a, b), d), high) - larger(smaller(smaller(a, b), d), low)
+    a = along_top(first, at, below)
+    b = along_top(middle, at, below)
+    d = along_top(last, at, below)
+    return smaller(larger(larger(a, b), d), top.high) - larger(smaller(smaller(a, b), d), top.low)
 
 
 @wp.func
-def find_foot(
-    before: Foot, middle: Foot, after: Foot, role: int,
-    s: real, c: real, ls: real, lc: real, low: real, high: real, top: real, dx: real, dz: real,
-):  # fmt: skip
+def find_foot(window: Window, role: int, at: Pose, below: Pose, top: Top):
     """The point with a role in the window of an interface.
 
     Args:
-        before: Corner to -x of that with the role 0.
-        middle: That one.
-        after: Corner to +x of it.
+        window: The window.
         role: -1, 0 or 1.
-        s, c: Sine and cosine of the block's rotation.
-        ls, lc: Those of what it stands on, of which all up to top are the top's.
-        low, high: Ends of the top along it, from above the centre [m].
-        top: Its height above the centre [m].
-        dx, dz: Way from the centre there to the block's [m].
+        at: Where the block is.
+        below, top: Where that is on which it stands, and its top.
 
     Returns:
-        Whether there is such a point; normal (x, z) of the face that is touched; levers of the
-        point from the block's centre along that face and along the normal, the same two from the
-        centre of what it stands on [m]; the gap [m]; the slide up to a constant [m].
+        Whether there is such a point; the point; the gap there [m]; the place of the block along
+        what it touches [m], which changes by sliding alone.
     """
+    before, middle, after = window.before, window.middle, window.after
+    s, c, ls, lc, dx, dz = at.s, at.c, below.s, below.c, at.x - below.x, at.z - below.z
     x = wp.where(role < 0, before.x, wp.where(role > 0, after.x, middle.x))
     z = wp.where(role < 0, before.z, wp.where(role > 0, after.z, middle.z))
     along = wp.where(role < 0, before.along, wp.where(role > 0, after.along, middle.along))
     px, pz = turned_x(x, z, s, c), turned_z(x, z, s, c)
     ax, az = dx + px, dz + pz
     place = ax * lc - az * ls
-    first = along_top(middle, s, c, ls, lc, dx, dz)
-    over = wp.where(place > high, 1, wp.where(place < low, -1, 0))
-    passed = wp.where(first > high, 1, wp.where(first < low, -1, 0))
+    first = along_top(middle, at, below)
+    over = wp.where(place > top.high, 1, wp.where(place < top.low, -1, 0))
+    passed = wp.where(first > top.high, 1, wp.where(first < top.low, -1, 0))
     has_before, has_after = before.along < middle.along, after.along > middle.along
     back = role < 0 or (role == 0 and over > 0)
     has_edge = wp.where(back, has_before, has_after)
@@ -206,8 +198,8 @@ def find_foot(
     line_s = wp.where(back, before.sine, middle.sine)
     line_c = wp.where(back, before.cosine, middle.cosine)
     es, ec = s * line_c - c * line_s, c * line_c + s * line_s
-    end = wp.where(over > 0, high, low)
-    qx, qz = end * lc + top * ls, top * lc - end * ls
+    end = wp.where(over > 0, top.high, top.low)
+    qx, qz = end * lc + top.height * ls, top.height * lc - end * ls
     bx, bz = qx - dx, qz - dz
     nx, nz = wp.where(inside, ls, es), wp.where(inside, lc, ec)
     rx, rz = wp.where(inside, px, bx), wp.where(inside, pz, bz)
@@ -215,10 +207,10 @@ def find_foot(
     au, bu = rx * nz - rz * nx, rx * nx + rz * nz
     al, bl = lx * nz - lz * nx, lx * nx + lz * nz
     depth = wp.where(back, before.depth, middle.depth)
-    gap = wp.where(inside, ax * ls + az * lc - top, -bx * es - bz * ec - depth)
+    gap = wp.where(inside, ax * ls + az * lc - top.height, -bx * es - bz * ec - depth)
     # How far along its edge the end is seen from the corner at which that begins.
     begin = (
         wp.where(back, before.x, middle.x) * line_c + wp.where(back, before.z, middle.z) * line_s
     )
     seen = au - begin + wp.where(back, before.along, middle.along)
-    return there, nx, nz, au, bu, al, bl, gap, wp.where(inside, al - along, end - seen)
+    return there, Point(nx, nz, au, bu, al, bl), gap, wp.where(inside, al - along, end - seen)
