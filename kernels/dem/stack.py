@@ -352,8 +352,8 @@ def solve_spring(
 @wp.func
 def solve_pair(
     knobs: Knobs, pace: Pace, mu: real, pair: Pair, m: Meeting, one: wp.ref[Spring],
-    two: wp.ref[Spring], sums: wp.ref[Sums],
-):  # fmt: skip
+    two: wp.ref[Spring], sums: Sums,
+) -> Sums:  # fmt: skip
     """Adds the springs at -away and at +away half lengths from the middle to an interface.
 
     Args:
@@ -374,13 +374,13 @@ def solve_pair(
         knobs, pace, mu, fused(away, m.tilt, m.overlap), fused(away, m.parting, m.vn),
         fused(away, m.sliding, m.vt), two,
     )  # fmt: skip
-    sums.n = fused(share, n1 + n2, sums.n)
-    sums.t = fused(share, t1 + t2, sums.t)
-    sums.nq = fused(share * away, n2 - n1, sums.nq)
-    sums.tq = fused(share * away, t2 - t1, sums.tq)
-    sums.e = fused(share, e1 + e2, sums.e)
-    sums.held = sums.held + wp.where(n1 > real(0.0) and one.slip == before1, 1, 0)
-    sums.held = sums.held + wp.where(n2 > real(0.0) and two.slip == before2, 1, 0)
+    held1 = wp.where(n1 > real(0.0) and one.slip == before1, 1, 0)
+    held2 = wp.where(n2 > real(0.0) and two.slip == before2, 1, 0)
+    return Sums(
+        fused(share, n1 + n2, sums.n), fused(share * away, n2 - n1, sums.nq),
+        fused(share, t1 + t2, sums.t), fused(share * away, t2 - t1, sums.tq),
+        fused(share, e1 + e2, sums.e), sums.held + held1 + held2,
+    )  # fmt: skip
 
 
 @wp.func

@@ -198,18 +198,13 @@ def run_lanes(
                     away = SPACING * real(2 * p + 1 - ODD)
                     share = SPACING * wp.where(p == pairs - 1 or p < ODD, HALF, real(1.0))
                     for i in range(LANES):
-                        one, two, total = (
-                            spring[row + 2 * p, i],
-                            spring[row + 2 * p + 1, i],
-                            sums[i],
-                        )
-                        solve_pair(
+                        one, two = spring[row + 2 * p, i], spring[row + 2 * p + 1, i]
+                        sums[i] = solve_pair(
                             knobs, pace[i], interface[k, i].friction, Pair(share, away),
-                            meeting[i], one, two, total,
+                            meeting[i], one, two, sums[i],
                         )  # fmt: skip
                         spring[row + 2 * p, i] = one
                         spring[row + 2 * p + 1, i] = two
-                        sums[i] = total
                 for i in range(LANES):
                     above, below = load[k, i], load[low, i]
                     held = load_blocks(interface[k, i].depth, stretch[i], sums[i], above, below)
