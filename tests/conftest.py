@@ -28,13 +28,13 @@ LONGEST = (
     "engines/test_event_space.py",
     "engines/test_forms.py",
     "engines/test_event_stack.py",
-    "run/test_estimate.py",
+    "running/test_estimate.py",
     "cli/test_main.py",
     "engines/test_direct_stack.py",
     "oracle/test_pair.py",
     "figures/test_run.py",
     "engines/test_event_space_stack.py",
-    "sweep/test_harm.py",
+    "sweeps/test_harm.py",
     "engines/test_contract_scenes.py",
     "measure/test_trade.py",
     "engines/test_xpbd.py",
@@ -173,7 +173,7 @@ def interruptible() -> Iterator[None]:
 @pytest.fixture
 def unjudged(monkeypatch: pytest.MonkeyPatch) -> None:
     """Lets lanes through to the kernels that `run_batch` refuses: they, too, must hold them."""
-    monkeypatch.setattr("warprock.run.batch.require_runnable", lambda *_: None)
+    monkeypatch.setattr("warprock.running.batch.require_runnable", lambda *_: None)
 
 
 @pytest.fixture

@@ -166,7 +166,7 @@ def test_no_engine_imports_another_engine():
             "scipy",
             (
                 *("warprock/oracle/", "warprock/records/", "warprock/programs/"),
-                *("warprock/case/sampling", "warprock/run/cells"),
+                *("warprock/case/sampling", "warprock/running/cells"),
                 *("warprock/analysis/", "warprock/bodies/", "warprock/model/hull"),
             ),
         ),
@@ -188,7 +188,7 @@ def test_nothing_imports_tests_or_tools():
 
 
 REFERENCE = re.compile(r"`((?:[a-z_]+\.)+[A-Za-z_]+)(?:\(\))?`")
-"""What a comment or docstring names in another file: `run.results.write_results`."""
+"""What a comment or docstring names in another file: `running.results.write_results`."""
 
 
 ENDINGS = ("csv", "json", "mplstyle", "parquet", "png", "py", "toml")

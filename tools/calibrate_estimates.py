@@ -34,12 +34,12 @@ from calibration_lanes import Problem, free, pulses, records
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.workload import FINEST_STEPS
 from warprock.model.response import Outcome, Response, Status
-from warprock.run import calibration, options
-from warprock.run.batch import run_batch
-from warprock.run.calibration import PLAIN, QUANTITIES, Factor
-from warprock.run.companions import halved
-from warprock.run.devices import start_warp
-from warprock.run.tolerance import run_to_tolerance
+from warprock.running import calibration, options
+from warprock.running.batch import run_batch
+from warprock.running.calibration import PLAIN, QUANTITIES, Factor
+from warprock.running.companions import halved
+from warprock.running.devices import start_warp
+from warprock.running.tolerance import run_to_tolerance
 from warprock.settings.engines import SETTINGS, EventSettings
 
 Array = npt.NDArray[np.float64]

@@ -42,8 +42,8 @@ from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Form
 from warprock.errors import InputError
 from warprock.model.response import SampleTimes
-from warprock.run.batch import run_batch
-from warprock.run.devices import start_warp
+from warprock.running.batch import run_batch
+from warprock.running.devices import start_warp
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 SAMPLES = 40

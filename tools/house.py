@@ -109,79 +109,79 @@ ROOMS = (
         "bpy mujoco newton numba numpy pybullet scipy warp",
     ),
     _room(
-        "run",
+        "running",
         """lanes in chunks over worker threads; lanes refined until within a tolerance; one run of a
         case, its lane table and its files; which engine; what there is to choose from""",
         f"{_BASE} kernels case engines programs",
         "numpy pandas pyarrow scipy warp",
     ),
     _room(
-        "sweep",
+        "sweeps",
         "plans of many lanes; chunks that are resumed, spread over machines and merged",
-        f"{_BASE} case run",
+        f"{_BASE} case running",
         "distributed pyarrow",
     ),
     _room(
         "analysis",
         """fragility functions, incremental dynamic analysis, overturning maps, rocking spectra,
         Sobol' indices""",
-        f"{_BASE} case run sweep",
+        f"{_BASE} case running sweeps",
         "numpy pandas pyarrow scipy",
     ),
     _room(
-        "compare",
+        "verification",
         """engines against Housner, the oracle, programs of others and observed tests; checks of the
         cases; studies""",
-        f"{_BASE} case engines run analysis oracle programs",
+        f"{_BASE} case engines running analysis oracle programs",
         "numpy pandas pyarrow",
     ),
     _room(
         "report",
         "the page of a folder of results: one HTML file, its template, style and player",
-        f"{_BASE} case run sweep analysis compare",
+        f"{_BASE} case running sweeps analysis verification",
         "PIL jinja2 markupsafe numpy pandas pyarrow",
     ),
     _room(
         "measure",
         "what accuracy costs (trade), the atlas of extremes, speed (bench), the machine (doctor)",
-        f"{_BASE} records case engines run compare oracle programs",
+        f"{_BASE} records case engines running verification oracle programs",
         "numpy pandas pyarrow warp",
     ),
     _room(
         "tables",
         "tables on the terminal",
-        f"{_BASE} case bodies run analysis compare",
+        f"{_BASE} case bodies running analysis verification",
         "numpy pandas rich",
     ),
     _room(
         "figures",
         "figures, drawn before they are written: one style, one file a kind",
-        f"{_BASE} case bodies run analysis compare tables",
+        f"{_BASE} case bodies running analysis verification tables",
         "matplotlib numpy pandas",
     ),
     _room(
         "scenes",
         "moving pictures of a lane as files (GIF, MP4, glTF, USD), and Newton's viewers",
-        f"{_BASE} case run figures",
+        f"{_BASE} case running figures",
         "PIL imageio_ffmpeg imgui_bundle newton numpy warp",
     ),
     _room(
         "paper",
         "all that serves only the seed paper: its printed numbers, ours beside them, its conflicts",
-        f"{_BASE} case engines run report analysis compare oracle tables figures",
+        f"{_BASE} case engines running report analysis verification oracle tables figures",
         "numpy pandas rich",
     ),
     _room(
         "api",
         """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
         they find as an object with tables, figures and files""",
-        f"{_BASE} records case bodies run sweep analysis compare measure tables figures report",
+        f"{_BASE} records case bodies running sweeps analysis verification measure tables figures report",
         "numpy pandas",
     ),
     _room(
         "cli",
         "the commands, one file each, and how they end",
-        f"""{_BASE} records case bodies run sweep analysis compare measure tables figures scenes
+        f"""{_BASE} records case bodies running sweeps analysis verification measure tables figures scenes
         paper report""",
         "click",
     ),

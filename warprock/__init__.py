@@ -68,10 +68,10 @@ if TYPE_CHECKING:
     from warprock.errors import InputError
     from warprock.model.lanes import Lanes
     from warprock.model.response import FIELDS, Outcome, Response, SampleTimes, Status
-    from warprock.run.batch import run_batch
-    from warprock.run.case_run import CaseRun, run_case
-    from warprock.run.lane_table import lane_table
-    from warprock.run.results import write_run
+    from warprock.running.batch import run_batch
+    from warprock.running.case_run import CaseRun, run_case
+    from warprock.running.lane_table import lane_table
+    from warprock.running.results import write_run
 
 __version__ = "0.1.0"
 

@@ -20,7 +20,7 @@ from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import Outcome, Status
-from warprock.run.case_run import run_case
+from warprock.running.case_run import run_case
 
 CASE = """
 title = "a sample"

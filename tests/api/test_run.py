@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 import warprock as wr
 from warprock.cli.main import main
-from warprock.run.case_run import run_case, run_lane
+from warprock.running.case_run import run_case, run_lane
 
 pytestmark = pytest.mark.usefixtures("nothing_rendered")
 
@@ -135,7 +135,7 @@ def test_an_ensemble_has_cells_and_another_run_says_that_it_has_none(run):
 
 def test_the_names_of_commands_are_rooms_and_functions():
     code = """if 1:
-        import warprock.run.options, warprock.sweep, warprock.compare
+        import warprock.running.options, warprock.sweep, warprock.compare
         import warprock as wr
         assert callable(wr.run) and callable(wr.sweep) and callable(wr.compare)
         assert wr.run.options.RunOptions

@@ -13,7 +13,7 @@ from warprock.case.load import load_case
 from warprock.engines import ENGINES, engine_class
 from warprock.errors import InputError
 from warprock.model.stacking import contact_ends, uplift_ratio
-from warprock.run.engine_choice import choose_engine
+from warprock.running.engine_choice import choose_engine
 
 BOX = """
 width = "0.6 m"

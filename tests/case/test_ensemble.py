@@ -16,8 +16,8 @@ from warprock.case.ensemble import STEP_GROUPS
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.errors import InputError
-from warprock.run.case_run import run_case
-from warprock.run.cells import cell_table
+from warprock.running.case_run import run_case
+from warprock.running.cells import cell_table
 from warprock.tables.cells import cell_names
 
 

@@ -14,7 +14,7 @@ from warprock.case.load import load_case
 from warprock.errors import InputError
 from warprock.figures.drawing import write_drawings
 from warprock.figures.run import draw_run
-from warprock.run.case_run import run_case
+from warprock.running.case_run import run_case
 from warprock.tables.swept import drawn_inputs
 
 UNIFORM = '{ distribution = "uniform", from = "0.5 m", to = "2 m" }'

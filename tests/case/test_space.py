@@ -17,7 +17,7 @@ from warprock.model import pose
 from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import HarmonicMotions, RecordMotions, SpatialMotions, StillBase
 from warprock.model.response import SampleTimes
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 
 PLANAR = """
 title = "t"

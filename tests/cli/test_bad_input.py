@@ -21,8 +21,8 @@ from warprock.errors import InputError, listed
 from warprock.model.motion import Control, StillBase
 from warprock.model.response import SampleTimes
 from warprock.records.loading import read_channels
-from warprock.run.batch import run_batch
-from warprock.run.results import list_results
+from warprock.running.batch import run_batch
+from warprock.running.results import list_results
 
 DEEP = 5000
 
@@ -324,7 +324,7 @@ def test_labels_are_drawn_as_they_are_written(tmp_path: pathlib.Path, monkeypatc
 
 def test_a_case_of_many_lanes_is_still_explained():
     case = load_case("record-sample", ["sample.lanes=100000000"])
-    from warprock.run.catalogue import explain_case
+    from warprock.running.catalogue import explain_case
 
     found = explain_case(case)
     assert found["lanes"] == 100_000_000

@@ -22,7 +22,7 @@ from click.testing import CliRunner
 
 import warprock as wr
 from warprock.cli.main import main
-from warprock.run.files import replacing_together
+from warprock.running.files import replacing_together
 
 CASE = """
 title = "A block under pulses"
@@ -197,7 +197,7 @@ def test_a_mesh_whose_name_is_no_text_is_one_line(tmp_path: pathlib.Path):
 
 SLOW = """
 import sys, time
-from warprock.run import results
+from warprock.running import results
 honest = results.arrow_table
 def slow(table):
     print("writing", flush=True)

@@ -30,7 +30,7 @@ from warprock.case.case import Case
 from warprock.case.text import case_names, template_kinds
 from warprock.cli.main import main
 from warprock.engines import ENGINES
-from warprock.run import catalogue
+from warprock.running import catalogue
 
 Python = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -311,7 +311,7 @@ def test_explain_says_what_runs_or_why_not(name: str, monkeypatch: pytest.Monkey
 
 
 def test_a_failed_check_exits_with_3(monkeypatch: pytest.MonkeyPatch):
-    from warprock.compare import checks
+    from warprock.verification import checks
 
     row = checks.CheckRow("free-b0", "made up", "housner", "all", 1.0, 0.5, False, "it is", "")
     monkeypatch.setattr(checks, "run_checks", lambda case: [row])
@@ -324,7 +324,7 @@ def test_a_failed_check_exits_with_3(monkeypatch: pytest.MonkeyPatch):
 def test_ctrl_c_exits_with_130_and_leaves_nothing(
     case: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ):
-    from warprock.run import case_run as runner
+    from warprock.running import case_run as runner
 
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
@@ -338,7 +338,7 @@ def test_ctrl_c_exits_with_130_and_leaves_nothing(
 def test_a_full_disk_exits_with_1_and_leaves_no_half_file(
     case: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ):
-    from warprock.run import results
+    from warprock.running import results
 
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")

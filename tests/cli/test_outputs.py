@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from warprock.cli.main import main
 from warprock.errors import InputError
-from warprock.run.files import replacing, require_writable
+from warprock.running.files import replacing, require_writable
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="pipes and devices that are files")
 

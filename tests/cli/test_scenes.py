@@ -9,8 +9,8 @@ from click.testing import CliRunner, Result
 
 from warprock.case.load import load_case
 from warprock.cli.main import main
-from warprock.run.case_run import run_case
-from warprock.run.results import write_run
+from warprock.running.case_run import run_case
+from warprock.running.results import write_run
 
 
 @pytest.fixture(scope="module")

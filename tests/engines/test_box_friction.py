@@ -20,7 +20,7 @@ from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import Control, GroundMotions, HarmonicMotions, SpatialMotions
 from warprock.model.pose import start_poses
 from warprock.model.response import Outcome, Response, SampleTimes, Status
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import DemSettings, EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 

@@ -14,7 +14,7 @@ from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, HarmonicMotions, StillBase
 from warprock.model.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 

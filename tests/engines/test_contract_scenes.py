@@ -17,7 +17,7 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, MotionKind, StillBase
 from warprock.model.response import LANE_FIELDS, Response, SampleTimes
 from warprock.model.scene import scene_kind
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]

@@ -18,8 +18,8 @@ from warprock.engines.launching import Form
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, MotionKind
 from warprock.model.response import Response, SampleTimes, take_lanes
-from warprock.run.batch import run_batch
-from warprock.run.devices import device_names
+from warprock.running.batch import run_batch
+from warprock.running.devices import device_names
 
 ORDINARY = ("impulse: block, record", "dem: block, record")
 THOROUGH = ("event: stack, record", "event: block in space, record")

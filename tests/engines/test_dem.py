@@ -27,8 +27,8 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
 from warprock.paper.printed import paper_table
-from warprock.run.batch import run_batch
-from warprock.run.machine import cpu_vector_flags
+from warprock.running.batch import run_batch
+from warprock.running.machine import cpu_vector_flags
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 

@@ -17,7 +17,7 @@ from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, StillBase, Waveform
 from warprock.model.response import Outcome, SampleTimes, Status
 from warprock.model.stacking import uplift_ratio
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 

@@ -15,7 +15,7 @@ from warprock.engines.dem_bodies import CornerSprings, corner_rows
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 

@@ -21,8 +21,8 @@ from warprock.model.motion import Control, HarmonicMotions, SpatialMotions, Stil
 from warprock.model.pose import product
 from warprock.model.response import LANE_FIELDS, SPATIAL_FIELDS, Outcome, SampleTimes, Status
 from warprock.model.turning import turned
-from warprock.run.batch import run_batch
-from warprock.run.machine import cpu_vector_flags
+from warprock.running.batch import run_batch
+from warprock.running.machine import cpu_vector_flags
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 

@@ -20,7 +20,7 @@ from warprock.engines.dem_springs import (
 from warprock.model.lanes import Lanes
 from warprock.model.motion import StillBase
 from warprock.model.response import SampleTimes, Status
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 

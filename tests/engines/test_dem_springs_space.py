@@ -14,7 +14,7 @@ from warprock.engines.dem_springs_space import SpatialSprings, spatial_frequenci
 from warprock.model.lanes import Lanes
 from warprock.model.motion import SpatialMotions
 from warprock.model.response import Outcome, SampleTimes, Status
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 

@@ -21,8 +21,8 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import Outcome, SampleTimes, Status
 from warprock.records import load_record, record_motions
-from warprock.run.batch import run_batch
-from warprock.run.machine import cpu_vector_flags
+from warprock.running.batch import run_batch
+from warprock.running.machine import cpu_vector_flags
 from warprock.settings.engines import DirectSettings
 from warprock.units import GRAVITY
 

@@ -23,7 +23,7 @@ from warprock.kernels.instance import LOOPS_STAY, kernel_module, module_options
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, GroundMotions
 from warprock.model.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import DirectSettings
 from warprock.units import GRAVITY
 

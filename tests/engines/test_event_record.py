@@ -15,7 +15,7 @@ from warprock.kernels.pool import AHEAD
 from warprock.model.motion import RecordMotions
 from warprock.model.response import SampleTimes, Status
 from warprock.records import record_motions
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
 

@@ -13,7 +13,7 @@ from warprock.engines.launching import Form
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, HarmonicMotions
 from warprock.model.response import SOUND, Response, SampleTimes
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
 

@@ -22,7 +22,7 @@ from warprock.model.motion import (
 )
 from warprock.model.pose import start_poses
 from warprock.model.response import SOUND, Outcome, Response, SampleTimes, Status
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
 

@@ -16,7 +16,7 @@ from warprock.engines.launching import Form, Target
 from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import Control, SpatialMotions
 from warprock.model.response import SOUND, SampleTimes
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
 

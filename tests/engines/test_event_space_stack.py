@@ -15,7 +15,7 @@ from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import Control, GroundMotions, SpatialMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.model.scene import scene_kind
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 

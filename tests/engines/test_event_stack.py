@@ -15,7 +15,7 @@ from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.oracle.pair import rock_two_blocks
 from warprock.oracle.pair_mechanics import TwoBlocks
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 

@@ -27,8 +27,8 @@ from warprock.engines.launching import Form, Target
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
-from warprock.run.batch import run_batch
-from warprock.run.estimate import run_with_estimate
+from warprock.running.batch import run_batch
+from warprock.running.estimate import run_with_estimate
 from warprock.settings.engines import EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 

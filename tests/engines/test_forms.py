@@ -22,8 +22,8 @@ from warprock.engines.launching import Form, Target
 from warprock.model.motion import MotionKind
 from warprock.model.response import INTEGER_FIELDS, SampleTimes
 from warprock.model.scene import scene_kind
-from warprock.run.batch import run_batch
-from warprock.run.catalogue import explain_case
+from warprock.running.batch import run_batch
+from warprock.running.catalogue import explain_case
 
 TIMES = SampleTimes(0.6, 0.1, places=True)
 

@@ -19,7 +19,7 @@ from warprock.model.motion import Control, GroundMotions, StillBase, Waveform, r
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.oracle.block import OracleResponse, rock
 from warprock.records import Record, record_motions
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import HousnerSettings
 from warprock.units import GRAVITY
 

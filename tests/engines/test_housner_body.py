@@ -26,7 +26,7 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import Control
 from warprock.model.ratios import peak_ratio, rotation_ratio
 from warprock.model.response import Outcome, Response, SampleTimes, Status
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import HousnerSettings
 from warprock.units import GRAVITY
 

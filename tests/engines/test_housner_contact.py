@@ -18,9 +18,9 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, HarmonicMotions, StillBase, UprightMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.oracle.block import oracle_response
-from warprock.run import engine_choice
-from warprock.run.batch import run_batch
-from warprock.run.engine_choice import choose_engine, judged_lanes
+from warprock.running import engine_choice
+from warprock.running.batch import run_batch
+from warprock.running.engine_choice import choose_engine, judged_lanes
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
 

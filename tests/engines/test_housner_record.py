@@ -18,7 +18,7 @@ from warprock.model import rocking
 from warprock.model.motion import StillBase
 from warprock.model.response import SampleTimes
 from warprock.records import record_motions
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 
 LANES = 400
 """More than a thread has places for, so that lanes take the places of others."""

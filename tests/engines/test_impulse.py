@@ -17,8 +17,8 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase, Waveform, ricker_motions
 from warprock.model.response import Outcome, SampleTimes, Status
 from warprock.records import load_record, record_motions
-from warprock.run.batch import run_batch
-from warprock.run.machine import core_count, cpu_vector_flags
+from warprock.running.batch import run_batch
+from warprock.running.machine import core_count, cpu_vector_flags
 from warprock.settings.engines import ImpulseSettings
 from warprock.units import GRAVITY
 

@@ -14,7 +14,7 @@ from warprock.engines.impulse import Impulse
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import ImpulseSettings
 from warprock.units import GRAVITY
 

@@ -24,7 +24,7 @@ from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import Control, HarmonicMotions, SpatialMotions, StillBase
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.model.scene import scene_kind
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import ImpulseSettings
 from warprock.units import GRAVITY
 

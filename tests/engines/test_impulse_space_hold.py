@@ -14,7 +14,7 @@ from warprock.engines.launching import Form
 from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import Control, SpatialMotions
 from warprock.model.response import Response, SampleTimes
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import ImpulseSettings
 from warprock.units import GRAVITY
 

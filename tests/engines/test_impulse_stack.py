@@ -25,8 +25,8 @@ from warprock.model.motion import Control, GroundMotions, MotionKind
 from warprock.model.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
 from warprock.oracle.pair import rock_two_blocks
 from warprock.oracle.pair_mechanics import TwoBlocks
-from warprock.run.batch import run_batch
-from warprock.run.machine import cpu_vector_flags
+from warprock.running.batch import run_batch
+from warprock.running.machine import cpu_vector_flags
 from warprock.settings.engines import ImpulseSettings
 from warprock.units import GRAVITY
 

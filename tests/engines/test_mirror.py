@@ -13,7 +13,7 @@ from warprock.engines import engine_class
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, HarmonicMotions, UprightMotions
 from warprock.model.response import Response, SampleTimes
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 
 COUNT = 96
 TIMES = SampleTimes(1.2, 0.02)

@@ -11,7 +11,7 @@ from warprock.model import rocking
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, HarmonicMotions, Waveform
 from warprock.model.response import Outcome, Response, SampleTimes
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import DemSettings, EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 

@@ -13,7 +13,7 @@ from warprock.model import rocking
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import StillBase
 from warprock.model.response import USABLE, SampleTimes
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import DemSettings, DirectSettings, EventSettings, build_settings
 from warprock.units import GRAVITY
 

@@ -21,7 +21,7 @@ from warprock.engines import engine_class
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import Response, SampleTimes, Status
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.units import GRAVITY
 
 TIMES = SampleTimes(0.6, 0.007, places=True)

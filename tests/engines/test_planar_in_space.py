@@ -14,7 +14,7 @@ from warprock.case.load import load_case
 from warprock.model.lanes import Lanes
 from warprock.model.motion import PlanarMotions, StillBase
 from warprock.model.response import SampleTimes, Status
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import DemSettings, ImpulseSettings
 
 TIMES = SampleTimes(2.0, 0.01)

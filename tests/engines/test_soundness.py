@@ -28,7 +28,7 @@ from warprock.model.response import (
     SampleTimes,
     Status,
 )
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import DirectSettings, XpbdSettings, build_settings
 from warprock.units import GRAVITY
 

@@ -17,7 +17,7 @@ from warprock.model import rocking
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, HarmonicMotions
 from warprock.model.response import SOUND, USABLE, Response, SampleTimes, Status
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import build_settings
 from warprock.units import GRAVITY
 

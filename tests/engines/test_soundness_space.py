@@ -39,7 +39,7 @@ from warprock.model.pose import bottom_corners, start_poses
 from warprock.model.response import USABLE, SampleTimes, Status
 from warprock.model.turning import turned
 from warprock.records import load_record, record_motions
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import build_settings
 from warprock.units import GRAVITY
 

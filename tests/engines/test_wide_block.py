@@ -17,8 +17,8 @@ from warprock.errors import InputError
 from warprock.model import rocking
 from warprock.model.motion import StillBase
 from warprock.model.response import Outcome, SampleTimes
-from warprock.run.batch import run_batch
-from warprock.run.case_run import run_case
+from warprock.running.batch import run_batch
+from warprock.running.case_run import run_case
 
 WIDE = FREE.replace('"0.5 m"', '"1.5 m"').replace('duration = "5 s"', 'duration = "0.5 s"')
 

@@ -27,8 +27,8 @@ from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import LANE_FIELDS, SOUND, Outcome, Response, SampleTimes, Status
 from warprock.oracle.pair import rock_two_blocks
 from warprock.oracle.pair_mechanics import TwoBlocks
-from warprock.run.batch import run_batch
-from warprock.run.machine import cpu_vector_flags
+from warprock.running.batch import run_batch
+from warprock.running.machine import cpu_vector_flags
 from warprock.settings.engines import XpbdSettings
 from warprock.units import GRAVITY
 

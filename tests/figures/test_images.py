@@ -21,7 +21,7 @@ from warprock.case.load import load_case
 from warprock.figures.drawing import Drawing
 from warprock.figures.fragility import draw_curves
 from warprock.figures.run import draw_run
-from warprock.run.case_run import run_case
+from warprock.running.case_run import run_case
 
 FOLDER = pathlib.Path(__file__).parent.parent / "images"
 NAMES = ("histories", "peaks", "fragility")

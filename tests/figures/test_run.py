@@ -18,7 +18,7 @@ from warprock.figures.drawing import Drawing, write_drawings
 from warprock.figures.run import draw_run
 from warprock.figures.sheet import style
 from warprock.model.response import Outcome, Status
-from warprock.run.case_run import CaseRun, run_case
+from warprock.running.case_run import CaseRun, run_case
 from warprock.tables.swept import lanes_at, spread, swept_axes
 
 BLOCK = """

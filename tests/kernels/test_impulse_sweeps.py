@@ -9,7 +9,7 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock.kernels.instance import MAX_UNROLL, kernel_module, module_options
-from warprock.run.devices import start_warp
+from warprock.running.devices import start_warp
 
 SWEEPS = 100
 """More than are written out, so that they may end early."""

@@ -17,7 +17,7 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions
 from warprock.model.response import SampleTimes
 from warprock.records import load_record, record_motions
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings, ImpulseSettings
 
 LANES = 9 * 256

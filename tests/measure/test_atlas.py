@@ -40,8 +40,8 @@ from warprock.measure.atlas_maps import LABELS, MAPS, AtlasMap, at_step, at_stif
 from warprock.model import rocking
 from warprock.model.motion import Control, StillBase
 from warprock.model.response import USABLE, Response, SampleTimes, Status
-from warprock.run.batch import run_batch
-from warprock.run.options import RunOptions
+from warprock.running.batch import run_batch
+from warprock.running.options import RunOptions
 from warprock.settings.engines import SETTINGS, build_settings
 
 BY_NAME = {each.name: each for each in MAPS}

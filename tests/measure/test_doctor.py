@@ -16,7 +16,7 @@ from warprock.cli.main import main
 from warprock.engines import ENGINES
 from warprock.errors import InputError
 from warprock.kernels.instance import kernel_module
-from warprock.run.devices import keeping_kernels
+from warprock.running.devices import keeping_kernels
 
 
 def invoke(*arguments: object) -> Result:

@@ -14,7 +14,7 @@ from warprock.measure import bench, peers, price
 from warprock.model.motion import StillBase
 from warprock.programs.loops import plain_loop
 from warprock.programs.table import run_program
-from warprock.run import machine
+from warprock.running import machine
 from warprock.settings.programs import PEER_SETTINGS
 
 

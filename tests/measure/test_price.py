@@ -11,7 +11,7 @@ from warprock.measure import price
 from warprock.measure.price import Trial
 from warprock.model import rocking
 from warprock.model.motion import StillBase
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings, ImpulseSettings
 from warprock.tables.machine import about
 

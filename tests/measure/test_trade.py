@@ -36,8 +36,8 @@ from warprock.measure.trade_scenes import (
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, StillBase
 from warprock.model.response import Outcome, Response, SampleTimes, Status
-from warprock.run import machine
-from warprock.run.batch import run_batch
+from warprock.running import machine
+from warprock.running.batch import run_batch
 from warprock.settings.engines import build_settings
 
 SMALL = [

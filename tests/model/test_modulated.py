@@ -18,7 +18,7 @@ from warprock.model.motion import (
 )
 from warprock.model.response import SampleTimes, Status
 from warprock.oracle.block import oracle_response
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import ImpulseSettings
 
 Array = np.ndarray

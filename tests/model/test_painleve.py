@@ -17,8 +17,8 @@ from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, HarmonicMotions, StillBase
 from warprock.model.painleve import ambiguous, friction_limit, mark_ambiguous, spatial_limit
 from warprock.model.response import SOUND, USABLE, SampleTimes, Status
-from warprock.run.batch import run_batch
-from warprock.run.estimate import run_with_estimate
+from warprock.running.batch import run_batch
+from warprock.running.estimate import run_with_estimate
 from warprock.settings.engines import EventSettings, ImpulseSettings
 
 TIMES = SampleTimes(1.5, 0.01)

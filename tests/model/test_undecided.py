@@ -28,7 +28,7 @@ from warprock.model.undecided import (
     cut_text,
     undecided,
 )
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 
 Write = Callable[[str], pathlib.Path]
 

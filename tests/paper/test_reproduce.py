@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 
 from warprock.case.load import load_case
-from warprock.compare import study
-from warprock.compare.checks import CaseResponses
+from warprock.verification import study
+from warprock.verification.checks import CaseResponses
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing
 from warprock.model.response import (

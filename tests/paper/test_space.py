@@ -7,7 +7,7 @@ import pathlib
 import numpy as np
 import pytest
 
-from warprock.compare.checks import CaseResponses
+from warprock.verification.checks import CaseResponses
 from warprock.model.response import LANE_FIELDS, SPATIAL_FIELDS, Outcome, Response, Status
 from warprock.paper import space as reproduce_space
 from warprock.paper.print_space import print_space

@@ -29,8 +29,8 @@ from warprock.paper.printed import BLOCKS, PAPER_COLUMNS, paper_table
 from warprock.paper.reproduce import reproduce
 from warprock.paper.stack import STACK_ENGINES_OF, STACK_MAKERS
 from warprock.paper.stack_runs import REFERENCE_ANGLE, Cells, cell_rows, input_keys
-from warprock.run.batch import run_batch
-from warprock.run.case_run import run_case
+from warprock.running.batch import run_batch
+from warprock.running.case_run import run_case
 from warprock.tables.terminal import plain_console
 
 MEMBERS = 4

@@ -1,6 +1,6 @@
 """The paper's sensitivity study on B0, `thorough`, and its run times beside ours.
 
-The ordinary run has studies of a made-up case in `compare/test_study.py`.
+The ordinary run has studies of a made-up case in `verification/test_study.py`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from warprock.paper.runs import B0, PULSE, SENSITIVITY, PaperRuns
 from warprock.paper.stack_runs import STACK_SINE
 from warprock.paper.study import draw_figures, study_conflict
 from warprock.paper.times import BATCH, SCENES, SPREAD, run_times, scene_lane, spread_batch
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.tables import study as tables_study
 from warprock.tables.terminal import plain_console
 

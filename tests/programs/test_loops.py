@@ -13,7 +13,7 @@ from tests.shared.blocks import make_lanes
 from warprock.model.motion import StillBase
 from warprock.model.response import SampleTimes
 from warprock.programs.loops import numba_loop, plain_loop, scipy_loop
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.units import GRAVITY
 
 WIDTH, HEIGHT = 0.4, 1.7

@@ -20,13 +20,13 @@ from click.testing import CliRunner
 from tests.shared.blocks import make_lanes, sines
 from warprock.case.load import load_case
 from warprock.cli.main import main
-from warprock.compare.checks import compare
+from warprock.verification.checks import compare
 from warprock.errors import InputError
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import Control, SpatialMotions, StillBase, no_motion
 from warprock.model.response import LANE_FIELDS, Response, SampleTimes, Status
 from warprock.programs.table import PROGRAMS, run_program
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.programs import PEER_SETTINGS
 
 SHORT = SampleTimes(0.4, 0.01)
@@ -143,7 +143,7 @@ def test_compare_runs_a_stack_in_newton() -> None:
 
 
 def test_frictions_of_their_own_are_declined_before_anything_runs(monkeypatch) -> None:
-    monkeypatch.setattr("warprock.compare.checks.run_case", None)
+    monkeypatch.setattr("warprock.verification.checks.run_case", None)
     case = load_case("stack-sine-pulse", ["block.2.friction=0.5"])
     with pytest.raises(InputError, match="one friction coefficient"):
         compare(case, ["event", "newton-xpbd"])

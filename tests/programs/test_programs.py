@@ -17,14 +17,14 @@ from tests.shared.blocks import make_lanes, sines
 from tests.shared.programs import PACKAGES, absent, present
 from warprock.case.load import load_case
 from warprock.cli.main import main
-from warprock.compare.checks import compare
+from warprock.verification.checks import compare
 from warprock.engines import ENGINES
 from warprock.errors import InputError
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import Control, SpatialMotions, StillBase, no_motion
 from warprock.model.response import LANE_FIELDS, Outcome, SampleTimes, Status
 from warprock.programs.table import PROGRAMS, PeerAnswer, run_program
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings
 from warprock.settings.programs import PEER_SETTINGS
 

@@ -31,7 +31,7 @@ from warprock.model.turning import turned
 from warprock.programs.response import FLAT_RATIO, REST_TIME, peer_response
 from warprock.programs.scene import PeerRun, multiplied_frictions, peer_scenes
 from warprock.programs.table import require_scenes, run_program
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 
 TIMES = SampleTimes(2.0, 0.01)
 

@@ -6,7 +6,7 @@ from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.case.round_base import round_base_note
 from warprock.report.asked import asked
-from warprock.run.provenance import case_facts
+from warprock.running.provenance import case_facts
 
 
 def test_a_page_says_what_runs_in_the_place_of_a_cylinder():

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tests.shared.moving import swinging, tumbling
-from warprock.run.scene_motion import SceneMotion
+from warprock.running.scene_motion import SceneMotion
 from warprock.scenes.gltf import write_gltf
 
 

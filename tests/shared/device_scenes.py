@@ -27,7 +27,7 @@ from warprock.model.motion import GroundMotions, MotionKind, UprightMotions
 from warprock.model.pose import quaternion
 from warprock.model.release import Release
 from warprock.model.scene import scene_kind
-from warprock.run.devices import start_warp
+from warprock.running.devices import start_warp
 from warprock.settings.engines import SETTINGS
 
 STARTS = np.array([0.0, 0.05, 0.0, -0.08])

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from warprock.model.pose import quaternion
-from warprock.run.scene_motion import SceneMotion
+from warprock.running.scene_motion import SceneMotion
 
 
 def swinging(samples: int = 5, *, spatial: bool = False, drift: float = 0.01) -> SceneMotion:

@@ -12,7 +12,7 @@ from tests.shared.blocks import at_rest, make_lanes
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import GroundMotions, PlanarMotions, SpatialMotions, StillBase, no_motion
 from warprock.model.response import SOUND, Response, SampleTimes
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 
 Array = npt.NDArray[np.float64]
 

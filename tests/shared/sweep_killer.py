@@ -18,10 +18,10 @@ import signal
 import sys
 import time
 
-from warprock.run import files
-from warprock.sweep.chunks import CHUNKS
-from warprock.sweep.plan import PLAN, Plan, read_plan
-from warprock.sweep.run import Shard, chunks_to_run, run_chunk, run_here
+from warprock.running import files
+from warprock.sweeps.chunks import CHUNKS
+from warprock.sweeps.plan import PLAN, Plan, read_plan
+from warprock.sweeps.run import Shard, chunks_to_run, run_chunk, run_here
 
 
 def end_here(*_paths: object) -> None:

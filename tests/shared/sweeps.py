@@ -9,9 +9,9 @@ from click.testing import CliRunner, Result
 from warprock.case.case import Case
 from warprock.case.load import load_case
 from warprock.cli.main import main
-from warprock.sweep.chunks import merge
-from warprock.sweep.plan import Plan, make_plan, write_plan
-from warprock.sweep.run import Shard, chunks_to_run, run_here
+from warprock.sweeps.chunks import merge
+from warprock.sweeps.plan import Plan, make_plan, write_plan
+from warprock.sweeps.run import Shard, chunks_to_run, run_here
 
 LANES = 300
 CASE = f"""

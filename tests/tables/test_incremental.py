@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from warprock.case.load import load_case
 from warprock.cli.main import main
 from warprock.model.response import Outcome
-from warprock.run.case_run import run_case
+from warprock.running.case_run import run_case
 
 CASE = """
 title = "a block under one cycle"

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from warprock.compare.checks import CheckRow
+from warprock.verification.checks import CheckRow
 from warprock.figures import study as plots_study
 from warprock.figures.drawing import write_drawings
 from warprock.figures.sheet import style

@@ -9,9 +9,9 @@ import pytest
 from warprock.case.load import load_case
 from warprock.model.response import Outcome
 from warprock.report.sentences import run_sentences
-from warprock.run.case_run import run_case
-from warprock.run.lane_table import lane_table
-from warprock.run.provenance import provenance
+from warprock.running.case_run import run_case
+from warprock.running.lane_table import lane_table
+from warprock.running.provenance import provenance
 from warprock.tables.run import run_sentence
 
 SLIDING = """

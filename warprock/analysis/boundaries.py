@@ -29,7 +29,7 @@ from warprock.analysis.overturning import (
 from warprock.case.case import Case
 from warprock.errors import InputError
 from warprock.model.response import SampleTimes
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 
 TOLERANCE = 1e-4
 """Width of a boundary's bracket over its strength, where none is asked for."""

@@ -8,7 +8,7 @@ strongest motion below the first fall at which the block stood and that fall, un
 enough. A fall between two factors at which the block stood is not seen. A lane that never falls is
 censored at the top of the ladder; fits honour that and the brackets.
 
-A finished stage is a part (see `warprock.run.parts`) that names its plan: an analysis that was
+A finished stage is a part (see `warprock.running.parts`) that names its plan: an analysis that was
 killed goes on behind the last one.
 
 D. Vamvatsikos and C. A. Cornell (2002), Incremental dynamic analysis, *Earthquake Engineering and
@@ -32,14 +32,14 @@ from warprock.errors import InputError
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import USABLE, Outcome, Response, SampleTimes, Status
 from warprock.quantity import Said
-from warprock.run.accuracy import missed_tolerance
-from warprock.run.case_run import run_lane_set
-from warprock.run.files import require_writable
-from warprock.run.machine import require_workers
-from warprock.run.options import DEFAULT_OPTIONS, Progress, RunOptions
-from warprock.run.parts import State, find_part, read_part, write_part
-from warprock.run.provenance import count_words
-from warprock.sweep.plan import PLAN, Plan, make_plan, read_plan, write_plan
+from warprock.running.accuracy import missed_tolerance
+from warprock.running.case_run import run_lane_set
+from warprock.running.files import require_writable
+from warprock.running.machine import require_workers
+from warprock.running.options import DEFAULT_OPTIONS, Progress, RunOptions
+from warprock.running.parts import State, find_part, read_part, write_part
+from warprock.running.provenance import count_words
+from warprock.sweeps.plan import PLAN, Plan, make_plan, read_plan, write_plan
 
 Array = npt.NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from warprock.errors import InputError, listed, written_as
 from warprock.model.response import USABLE, Outcome, Status
 from warprock.model.undecided import UNDECIDED
 from warprock.reading import reason, require_plain
-from warprock.run.lane_table import LANE_TABLE
+from warprock.running.lane_table import LANE_TABLE
 
 PEAK_RATIO = re.compile(r"peak_rotation_ratio(_[1-9])?$")
 """Columns of the peak rotation / slenderness angle: one, or one for each block of a stack."""

@@ -29,8 +29,8 @@ from warprock.model.motion import Control, GroundMotions, Waveform
 from warprock.model.response import USABLE, Outcome, Response
 from warprock.model.undecided import decided_after, undecided
 from warprock.quantity import Said
-from warprock.run.case_run import CaseRun, require_options, run_case
-from warprock.run.options import DEFAULT_OPTIONS, RunOptions
+from warprock.running.case_run import CaseRun, require_options, run_case
+from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 
 Array = npt.NDArray[np.float64]
 Codes = npt.NDArray[np.int8]

@@ -28,9 +28,9 @@ from warprock.case.sampling import Sample
 from warprock.errors import InputError, listed
 from warprock.model.response import USABLE, Outcome
 from warprock.quantity import NOTHING, Said
-from warprock.run.case_run import CaseRun, run_case
-from warprock.run.lane_table import lane_table
-from warprock.run.options import DEFAULT_OPTIONS, RunOptions
+from warprock.running.case_run import CaseRun, run_case
+from warprock.running.lane_table import lane_table
+from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

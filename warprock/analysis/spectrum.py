@@ -19,8 +19,8 @@ from warprock.case.spectrum import SLENDERNESS, SPECTRUM
 from warprock.errors import InputError
 from warprock.model.ratios import peak_ratio
 from warprock.quantity import NOTHING, Said
-from warprock.run.case_run import CaseRun, run_case
-from warprock.run.options import DEFAULT_OPTIONS, RunOptions
+from warprock.running.case_run import CaseRun, run_case
+from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 
 Array = npt.NDArray[np.float64]
 

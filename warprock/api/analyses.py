@@ -34,7 +34,7 @@ from warprock.figures.spectrum import draw_spectrum, plot_spectrum
 from warprock.report.chosen import played_of_analysis
 from warprock.report.replays import played_beside
 from warprock.report.scenes import scenes_of
-from warprock.run.work import Work
+from warprock.running.work import Work
 from warprock.tables.fragility import fragility_report
 from warprock.tables.incremental import analysis_report
 from warprock.tables.overturning import map_report

@@ -15,7 +15,7 @@ from warprock.bodies.body import Asked, Body, Texts, find_body, read_asked
 from warprock.bodies.case_text import CASE_FILE, case_of
 from warprock.case.template import Start
 from warprock.figures.body import draw_body
-from warprock.run.catalogue import write_case
+from warprock.running.catalogue import write_case
 from warprock.tables.bodies import body_report
 
 

@@ -11,7 +11,7 @@ from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
 from warprock.arguments import at_the_door, several
 from warprock.case.load import Overrides
-from warprock.compare.checks import compare as compare_engines
+from warprock.verification.checks import compare as compare_engines
 from warprock.figures.drawing import Drawing
 from warprock.figures.poses import draw_poses
 from warprock.report.chosen import played_of_comparison

@@ -19,7 +19,7 @@ from warprock.errors import InputError
 from warprock.figures.axes import require_axes
 from warprock.figures.drawing import Drawing, write_drawings
 from warprock.report.writing import write_report
-from warprock.run.results import list_results, write_results
+from warprock.running.results import list_results, write_results
 
 if TYPE_CHECKING:
     from warprock.figures.axes import Axes

@@ -8,8 +8,8 @@ import sys
 from collections.abc import Iterator
 from typing import Any
 
-from warprock.run.compiling import saying_when_compiling
-from warprock.run.options import Progress
+from warprock.running.compiling import saying_when_compiling
+from warprock.running.options import Progress
 from warprock.tables.terminal import lane_progress
 
 Shown = bool | Progress

@@ -15,7 +15,7 @@ from warprock.errors import InputError
 from warprock.records.loading import load_record
 from warprock.records.sample_file import csv_text
 from warprock.records.writing import NOT_STATED
-from warprock.run.files import replacing, require_writable_file
+from warprock.running.files import replacing, require_writable_file
 
 
 @at_the_door

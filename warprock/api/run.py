@@ -27,14 +27,14 @@ from warprock.measure.trade_choice import Choice, choose
 from warprock.model.response import Response
 from warprock.quantity import Said
 from warprock.report.scenes import scenes_of
-from warprock.run.case_run import CaseRun, require_choice, run_case, run_lane
-from warprock.run.cells import cell_table
-from warprock.run.devices import start_warp
-from warprock.run.engine_choice import EngineChoice
-from warprock.run.lane_table import LANE_TABLE, history_table, lane_table, peak_ratio_columns
-from warprock.run.options import TOLERANCE, RunOptions
-from warprock.run.provenance import count_words, provenance
-from warprock.run.results import CELL_TABLE, write_run
+from warprock.running.case_run import CaseRun, require_choice, run_case, run_lane
+from warprock.running.cells import cell_table
+from warprock.running.devices import start_warp
+from warprock.running.engine_choice import EngineChoice
+from warprock.running.lane_table import LANE_TABLE, history_table, lane_table, peak_ratio_columns
+from warprock.running.options import TOLERANCE, RunOptions
+from warprock.running.provenance import count_words, provenance
+from warprock.running.results import CELL_TABLE, write_run
 from warprock.settings.engines import SETTINGS
 from warprock.tables.cells import print_cells
 from warprock.tables.report import Report

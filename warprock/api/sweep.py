@@ -16,10 +16,10 @@ from warprock.api.found import Found
 from warprock.api.work import HowHeld, listing_how, working
 from warprock.arguments import at_the_door
 from warprock.errors import InputError
-from warprock.run.lane_table import LANE_TABLE
-from warprock.sweep.chunks import merge, sweep_state
-from warprock.sweep.plan import CHUNK_LANES, Plan, make_plan, write_plan
-from warprock.sweep.run import Shard, chunks_to_run, run_here
+from warprock.running.lane_table import LANE_TABLE
+from warprock.sweeps.chunks import merge, sweep_state
+from warprock.sweeps.plan import CHUNK_LANES, Plan, make_plan, write_plan
+from warprock.sweeps.run import Shard, chunks_to_run, run_here
 from warprock.tables.report import Report
 from warprock.tables.sweeps import print_state
 

@@ -14,9 +14,9 @@ from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
 from warprock.arguments import at_the_door
 from warprock.case.load import Overrides
-from warprock.run.engine_choice import EngineChoice, choose_engine
-from warprock.run.options import TOLERANCE, RunOptions
-from warprock.run.work import Work
+from warprock.running.engine_choice import EngineChoice, choose_engine
+from warprock.running.options import TOLERANCE, RunOptions
+from warprock.running.work import Work
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 

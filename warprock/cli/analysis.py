@@ -17,9 +17,9 @@ from warprock.cli.pages import asked_command, leave, on_case
 
 if TYPE_CHECKING:
     from warprock.figures.drawing import Drawing
-    from warprock.run.case_run import CaseRun
-    from warprock.run.options import RunOptions
-    from warprock.run.work import Work
+    from warprock.running.case_run import CaseRun
+    from warprock.running.options import RunOptions
+    from warprock.running.work import Work
     from warprock.tables.report import Report
 
 
@@ -69,7 +69,7 @@ def case_work(
         InputError: The case cannot be read, or an option is out of bounds.
     """
     from warprock.case.load import load_case
-    from warprock.run.work import Work
+    from warprock.running.work import Work
 
     case = load_case(case_name, overrides)
     options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
@@ -98,7 +98,7 @@ def finish(
         play: What runs lanes for its page again in that case.
     """
     from warprock.report.scenes import scenes_of
-    from warprock.run.results import write_results
+    from warprock.running.results import write_results
     from warprock.tables.terminal import print_end, print_json, print_written
 
     files: list[pathlib.Path] = []

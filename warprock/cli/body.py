@@ -118,8 +118,8 @@ def _write(found: Body, start: Start, report: Report, folder: pathlib.Path) -> l
     """Writes the case of a body, what was found, and the page."""
     from warprock.bodies.case_text import CASE_FILE
     from warprock.figures.body import draw_body
-    from warprock.run.catalogue import write_case
-    from warprock.run.results import write_results
+    from warprock.running.catalogue import write_case
+    from warprock.running.results import write_results
 
     files = write_case(start, folder / CASE_FILE, "--output")
     results = write_results(folder, report.tables, report.facts)

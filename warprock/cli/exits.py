@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import click
 
 from warprock.errors import InputError, one_line, shortened
-from warprock.run.compiling import saying_when_compiling
+from warprock.running.compiling import saying_when_compiling
 
 EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
 

@@ -108,8 +108,8 @@ def _then(source: pathlib.Path, folder: pathlib.Path | None) -> str:
     """
     from warprock.case.load import load_case
     from warprock.case.text import case_names
-    from warprock.run.results import PROVENANCE
-    from warprock.run.run_file import read_facts
+    from warprock.running.results import PROVENANCE
+    from warprock.running.run_file import read_facts
 
     try:
         facts = read_facts(source / PROVENANCE)

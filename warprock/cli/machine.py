@@ -43,7 +43,7 @@ def bench(
     from warprock.measure import peers
     from warprock.measure.bench import rocking_engines, run_bench
     from warprock.measure.device_bench import run_device_bench
-    from warprock.run.devices import require_device, start_warp
+    from warprock.running.devices import require_device, start_warp
     from warprock.tables.machine import print_bench, print_device_bench
     from warprock.tables.terminal import print_json
 

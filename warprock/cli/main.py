@@ -50,7 +50,7 @@ from warprock.errors import InputError, written_as
 if TYPE_CHECKING:
     from warprock.figures.drawing import Drawing
     from warprock.measure.trade_choice import Choice
-    from warprock.run.case_run import CaseRun
+    from warprock.running.case_run import CaseRun
 
 
 @click.group(cls=Main, context_settings={"help_option_names": ["-h", "--help"]})
@@ -106,7 +106,7 @@ def run(
     """
     from warprock.case.lanes import require_room_for_lanes
     from warprock.case.load import load_case
-    from warprock.run.case_run import require_histories, require_options, run_case
+    from warprock.running.case_run import require_histories, require_options, run_case
     from warprock.tables.run import run_sentence
     from warprock.tables.terminal import lane_progress, print_end
 
@@ -152,7 +152,7 @@ def _after_run(
     from warprock.analysis.fragility import INTENSITY
     from warprock.analysis.groups import record_numbers
     from warprock.model.response import Outcome
-    from warprock.run.engine_choice import another_engine
+    from warprock.running.engine_choice import another_engine
 
     if folder is None:
         return f"{asked_command()} -o results"
@@ -172,7 +172,7 @@ def _after_run(
 
 def _end(ctx: click.Context, case_run: CaseRun, max_bad: float | None) -> None:
     """Ends a run with an exit code of its own where more lanes are bad than were allowed."""
-    from warprock.run.provenance import bad_lanes
+    from warprock.running.provenance import bad_lanes
 
     if max_bad is not None and bad_lanes(case_run) > max_bad * case_run.case.lane_count:
         ctx.exit(EXIT_BAD_LANES)
@@ -184,8 +184,8 @@ def _write_run(
     """Writes a run, with histories of some lanes, and its figures."""
     from warprock.figures.run import draw_run
     from warprock.report.scenes import scenes_of
-    from warprock.run.case_run import run_lane
-    from warprock.run.results import write_run
+    from warprock.running.case_run import run_lane
+    from warprock.running.results import write_run
 
     histories = {lane: run_lane(case_run, lane) for lane in lanes}
     files: list[pathlib.Path] = write_run(case_run, folder, histories)
@@ -203,9 +203,9 @@ def _show_run(
     case_run: CaseRun, files: list[pathlib.Path], choice: Choice | None, as_json: bool
 ) -> None:
     """Prints a run and, where an accuracy chose its engine, why."""
-    from warprock.run.cells import cell_table
-    from warprock.run.lane_table import lane_table
-    from warprock.run.provenance import provenance
+    from warprock.running.cells import cell_table
+    from warprock.running.lane_table import lane_table
+    from warprock.running.provenance import provenance
     from warprock.tables.cells import print_cells
     from warprock.tables.run import print_run
     from warprock.tables.terminal import print_json
@@ -254,7 +254,7 @@ def reproduce(
     from warprock.paper import reproduce as paper
     from warprock.paper.page import keep
     from warprock.paper.print_tables import print_reproduction
-    from warprock.run.case_run import require_choice
+    from warprock.running.case_run import require_choice
     from warprock.tables.terminal import lane_progress, print_json
 
     target = written_as(target, paper.TARGETS)

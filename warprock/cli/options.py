@@ -14,8 +14,8 @@ from warprock.errors import InputError
 
 if TYPE_CHECKING:
     from warprock.case.case import Case
-    from warprock.run.engine_choice import EngineChoice
-    from warprock.run.options import RunOptions
+    from warprock.running.engine_choice import EngineChoice
+    from warprock.running.options import RunOptions
 
 EXIT_BAD_LANES = 4
 """Exit code where more lanes are bad than `--max-bad` allows."""
@@ -59,7 +59,7 @@ def workers_option(command: Command) -> Command:
 
 def _workers(_context: click.Context, _option: click.Parameter, workers: int | None) -> int | None:
     """A number of worker threads, refused where it is out of bounds."""
-    from warprock.run.machine import require_workers
+    from warprock.running.machine import require_workers
 
     require_workers(workers)
     return workers
@@ -99,8 +99,8 @@ def asked_options(
     Raises:
         InputError: The tolerance is out of bounds, or given where no error is to be estimated.
     """
-    from warprock.run.case_run import require_tolerance
-    from warprock.run.options import TOLERANCE, RunOptions
+    from warprock.running.case_run import require_tolerance
+    from warprock.running.options import TOLERANCE, RunOptions
 
     if tolerance is not None and not estimate:
         allowed = "must not be given with --no-estimate: it is held against the estimate"
@@ -186,7 +186,7 @@ def _writable_folder(
 ) -> pathlib.Path | None:
     """A folder, refused before anything runs where nothing could be written to it."""
     if folder is not None:
-        from warprock.run.files import require_writable
+        from warprock.running.files import require_writable
 
         require_writable(folder)
     return folder
@@ -200,7 +200,7 @@ def _writable_path(
     A folder is let by: the command knows whether it takes one.
     """
     if path is not None and not os.path.isdir(path):
-        from warprock.run.files import require_writable_file
+        from warprock.running.files import require_writable_file
 
         require_writable_file(path)
     return path
@@ -214,7 +214,7 @@ def list_written(folder: pathlib.Path, files: list[pathlib.Path], *, beside: boo
         files: What it wrote.
         beside: Whether that was made from the results in the folder, which stay.
     """
-    from warprock.run.results import list_results
+    from warprock.running.results import list_results
 
     removed = list_results(folder, files, beside=beside)
     if removed:
@@ -244,7 +244,7 @@ def engine_for(case: Case, engine: str | None, factors: Sequence[float] = (1.0,)
         engine: Name of the engine; None where none is named.
         factors: On the motion of the case: those at which it will run.
     """
-    from warprock.run.engine_choice import EngineChoice, choose_engine
+    from warprock.running.engine_choice import EngineChoice, choose_engine
 
     return choose_engine(case, factors) if engine is None else EngineChoice(engine, named=True)
 

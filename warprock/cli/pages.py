@@ -110,7 +110,7 @@ def report(folder: pathlib.Path, as_json: bool) -> None:
     to play, statuses, versions and how to cite, in one file that needs nothing beside it.
     """
     from warprock.report.writing import REPORT, write_report
-    from warprock.run.files import require_writable_file
+    from warprock.running.files import require_writable_file
     from warprock.tables.terminal import print_end, print_json, print_written
 
     require_writable_file(folder / REPORT, "DIR")

@@ -154,8 +154,8 @@ def _write_many(
 ) -> None:
     """Writes several records to a folder and says what is in them."""
     from warprock.records.importing import import_files
-    from warprock.run.files import require_writable
-    from warprock.run.machine import core_count
+    from warprock.running.files import require_writable
+    from warprock.running.machine import core_count
     from warprock.tables.records import print_imported
     from warprock.tables.terminal import print_json
 
@@ -218,7 +218,7 @@ def _positive(option: str, text: str, dimension: str) -> float:
 def _write(output: pathlib.Path, content: bytes, as_json: bool) -> None:
     """Writes a CSV file and says what is in it."""
     from warprock.records.summary import record_facts
-    from warprock.run.files import replacing, require_writable_file
+    from warprock.running.files import replacing, require_writable_file
     from warprock.tables.records import print_facts
     from warprock.tables.terminal import print_json, print_written
 

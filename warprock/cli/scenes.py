@@ -10,7 +10,7 @@ import click
 from warprock.cli.options import json_option, list_written, output_file_to
 
 if TYPE_CHECKING:
-    from warprock.run.scene_motion import SceneMotion
+    from warprock.running.scene_motion import SceneMotion
 
 FORMS = (".gif", ".mp4", ".glb", ".usd", ".usda", ".usdc")
 MOST_FRAMES = 3000
@@ -59,7 +59,7 @@ def animate(
     needs the extra `movie`, USD the extra `usd`.
     """
     from warprock.errors import InputError
-    from warprock.run.files import require_writable_file
+    from warprock.running.files import require_writable_file
     from warprock.scenes.needs import require_package
     from warprock.tables.terminal import print_json, print_written
 
@@ -84,10 +84,10 @@ def _motion(folder: pathlib.Path, lane: int, interval: float) -> SceneMotion:
         InputError: There is no such lane, or it would take too many pictures.
     """
     from warprock.errors import InputError
-    from warprock.run.results import PROVENANCE
-    from warprock.run.scene_motion import run_of_folder, scene_motion
-    from warprock.sweep.lane import run_of_lane
-    from warprock.sweep.plan import PLAN, read_plan
+    from warprock.running.results import PROVENANCE
+    from warprock.running.scene_motion import run_of_folder, scene_motion
+    from warprock.sweeps.lane import run_of_lane
+    from warprock.sweeps.plan import PLAN, read_plan
 
     ran = (folder / PROVENANCE).is_file() or not (folder / PLAN).is_file()
     if ran:

@@ -47,9 +47,9 @@ def stability(
     from warprock.measure.atlas_lanes import AtlasSize
     from warprock.measure.atlas_maps import LABELS, MAPS
     from warprock.measure.atlas_summary import explained, summarise
-    from warprock.run.case_run import require_choice
-    from warprock.run.devices import start_warp
-    from warprock.run.options import RunOptions
+    from warprock.running.case_run import require_choice
+    from warprock.running.devices import start_warp
+    from warprock.running.options import RunOptions
     from warprock.settings.engines import SETTINGS
     from warprock.tables.atlas import print_atlas, write_summary
     from warprock.tables.terminal import lane_progress, print_json

@@ -16,7 +16,7 @@ from warprock.cli.pages import on_case
 @json_option
 def list_command(as_json: bool) -> None:
     """The shipped cases and the engines."""
-    from warprock.run.catalogue import list_all
+    from warprock.running.catalogue import list_all
     from warprock.tables.listing import print_listing
     from warprock.tables.terminal import print_json
 
@@ -31,7 +31,7 @@ def list_command(as_json: bool) -> None:
 def explain(case_name: str, overrides: tuple[str, ...], as_json: bool) -> None:
     """What a case requires, and which kernels can run it."""
     from warprock.case.load import load_case
-    from warprock.run.catalogue import explain_case
+    from warprock.running.catalogue import explain_case
     from warprock.tables.listing import print_explanation
     from warprock.tables.terminal import print_json
 
@@ -88,7 +88,7 @@ def init(
     from warprock.errors import InputError
     from warprock.quantity import NOTHING
     from warprock.records.column_file import Reading
-    from warprock.run.catalogue import write_case
+    from warprock.running.catalogue import write_case
     from warprock.tables.terminal import print_end
 
     if kind is None:

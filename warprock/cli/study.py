@@ -11,8 +11,8 @@ from warprock.errors import InputError
 
 if TYPE_CHECKING:
     from warprock.case.case import Case
-    from warprock.compare.study import StudyRun
-    from warprock.run.options import RunOptions
+    from warprock.verification.study import StudyRun
+    from warprock.running.options import RunOptions
 
 
 def run_study_of(
@@ -37,7 +37,7 @@ def run_study_of(
     Raises:
         InputError: An option that a study has no use for, or another than those allowed.
     """
-    from warprock.compare import study
+    from warprock.verification import study
     from warprock.tables.study import print_study_run
     from warprock.tables.terminal import lane_progress, print_json
 
@@ -65,7 +65,7 @@ def run_study_of(
 
 def _write(found: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
     """Writes the table, what ran, and the figures."""
-    from warprock.compare.study import write_study
+    from warprock.verification.study import write_study
     from warprock.figures.study import draw_histories, draw_study
     from warprock.report.chosen import played_of_study
 

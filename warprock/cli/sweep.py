@@ -70,7 +70,7 @@ def plan(
 ) -> None:
     """Write the plan of a sweep over the lanes of a CASE, after a look at every one of them."""
     from warprock.case.load import load_case
-    from warprock.sweep.plan import CHUNK_LANES, make_plan, plan_facts, write_plan
+    from warprock.sweeps.plan import CHUNK_LANES, make_plan, plan_facts, write_plan
     from warprock.tables import sweeps, terminal
 
     case = load_case(case_name, overrides)
@@ -116,9 +116,9 @@ def run(
     Ctrl-C, SIGTERM and SIGUSR1 drop the chunk in hand; what is done stays, and running again goes
     on. Exits with 75 after the signals, with 130 after Ctrl-C.
     """
-    from warprock.run.files import require_writable
-    from warprock.sweep.plan import read_plan
-    from warprock.sweep.run import (
+    from warprock.running.files import require_writable
+    from warprock.sweeps.plan import read_plan
+    from warprock.sweeps.run import (
         Stopped,
         chunks_to_run,
         read_shard,
@@ -133,7 +133,7 @@ def run(
     require_writable(folder, "DIR")
     run_chunks = run_here(found, folder, workers)
     if scheduler is not None:
-        from warprock.sweep.dask import run_on_dask
+        from warprock.sweeps.dask import run_on_dask
 
         run_chunks = run_on_dask(found, folder, scheduler, workers)
     numbers = chunks_to_run(found, folder, part)
@@ -172,8 +172,8 @@ def _say_left(why: str, folder: pathlib.Path) -> None:
 @json_option
 def status(folder: pathlib.Path, as_json: bool) -> None:
     """How far a sweep is: its chunks, and what became of the lanes so far."""
-    from warprock.sweep.chunks import sweep_state
-    from warprock.sweep.plan import read_plan
+    from warprock.sweeps.chunks import sweep_state
+    from warprock.sweeps.plan import read_plan
     from warprock.tables import sweeps, terminal
 
     found = sweep_state(read_plan(folder), folder)
@@ -193,10 +193,10 @@ def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> Non
     from warprock.case.lanes import expand_lanes
     from warprock.model.words import lane_count_text
     from warprock.report.replays import played_of_sweep
-    from warprock.run.files import require_writable, require_writable_file
-    from warprock.run.results import LANE_CSV, MOST_CSV_LANES
-    from warprock.sweep.chunks import merge as merge_chunks
-    from warprock.sweep.plan import read_plan
+    from warprock.running.files import require_writable, require_writable_file
+    from warprock.running.results import LANE_CSV, MOST_CSV_LANES
+    from warprock.sweeps.chunks import merge as merge_chunks
+    from warprock.sweeps.plan import read_plan
     from warprock.tables.terminal import lane_progress, print_end, print_json
 
     found = read_plan(folder)
@@ -234,7 +234,7 @@ def bench_sweep(
     own angular restitution.
     """
     from warprock.measure.sweep_bench import ENGINES, LANES, run_sweep_bench
-    from warprock.run.case_run import require_choice
+    from warprock.running.case_run import require_choice
     from warprock.settings.engines import SETTINGS
     from warprock.tables import sweeps, terminal
 

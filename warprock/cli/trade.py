@@ -14,7 +14,7 @@ from warprock.errors import InputError
 if TYPE_CHECKING:
     from warprock.case.case import Case
     from warprock.measure.trade_choice import Choice
-    from warprock.run.options import RunOptions
+    from warprock.running.options import RunOptions
 
 
 @click.command()
@@ -38,7 +38,7 @@ def trade(
     from warprock.figures.trade import draw_trade
     from warprock.measure.trade import TABLE, all_entries, level_rows, run_trade, write_csv
     from warprock.measure.trade_scenes import TRADE_SCENES
-    from warprock.run.devices import start_warp
+    from warprock.running.devices import start_warp
     from warprock.tables.terminal import lane_progress, print_json
     from warprock.tables.trade import print_trade
 

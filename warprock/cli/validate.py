@@ -77,7 +77,7 @@ def validate(
     cell was not seen. Columns such as peak_rotation_deg and peak_slide_mm are held against peaks.
     """
     from warprock.case.load import load_case
-    from warprock.compare.validation import run_validation
+    from warprock.verification.validation import run_validation
     from warprock.figures.validation import draw_validation
     from warprock.tables.terminal import lane_progress
     from warprock.tables.validation import validation_report

@@ -16,7 +16,7 @@ from warprock.figures.outcomes import OUTCOMES, RAISED, read_peaks
 from warprock.figures.palette import BLUE, DASHES, FALLEN, GREY
 from warprock.figures.sheet import TIME_LABEL, style
 from warprock.model.response import Outcome, Response
-from warprock.run.case_run import CaseRun
+from warprock.running.case_run import CaseRun
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from warprock.figures.palette import DARK, DASHES
 from warprock.model.motion import MotionKind
-from warprock.run.case_run import CaseRun
+from warprock.running.case_run import CaseRun
 from warprock.units import GRAVITY
 
 if TYPE_CHECKING:

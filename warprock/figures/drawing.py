@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from warprock.figures.sheet import style
-from warprock.run.files import replacing
+from warprock.running.files import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

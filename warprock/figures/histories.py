@@ -27,7 +27,7 @@ from warprock.figures.sheet import (
 )
 from warprock.model.ratios import peak_ratio, rotation_ratio
 from warprock.model.response import FIELDS, USABLE, Outcome, Response, Status
-from warprock.run.case_run import CaseRun
+from warprock.running.case_run import CaseRun
 from warprock.tables.swept import lanes_at, spread, swept_axes
 
 if TYPE_CHECKING:

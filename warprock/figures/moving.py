@@ -15,7 +15,7 @@ import numpy.typing as npt
 from warprock.figures.palette import DARK, FALLEN, GREY, PALE, SERIES
 from warprock.figures.sheet import style
 from warprock.model.hull import lower_hull
-from warprock.run.scene_motion import SceneMotion
+from warprock.running.scene_motion import SceneMotion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,7 @@ from warprock.figures.palette import DARK
 from warprock.figures.scales import three_digits
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import USABLE, Outcome
-from warprock.run.case_run import CaseRun
+from warprock.running.case_run import CaseRun
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

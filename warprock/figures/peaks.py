@@ -15,7 +15,7 @@ from warprock.figures.palette import DARK, DASHES, SCALE, SERIES, VERMILION
 from warprock.figures.scales import logarithmic, three_digits
 from warprock.figures.sheet import headline, style, subplots
 from warprock.model.response import Outcome
-from warprock.run.case_run import CaseRun
+from warprock.running.case_run import CaseRun
 from warprock.tables.swept import TICKS, SweptAxis, lanes_at, spread, swept_axes
 
 if TYPE_CHECKING:

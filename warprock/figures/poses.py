@@ -26,7 +26,7 @@ def draw_poses(found: Mapping[str, Any]) -> list[Drawing]:
     """Draws the mean errors of every engine over time.
 
     Args:
-        found: What `compare.checks.compare` returned of a case with observed poses.
+        found: What `verification.checks.compare` returned of a case with observed poses.
 
     Returns:
         One drawing.

@@ -11,7 +11,7 @@ from warprock.figures.peaks import draw_peaks
 from warprock.figures.sample import draw_sample_peaks, sampled
 from warprock.figures.space import draw_space
 from warprock.model.response import take_lanes
-from warprock.run.case_run import CaseRun, run_lanes
+from warprock.running.case_run import CaseRun, run_lanes
 
 
 def draw_run(run: CaseRun) -> list[Drawing]:

@@ -17,7 +17,7 @@ from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, legend_below, style, subplots
 from warprock.model.response import Outcome
 from warprock.model.words import lane_count_text
-from warprock.run.case_run import CaseRun
+from warprock.running.case_run import CaseRun
 from warprock.tables.swept import DrawnInput, drawn_inputs
 
 if TYPE_CHECKING:

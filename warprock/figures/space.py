@@ -14,7 +14,7 @@ from warprock.figures.scales import at_least, plain
 from warprock.figures.sheet import TIME_LABEL, headline, legend_below, style, subplots
 from warprock.model.lanes import SpatialLanes
 from warprock.model.response import Response
-from warprock.run.case_run import CaseRun
+from warprock.running.case_run import CaseRun
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,7 +5,7 @@ are sound, they are sound but energy grew, or they are absurd although the statu
 The last is a defect of the engine. A launch is cut to `AtlasSize.steps` steps: one at 1e-6 s covers
 20 ms of motion, enough for small blocks and small rotations to come down, not for tall ones.
 
-Every finished part (map, engine, precision) is kept, see `warprock.run.parts`; one whose file holds
+Every finished part (map, engine, precision) is kept, see `warprock.running.parts`; one whose file holds
 what would be run again is read, not run.
 """
 
@@ -24,7 +24,7 @@ import pandas as pd
 import pyarrow as pa
 
 import warprock
-from warprock.compare.housner import SLIDE_BOUND
+from warprock.verification.housner import SLIDE_BOUND
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Target
 from warprock.engines.soundness import energy_gained, exploded
@@ -32,11 +32,11 @@ from warprock.measure.atlas_lanes import AtlasSize, LaneGrid
 from warprock.measure.atlas_maps import MAPS, AtlasMap, Launch
 from warprock.model.response import SOUND, USABLE, Outcome, Response, SampleTimes, Status
 from warprock.model.scene import scene_kind
-from warprock.run.batch import run_batch
-from warprock.run.case_run import PRECISIONS
-from warprock.run.machine import kernel_hash
-from warprock.run.options import DEFAULT_OPTIONS, RunOptions
-from warprock.run.parts import State, find_part, read_part, write_part
+from warprock.running.batch import run_batch
+from warprock.running.case_run import PRECISIONS
+from warprock.running.machine import kernel_hash
+from warprock.running.options import DEFAULT_OPTIONS, RunOptions
+from warprock.running.parts import State, find_part, read_part, write_part
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

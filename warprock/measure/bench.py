@@ -26,8 +26,8 @@ from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import GroundMotions, SpatialMotions, StillBase
 from warprock.model.response import Response, SampleTimes
 from warprock.model.scene import scene_kind
-from warprock.run import machine
-from warprock.run.batch import run_batch
+from warprock.running import machine
+from warprock.running.batch import run_batch
 
 Array = npt.NDArray[np.float64]
 

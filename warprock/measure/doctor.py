@@ -14,8 +14,8 @@ import warp as wp
 
 from warprock.engines import ENGINES, engine_class
 from warprock.errors import InputError
-from warprock.run import machine
-from warprock.run.devices import start_warp
+from warprock.running import machine
+from warprock.running.devices import start_warp
 
 PACKAGES = (
     "warp-lang",

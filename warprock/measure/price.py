@@ -22,7 +22,7 @@ from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import StillBase
 from warprock.model.response import SampleTimes
-from warprock.run.batch import LANE_QUANTUM, run_batch
+from warprock.running.batch import LANE_QUANTUM, run_batch
 from warprock.settings.engines import SETTINGS, EventSettings
 
 Array = npt.NDArray[np.float64]

@@ -26,13 +26,13 @@ from warprock.model.motion import GroundMotions
 from warprock.model.response import SOUND, Response, SampleTimes
 from warprock.model.scene import scene_kind
 from warprock.quantity import Said
-from warprock.run import machine
-from warprock.run.batch import LANE_QUANTUM, run_batch
-from warprock.run.case_run import require_choice
-from warprock.run.files import replacing
-from warprock.run.lane_table import arrow_table
-from warprock.run.parts import State, find_part, read_part, write_part
-from warprock.run.provenance import PACKAGES
+from warprock.running import machine
+from warprock.running.batch import LANE_QUANTUM, run_batch
+from warprock.running.case_run import require_choice
+from warprock.running.files import replacing
+from warprock.running.lane_table import arrow_table
+from warprock.running.parts import State, find_part, read_part, write_part
+from warprock.running.provenance import PACKAGES
 from warprock.settings.engines import build_settings
 
 TABLE, CSV = "trade.parquet", "trade.csv"

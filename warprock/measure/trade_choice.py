@@ -24,10 +24,10 @@ from warprock.errors import InputError
 from warprock.measure.trade import CSV, cheapest, settings_text
 from warprock.measure.trade_scenes import SAMPLE_INTERVAL, TRADE_SCENES, scene_class
 from warprock.model.response import SOUND, Outcome, SampleTimes
-from warprock.run.batch import run_batch
-from warprock.run.engine_choice import judged_lanes, outside_model
-from warprock.run.estimate import run_with_estimate
-from warprock.run.options import DEFAULT_OPTIONS, RunOptions
+from warprock.running.batch import run_batch
+from warprock.running.engine_choice import judged_lanes, outside_model
+from warprock.running.estimate import run_with_estimate
+from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 from warprock.settings.engines import SETTINGS, build_settings
 
 Array = npt.NDArray[np.float64]

@@ -41,7 +41,7 @@ class Status(enum.IntEnum):
     """Whether a lane's numbers may be used.
 
     The numbers of a sensitive lane depend on the step: chaos or closeness to overturning. An
-    engine never says so; `warprock.run.tolerance` does, by running the lane at finer steps.
+    engine never says so; `warprock.running.tolerance` does, by running the lane at finer steps.
     Outside its model is a lane in which something happened that its engine leaves out: a
     contact that had to pull, or a block that would have slid; its numbers are what the
     engine's equations give. At the iteration limit a contact solve has not settled; the lane's run
@@ -242,14 +242,14 @@ across it, z upwards. The slide is that of the lowest corner, one in the air too
 """
 
 ERROR_FIELDS: tuple[str, ...] = ("peak_rotation_error", "rotation_error", "peak_slide_error")
-"""Estimated errors, which no engine answers: `warprock.run.estimate` adds them."""
+"""Estimated errors, which no engine answers: `warprock.running.estimate` adds them."""
 ESTIMATE_FIELDS: tuple[str, ...] = (
     *ERROR_FIELDS,
     "time_step",
     "first_step_count",
     "total_step_count",
 )
-"""Errors, and what runs they took: `warprock.run.tolerance` adds these."""
+"""Errors, and what runs they took: `warprock.running.tolerance` adds these."""
 MODEL_FIELDS: tuple[str, ...] = ("friction_needed",)
 """Fields that `housner`, its reference, and `event` of prescribed restitutions answer besides."""
 BODY_FIELDS: tuple[str, ...] = ("peak_rotation_left", "peak_rotation_right")

@@ -19,9 +19,9 @@ from warprock.report import asked
 from warprock.report.content import Chapter, Heading, Proof, Sheet
 from warprock.report.folder import ResultFolder
 from warprock.report.numbers import counted, three
-from warprock.run.files import replacing
-from warprock.run.machine import core_count, cpu_name, kernel_hash, package_versions
-from warprock.run.provenance import PACKAGES
+from warprock.running.files import replacing
+from warprock.running.machine import core_count, cpu_name, kernel_hash, package_versions
+from warprock.running.provenance import PACKAGES
 from warprock.tables.terminal import Row
 
 FOUND = "reproduce.json"

@@ -16,10 +16,10 @@ from typing import Any
 
 import pandas as pd
 
-from warprock.compare import checks
-from warprock.compare.checks import CaseResponses, compare_with_housner
-from warprock.compare.plain import plain_row
-from warprock.compare.study import COLUMNS as STUDY_COLUMNS
+from warprock.verification import checks
+from warprock.verification.checks import CaseResponses, compare_with_housner
+from warprock.verification.plain import plain_row
+from warprock.verification.study import COLUMNS as STUDY_COLUMNS
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing, write_drawings
 from warprock.paper import conflicts, conflicts_stack, figures
@@ -51,7 +51,7 @@ from warprock.paper.space import run_space, space_ensembles
 from warprock.paper.stack import STACK_ENGINES_OF, STACK_MAKERS, stack_evidence
 from warprock.paper.study import draw_figures, study_conflict
 from warprock.paper.times import run_times, times_batches
-from warprock.run.files import require_writable
+from warprock.running.files import require_writable
 
 ENGINES_OF: dict[str, dict[str, tuple[str, ...]]] = {
     "table6": {PULSE: FAMILIES},

@@ -16,8 +16,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case.load import load_case
-from warprock.compare.checks import CaseResponses
-from warprock.compare.study import StudyRun, run_study
+from warprock.verification.checks import CaseResponses
+from warprock.verification.study import StudyRun, run_study
 from warprock.engines import engine_class
 from warprock.engines.base import AbstractEngine
 from warprock.engines.launching import Form, Target
@@ -26,10 +26,10 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes
 from warprock.paper.conflict_texts import Conflict
-from warprock.run.batch import warm_up_together
-from warprock.run.case_run import require_options
-from warprock.run.files import replacing
-from warprock.run.options import RunOptions
+from warprock.running.batch import warm_up_together
+from warprock.running.case_run import require_options
+from warprock.running.files import replacing
+from warprock.running.options import RunOptions
 
 Array = npt.NDArray[np.float64]
 Row = dict[str, Any]

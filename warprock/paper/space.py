@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock.compare.checks import CaseResponses
+from warprock.verification.checks import CaseResponses
 from warprock.model.response import USABLE, Outcome, Response
 from warprock.paper.conflict_texts import Conflict
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
@@ -30,7 +30,7 @@ from warprock.paper.runs import (
     write_rows,
     written_number,
 )
-from warprock.run.cells import wilson_interval
+from warprock.running.cells import wilson_interval
 
 Array = npt.NDArray[np.float64]
 

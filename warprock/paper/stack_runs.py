@@ -21,7 +21,7 @@ from warprock.paper.conflicts_stack import (
 )
 from warprock.paper.printed import BLOCKS, REFERENCE_DEGREES, paper_table
 from warprock.paper.runs import SINE_ENSEMBLE, PaperRuns
-from warprock.run.cells import percentile_of, wilson_interval
+from warprock.running.cells import percentile_of, wilson_interval
 
 Array = npt.NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from warprock.compare.study import StudyRun
+from warprock.verification.study import StudyRun
 from warprock.figures import study as plots_study
 from warprock.figures.drawing import Drawing
 from warprock.paper.conflict_texts import Conflict

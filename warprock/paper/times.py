@@ -29,7 +29,7 @@ from warprock.paper.runs import (
     written_number,
 )
 from warprock.paper.stack_runs import STACK_PULSE, STACK_SINE
-from warprock.run.batch import LANE_QUANTUM
+from warprock.running.batch import LANE_QUANTUM
 
 SCENES: dict[tuple[str, str], tuple[str, dict[str, str]]] = {
     ("single", "pulse"): (PULSE, {"reading": "displacement"}),

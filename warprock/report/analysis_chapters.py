@@ -14,7 +14,7 @@ from warprock.report.folder import ResultFolder
 from warprock.report.lanes import lane_sheet
 from warprock.report.numbers import counted, heading, listed, sheet_of, three
 from warprock.report.sentences import accuracy_sentences
-from warprock.run.lane_table import LANE_TABLE
+from warprock.running.lane_table import LANE_TABLE
 
 Scenes = Mapping[str, Any]
 

@@ -9,12 +9,12 @@ from typing import Any
 from warprock.analysis.incremental import Analysis, alone_at, telling
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
-from warprock.compare.lane_names import lane_name
-from warprock.compare.settings import case_asked, plain_name
-from warprock.compare.study import StudyRun
+from warprock.verification.lane_names import lane_name
+from warprock.verification.settings import case_asked, plain_name
+from warprock.verification.study import StudyRun
 from warprock.report.replays import Replay, played
 from warprock.report.scenes import SOME
-from warprock.run.options import RunOptions
+from warprock.running.options import RunOptions
 from warprock.settings.engines import SETTINGS
 
 Played = Mapping[str, Any] | None
@@ -79,7 +79,7 @@ def played_of_comparison(case: Case, found: Mapping[str, Any]) -> Played:
 
     Args:
         case: The case.
-        found: The comparison, as `warprock.compare.checks.compare` gives it.
+        found: The comparison, as `warprock.verification.checks.compare` gives it.
     """
     if case.ensemble is not None:
         return None

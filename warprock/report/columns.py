@@ -10,8 +10,8 @@ import pandas as pd
 from warprock.errors import InputError
 from warprock.model.response import USABLE, Outcome, Status
 from warprock.quantity import Said
-from warprock.run.lane_table import LANE_TABLE, PEAK_RATIO
-from warprock.run.results import CELL_TABLE
+from warprock.running.lane_table import LANE_TABLE, PEAK_RATIO
+from warprock.running.results import CELL_TABLE
 
 TEXT, NUMBER, FLAG = "text", "numbers", "true or false"
 LANE = "*"

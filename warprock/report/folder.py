@@ -21,8 +21,8 @@ from warprock.reading import read_bytes, reason, require_plain
 from warprock.report.columns import require_columns
 from warprock.report.content import Picture
 from warprock.report.earlier import earlier_sources
-from warprock.run.results import PROVENANCE
-from warprock.run.run_file import read_facts, read_object
+from warprock.running.results import PROVENANCE
+from warprock.running.run_file import read_facts, read_object
 
 MOST_ROWS = 1_000_000
 """Rows of a table that a page is made from; of a longer one the first are read."""

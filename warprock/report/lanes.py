@@ -14,7 +14,7 @@ from warprock.model.response import USABLE
 from warprock.report import asked
 from warprock.report.content import Heading, Sheet
 from warprock.report.numbers import ROWS, heading, three
-from warprock.run.lane_table import PEAK_RATIO
+from warprock.running.lane_table import PEAK_RATIO
 
 _USABLE = [code.name.lower() for code in USABLE]
 RESULTS = ("outcome", "status", "impact_count", "rest_time_s", "friction_needed")

@@ -11,10 +11,10 @@ from warprock.report.folder import ResultFolder
 from warprock.report.lanes import lane_sheet, needed
 from warprock.report.numbers import counted, listed, sheet_of, three
 from warprock.report.sentences import peak_sentences
-from warprock.run.lane_table import LANE_TABLE
-from warprock.run.provenance import case_facts
-from warprock.sweep.chunks import sweep_state
-from warprock.sweep.plan import read_plan
+from warprock.running.lane_table import LANE_TABLE
+from warprock.running.provenance import case_facts
+from warprock.sweeps.chunks import sweep_state
+from warprock.sweeps.plan import read_plan
 
 Scenes = Mapping[str, Any]
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from warprock.report.content import Page
-from warprock.run.files import replacing
+from warprock.running.files import replacing
 
 REPORT = "report.html"
 """Name of the page in a folder of results."""

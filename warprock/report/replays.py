@@ -20,14 +20,14 @@ from warprock.errors import InputError
 from warprock.report.folder import ResultFolder
 from warprock.report.lanes import lane_name, needed, peak_ratio, standing
 from warprock.report.scenes import SOME, choose, outlines_of, sampled, scene
-from warprock.run.case_run import run_lane_set
-from warprock.run.devices import start_warp
-from warprock.run.lane_table import LANE_TABLE, PEAK_RATIO, history_table, lane_table
-from warprock.run.options import RunOptions
-from warprock.run.provenance import case_facts
-from warprock.run.results import PROVENANCE
-from warprock.run.scene_motion import run_of_folder
-from warprock.sweep.plan import PLAN, Plan, read_plan
+from warprock.running.case_run import run_lane_set
+from warprock.running.devices import start_warp
+from warprock.running.lane_table import LANE_TABLE, PEAK_RATIO, history_table, lane_table
+from warprock.running.options import RunOptions
+from warprock.running.provenance import case_facts
+from warprock.running.results import PROVENANCE
+from warprock.running.scene_motion import run_of_folder
+from warprock.sweeps.plan import PLAN, Plan, read_plan
 
 
 @dataclasses.dataclass(frozen=True)

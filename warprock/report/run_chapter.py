@@ -11,8 +11,8 @@ from warprock.report.folder import ResultFolder
 from warprock.report.lanes import lane_sheet, needed
 from warprock.report.numbers import sheet_of
 from warprock.report.sentences import cell_sentences, run_sentences
-from warprock.run.lane_table import LANE_TABLE
-from warprock.run.results import CELL_TABLE
+from warprock.running.lane_table import LANE_TABLE
+from warprock.running.results import CELL_TABLE
 
 FIGURES = ("histories.png", "space.png", "ensemble*.png", "peaks*.png")
 

@@ -13,10 +13,10 @@ import pandas as pd
 from warprock.case.case import Case
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.report.lanes import lane_name, peak_ratio, standing
-from warprock.run.case_run import CaseRun, run_lanes
-from warprock.run.lane_table import history_table, lane_table
-from warprock.run.provenance import provenance
-from warprock.run.scene_motion import last_move
+from warprock.running.case_run import CaseRun, run_lanes
+from warprock.running.lane_table import history_table, lane_table
+from warprock.running.provenance import provenance
+from warprock.running.scene_motion import last_move
 
 Array = npt.NDArray[np.float64]
 
@@ -138,7 +138,7 @@ def scene(
     """One lane as a page plays it: whole numbers, and what one of them is worth.
 
     Args:
-        history: Its history, as `run.lane_table.history_table` gives it.
+        history: Its history, as `running.lane_table.history_table` gives it.
         row: Its row of the lane table.
         name: What sets it apart.
         why: Why it was chosen; empty where all lanes are.

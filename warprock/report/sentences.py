@@ -111,7 +111,7 @@ def cell_sentences(table: pd.DataFrame) -> list[str]:
     """The cell of an ensemble that overturns most often.
 
     Args:
-        table: What `run.cells.cell_table` gives.
+        table: What `running.cells.cell_table` gives.
     """
     if "overturned" not in table or not len(table) or table["overturned"].isna().all():
         return []

@@ -31,10 +31,10 @@ from warprock.report.measured_chapters import (
 from warprock.report.page import REPORT, write_page
 from warprock.report.run_chapter import run_chapter
 from warprock.report.validation_chapter import validation_chapter
-from warprock.run.lane_table import LANE_TABLE
-from warprock.run.results import CELL_TABLE, PROVENANCE
-from warprock.run.run_file import RUN, require_shape
-from warprock.sweep.plan import PLAN
+from warprock.running.lane_table import LANE_TABLE
+from warprock.running.results import CELL_TABLE, PROVENANCE
+from warprock.running.run_file import RUN, require_shape
+from warprock.sweeps.plan import PLAN
 
 Scenes = Mapping[str, Any]
 

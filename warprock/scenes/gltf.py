@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.figures.palette import SERIES
-from warprock.run.files import replacing
-from warprock.run.scene_motion import SceneMotion
+from warprock.running.files import replacing
+from warprock.running.scene_motion import SceneMotion
 
 FLOAT, SHORT = 5126, 5123
 """Codes of glTF for the type of numbers."""

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import numpy.typing as npt
 
-from warprock.run.files import replacing
+from warprock.running.files import replacing
 
 Frame = npt.NDArray[np.uint8]
 

@@ -14,8 +14,8 @@ import numpy as np
 from warprock.errors import InputError
 from warprock.figures.palette import SERIES
 from warprock.quantity import Said
-from warprock.run.files import replacing
-from warprock.run.scene_motion import SceneMotion
+from warprock.running.files import replacing
+from warprock.running.scene_motion import SceneMotion
 
 PAUSE = 1.0
 """Seconds for which the end of a lane is shown before it plays again."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from warprock.model.words import lane_count_text
-from warprock.run.accuracy import (
+from warprock.running.accuracy import (
     FIRST_STEPS,
     MET,
     MISSED,
@@ -18,7 +18,7 @@ from warprock.run.accuracy import (
 )
 
 if TYPE_CHECKING:
-    from warprock.run.case_run import CaseRun
+    from warprock.running.case_run import CaseRun
 
 FINER = 2
 """Halvings of the step that the advice on screen is of."""

@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 
 from warprock.model.response import USABLE
-from warprock.run.files import replacing
+from warprock.running.files import replacing
 from warprock.tables.terminal import plain_table, print_end, print_table, print_written, stdout
 
 SUMMARY = "summary.md"

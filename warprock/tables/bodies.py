@@ -13,7 +13,7 @@ from rich.console import Console
 from warprock.bodies.body import Body
 from warprock.bodies.footing import DIRECTIONS
 from warprock.bodies.rests import turns_over as hull_turns_over
-from warprock.run.machine import package_versions
+from warprock.running.machine import package_versions
 from warprock.tables.report import Report
 from warprock.tables.terminal import measured, plain_table, print_table, say, stdout
 

@@ -13,9 +13,9 @@ from rich.console import Console
 from warprock.case.case import Case
 from warprock.model.undecided import cut_text
 from warprock.model.words import lane_count_text
-from warprock.run.case_run import CaseRun
-from warprock.run.cells import PEAK_RATIO, QUANTILES, cell_table
-from warprock.run.lane_parts import has_time_step
+from warprock.running.case_run import CaseRun
+from warprock.running.cells import PEAK_RATIO, QUANTILES, cell_table
+from warprock.running.lane_parts import has_time_step
 from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.swept import SweptAxis, swept_axes
 from warprock.tables.terminal import plain_table, print_table, print_written, stdout
@@ -96,7 +96,7 @@ def print_cell_comparison(
 
     Args:
         case: The case.
-        found: What `compare.checks.compare` returned.
+        found: What `verification.checks.compare` returned.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.text import Text
 
-from warprock.compare.housner import NEEDS, SLIDE_BOUND
+from warprock.verification.housner import NEEDS, SLIDE_BOUND
 
 if TYPE_CHECKING:
-    from warprock.compare.checks import CheckRow
+    from warprock.verification.checks import CheckRow
 
 from warprock.tables.terminal import (
     MISSING,
@@ -79,7 +79,7 @@ class Reasons:
 
 
 def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> None:
-    """Prints the rows of `compare.checks.run_checks`, and what failed with its reason.
+    """Prints the rows of `verification.checks.run_checks`, and what failed with its reason.
 
     Args:
         rows: The rows.
@@ -118,7 +118,7 @@ def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> No
 
 
 def print_comparison(found: Mapping[str, Any], console: Console | None = None) -> None:
-    """Prints what `compare.checks.compare` returned, lane by lane, engines under each other.
+    """Prints what `verification.checks.compare` returned, lane by lane, engines under each other.
 
     Args:
         found: Its return value.
@@ -183,7 +183,7 @@ def nearest(found: Mapping[str, Any]) -> tuple[str, str]:
     """What a comparison with Housner says in one sentence, and the engine that is nearest to him.
 
     Args:
-        found: What `compare.checks.compare` returned.
+        found: What `verification.checks.compare` returned.
     """
     largest: dict[str, float] = {}
     for row in found["rows"]:

@@ -10,8 +10,8 @@ from typing import Any
 import pandas as pd
 
 from warprock.case.case import Case
-from warprock.compare.settings import plain_name
-from warprock.run.provenance import case_facts, surroundings
+from warprock.verification.settings import plain_name
+from warprock.running.provenance import case_facts, surroundings
 from warprock.tables.cells import print_cell_comparison
 from warprock.tables.compare import nearest, print_comparison
 from warprock.tables.peers import print_costs
@@ -26,7 +26,7 @@ def comparison_report(case: Case, found: Mapping[str, Any]) -> Report:
 
     Args:
         case: The case.
-        found: What `compare.checks.compare` returned.
+        found: What `verification.checks.compare` returned.
     """
     tables = {"comparison": pd.DataFrame(found["rows"])}
     if found["costs"]:

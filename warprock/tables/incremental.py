@@ -19,7 +19,7 @@ from warprock.analysis.capacities import (
 from warprock.analysis.incremental import Analysis, Verdict
 from warprock.case.case import Case
 from warprock.model.words import lane_count_text
-from warprock.run.provenance import case_facts, surroundings
+from warprock.running.provenance import case_facts, surroundings
 from warprock.tables.fragility import fit_cells, fit_sentence
 from warprock.tables.report import Report
 from warprock.tables.terminal import heading_text, plain_table, print_table, stdout

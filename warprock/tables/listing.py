@@ -19,7 +19,7 @@ from warprock.tables.terminal import (
 
 
 def print_listing(found: Mapping[str, Any]) -> None:
-    """Prints what `run.catalogue.list_all` found."""
+    """Prints what `running.catalogue.list_all` found."""
     print_rows("Cases", found["cases"])
     print_rows("Engines", found["engines"])
     print_rows("Programs of others, for compare", found["programs"])
@@ -35,7 +35,7 @@ def _duration_text(found: Mapping[str, Any]) -> str:
 
 
 def print_explanation(found: Mapping[str, Any], then: str) -> None:
-    """Prints what `run.catalogue.explain_case` found, and the command to try then."""
+    """Prints what `running.catalogue.explain_case` found, and the command to try then."""
     out = wide_stdout()
     case, scene = found["case"], found["scene"]
     out.print(f"{case['name']}: {case['title']}", style="bold")

@@ -10,8 +10,8 @@ from rich.console import Console
 
 from warprock.analysis.overturning import Mode, OverturningMap
 from warprock.model.words import lane_count_text
-from warprock.run.lane_table import lane_table
-from warprock.run.provenance import provenance
+from warprock.running.lane_table import lane_table
+from warprock.running.provenance import provenance
 from warprock.tables.report import Report
 from warprock.tables.terminal import plain_table, print_table, say, stdout
 from warprock.units import GRAVITY

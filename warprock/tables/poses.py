@@ -23,7 +23,7 @@ def print_pose_comparison(found: Mapping[str, Any], console: Console | None = No
     """Prints a comparison with observed poses: a row an engine.
 
     Args:
-        found: What `compare.checks.compare` returned of a case with observed poses.
+        found: What `verification.checks.compare` returned of a case with observed poses.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()

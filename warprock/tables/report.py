@@ -15,7 +15,7 @@ class Report:
 
     Attributes:
         json: What `--json` prints, but for the files that were written.
-        tables: Tables to write; see `run.results.write_results`.
+        tables: Tables to write; see `running.results.write_results`.
         facts: What `run.json` holds; None writes none.
         show: Prints the analysis on the terminal.
         beside: Whether it was made from the results in a folder, which stay when it is written.

@@ -18,9 +18,9 @@ from warprock.model.drift import drift_text
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
-from warprock.run.case_run import CaseRun
-from warprock.run.lane_table import PEAK_RATIO, lane_table
-from warprock.run.provenance import count_words, error_summary
+from warprock.running.case_run import CaseRun
+from warprock.running.lane_table import PEAK_RATIO, lane_table
+from warprock.running.provenance import count_words, error_summary
 from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.swept import drawn_inputs, swept_axes
 from warprock.tables.terminal import (

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from warprock.analysis.sensitivity import Sensitivity
 from warprock.model.words import lane_count_text
-from warprock.run.provenance import provenance
+from warprock.running.provenance import provenance
 from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.report import Report
 from warprock.tables.terminal import number, plain_table, print_table, stdout

@@ -12,8 +12,8 @@ from warprock.analysis.spectrum import Spectrum
 from warprock.model.response import USABLE, Outcome
 from warprock.model.undecided import UNDECIDED
 from warprock.model.words import lane_count_text
-from warprock.run.lane_table import lane_table
-from warprock.run.provenance import provenance
+from warprock.running.lane_table import lane_table
+from warprock.running.provenance import provenance
 from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.report import Report
 from warprock.tables.terminal import number, plain_table, print_table, say, stdout

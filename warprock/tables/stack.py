@@ -33,7 +33,7 @@ def print_stack_comparison(found: Mapping[str, Any], console: Console | None = N
     """Prints a comparison of stacks or in space: a row a lane, block and engine.
 
     Args:
-        found: What `compare.checks.compare` returned.
+        found: What `verification.checks.compare` returned.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()

@@ -87,7 +87,7 @@ def _rate(done: int, total: int, seconds: float) -> str:
 
 
 def print_plan(found: Mapping[str, Any]) -> None:
-    """Prints what `sweep.plan.plan_facts` found, and what to do next."""
+    """Prints what `sweeps.plan.plan_facts` found, and what to do next."""
     written = "written" if found["written"] else "there already"
     folder, settings = found["folder"], found["settings"]
     _print(f"plan {found['plan'][:12]} of {found['case']}: {written}, in {folder}")
@@ -102,7 +102,7 @@ def print_plan(found: Mapping[str, Any]) -> None:
 
 
 def print_counts(found: Mapping[str, Any], engine: str, settings: Any) -> None:
-    """Prints what `sweep.run.shard_counts` found of an engine with its settings."""
+    """Prints what `sweeps.run.shard_counts` found of an engine with its settings."""
     whole = found["lanes"] == found["lanes_of_sweep"]
     of = "" if whole else f" of shard {found['shard']}, of {found['lanes_of_sweep']} in all,"
     _print(
@@ -120,7 +120,7 @@ def print_counts(found: Mapping[str, Any], engine: str, settings: Any) -> None:
 
 
 def print_state(found: Mapping[str, Any], folder: pathlib.Path) -> None:
-    """Prints what `sweep.chunks.sweep_state` found."""
+    """Prints what `sweeps.chunks.sweep_state` found."""
     _print(f"plan {found['plan'][:12]} of {found['case']}, {found['engine']}, in {folder}")
     _print(f"  chunks: {found['chunks_done']} of {found['chunks']} done")
     for state in ("missing", "broken", "foreign"):

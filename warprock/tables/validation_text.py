@@ -9,7 +9,7 @@ import numpy as np
 from rich.console import Console
 
 from warprock.errors import one_line
-from warprock.run.cells import wilson_interval
+from warprock.running.cells import wilson_interval
 from warprock.tables.terminal import heading_text, plain_table, print_table, say, stdout
 
 Facts = Mapping[str, Any]

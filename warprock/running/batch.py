@@ -1,0 +1,225 @@
+"""Runs lanes in chunks on worker threads; a Warp launch on the CPU releases the interpreter lock.
+
+A lane's result does not depend on its chunk, its place or the number of workers.
+"""
+
+from __future__ import annotations
+
+import collections
+import concurrent.futures
+import threading
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warprock.arguments import at_the_door
+from warprock.engines import engine_class
+from warprock.engines.base import AbstractEngine
+from warprock.engines.launching import Form, Target
+from warprock.engines.workload import MOST_STEPS, require_workload
+from warprock.errors import InputError
+from warprock.kernels.instance import LANE_WIDTH
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.painleve import mark_ambiguous
+from warprock.model.response import Response, SampleTimes, join_responses, take_lanes
+from warprock.model.runnable import require_runnable
+from warprock.running.devices import keeping_kernels, require_device, start_warp
+from warprock.running.machine import core_count, require_workers
+
+CHUNK_STEPS = 2.0e7
+"""Steps aimed at in a chunk: a second or so of work, so that Ctrl-C and progress are prompt."""
+
+STEPS_PER_SECOND_OF_MOTION = 100.0
+"""Rough steps of one lane in a second of motion where the engine has no time step of its own."""
+
+_WARMING_UP = threading.Lock()
+"""Threads that run batches of their own must not build the same kernel at once."""
+
+LANE_QUANTUM: int = LANE_WIDTH
+"""Chunks are a multiple of the lanes of a pack."""
+
+DEVICE_CHUNK = 2**17
+"""Lanes in a chunk on a GPU: enough to fill it. While it runs one, workers write the lanes of the
+next and read the results of the last, which takes several times as long."""
+
+MOST_HISTORY = 500_000_000
+"""Numbers in the histories of a batch: 4 GB."""
+
+
+def require_room(blocks: int, times: SampleTimes, source: str = "run_batch") -> None:
+    """Refuses histories that are too large to be held in memory.
+
+    Args:
+        blocks: Blocks of all lanes together.
+        times: Duration and sampling.
+        source: What errors name as their source.
+
+    Raises:
+        InputError: They are.
+    """
+    if times.interval is None or blocks * times.count <= MOST_HISTORY:
+        return
+    allowed = (
+        f"must make at most {MOST_HISTORY:,} numbers, 4 GB, in the histories of all blocks: "
+        f"{blocks:,} blocks x {times.count:,} samples are {blocks * times.count:,}"
+    )
+    raise InputError(source, "run.sample_interval", f"{times.interval:g} s", allowed)
+
+
+def default_chunk_size(lane_count: int, steps_per_lane: float, workers: int) -> int:
+    """Lanes in a chunk: prompt progress, and at least four chunks a worker where lanes allow."""
+    prompt = CHUNK_STEPS / max(steps_per_lane, 1.0)
+    shared = lane_count / (4 * workers)
+    return max(1, round(min(prompt, shared) / LANE_QUANTUM)) * LANE_QUANTUM
+
+
+@at_the_door
+def run_batch(
+    engine: str,
+    lanes: Lanes,
+    motions: GroundMotions,
+    times: SampleTimes,
+    *,
+    settings: Any = None,
+    precision: str = "float64",
+    device: str = "cpu",
+    form: Form | None = None,
+    workers: int | None = None,
+    chunk_size: int | None = None,
+    most_steps: float = MOST_STEPS,
+    progress: Callable[[int], None] | None = None,
+) -> Response:
+    """Runs all lanes of a batch with one engine; the response has them in their order.
+
+    Args:
+        engine: Name in `ENGINES`.
+        lanes: The lanes.
+        motions: Their ground motions.
+        times: Duration and sampling.
+        settings: Settings of the engine; its defaults where None.
+        precision: "float64" or "float32".
+        device: Name of a Warp device.
+        form: Form of the kernel; the fast one for the device where None.
+        workers: Worker threads; as many as there are cores where None.
+        chunk_size: Lanes in a chunk; chosen from the work where None.
+        most_steps: Steps that a lane may need, at most.
+        progress: Called with the lanes finished so far.
+
+    Raises:
+        InputError: Unknown engine or device, settings of another engine, no lanes, lanes that
+            cannot be run (see `require_runnable`) or need too many steps, fewer than one worker or
+            lane of a chunk, histories too large to be held, or a kernel that is not built yet while
+            its folder cannot be written to.
+
+    Example:
+        >>> import warprock as wr
+        >>> found = wr.expand_lanes(wr.load_case("free-b0"))
+        >>> wr.run_batch("housner", found.lanes, found.motions, found.times).lane_count
+        2
+    """
+    require_runnable(lanes, motions)
+    count = lanes.lane_count
+    require_room(count * lanes.block_count, times)
+    _require_spread(workers, chunk_size)
+    built = _built(engine, settings, Target(precision, device, form))
+    require_workload(built, lanes, motions, times, most_steps=most_steps)
+    threads, size = workers or core_count(), chunk_size or DEVICE_CHUNK
+    if built.target.on_cpu:
+        time_step = getattr(built.settings, "time_step", 1.0 / STEPS_PER_SECOND_OF_MOTION)
+        size = chunk_size or default_chunk_size(count, times.duration / time_step, threads)
+    with _WARMING_UP, keeping_kernels():
+        built.warm_up(lanes, motions)
+    slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
+    run_chunk = _chunk_runner(built, lanes, motions, times)
+    return join_responses(_run_all(run_chunk, slices, threads, progress))
+
+
+def _built(engine: str, settings: Any, target: Target) -> AbstractEngine:
+    """An engine with its settings on a device, refused where it or one of them is none."""
+    require_device(target.device)
+    wanted = engine_class(engine).settings_type
+    if settings is not None and not isinstance(settings, wanted):
+        raise InputError("settings", "", settings, f"must be a {wanted.__name__} or None")
+    return engine_class(engine)(settings, target)
+
+
+def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotions]]) -> None:
+    """Compiles or loads the kernels of several runs side by side, on all cores.
+
+    A run on its own compiles what it needs on one core; what needs many kernels ends sooner where
+    they are known beforehand. Warp compiles its headers once a thread and set of flags, which takes
+    as long as two kernels: kernels of like flags follow one another, and threads begin at two ends.
+
+    Args:
+        batches: Of each run the engine, its lanes and their ground motions.
+
+    Raises:
+        InputError: The folder of the kernels cannot be written to.
+    """
+    start_warp()
+    with _WARMING_UP, keeping_kernels():
+        names = {engine.module_of(lanes, motions).__name__ for engine, lanes, motions in batches}
+        modules = [wp.get_module(name) for name in sorted(names)]
+        modules.sort(key=lambda module: str(module.options["cpu_compiler_flags"]))
+        left = collections.deque(modules)
+
+        def load(from_end: int) -> None:
+            while True:
+                try:
+                    module = left.pop() if from_end else left.popleft()
+                except IndexError:
+                    return
+                wp.force_load("cpu", [module], max_workers=0)
+
+        with concurrent.futures.ThreadPoolExecutor(core_count()) as pool:
+            for done in [pool.submit(load, thread % 2) for thread in range(core_count())]:
+                done.result()
+
+
+def _chunk_runner(
+    built: AbstractEngine, lanes: Lanes, motions: GroundMotions, times: SampleTimes
+) -> Callable[[slice], Response]:
+    """What runs a chunk of the lanes."""
+
+    def run_chunk(part: slice) -> Response:
+        some, moves = lanes.take(part), motions.take(part)
+        order = built.alike_order(some, moves)
+        if order is None:
+            response = built.run(some, moves, times)
+        else:
+            sorted_by_work = built.run(some.take(order), moves.take(order), times)
+            response = take_lanes(sorted_by_work, np.argsort(order))
+        return mark_ambiguous(some, response) if built.slides else response
+
+    return run_chunk
+
+
+def _require_spread(workers: int | None, chunk_size: int | None) -> None:
+    """Refuses fewer than one worker, or than one lane of a chunk."""
+    require_workers(workers)
+    if chunk_size is not None and chunk_size < 1:
+        raise InputError("run_batch", "chunk_size", chunk_size, "must be at least 1")
+
+
+def _run_all(
+    run_chunk: Callable[[slice], Response],
+    slices: Sequence[slice],
+    threads: int,
+    progress: Callable[[int], None] | None,
+) -> list[Response]:
+    """Responses of all chunks in their order; on trouble the waiting chunks are dropped."""
+    done = 0
+    pool = concurrent.futures.ThreadPoolExecutor(threads)
+    try:
+        futures = [pool.submit(run_chunk, part) for part in slices]
+        for future in concurrent.futures.as_completed(futures):
+            done += future.result().lane_count
+            if progress is not None:
+                progress(done)
+        return [future.result() for future in futures]
+    finally:
+        # A launch cannot be stopped; nobody waits for the ones in hand.
+        pool.shutdown(wait=False, cancel_futures=True)

@@ -1,0 +1,208 @@
+"""What there is to choose from (cases, engines, templates) and what a case requires."""
+
+from __future__ import annotations
+
+import dataclasses
+import pathlib
+from typing import Any
+
+import pandas as pd
+
+from warprock.case.case import Case
+from warprock.case.lanes import expand_lanes
+from warprock.case.load import load_case
+from warprock.case.round_base import round_base_note
+from warprock.case.template import Start
+from warprock.case.text import case_names
+from warprock.engines import ENGINES, engine_class
+from warprock.engines.launching import Target
+from warprock.errors import InputError
+from warprock.model.drift import drift_text
+from warprock.model.scene import SceneKind
+from warprock.model.undecided import cut_text
+from warprock.programs.table import PROGRAMS
+from warprock.running.engine_choice import choose_engine
+from warprock.running.files import replacing, require_writable_file
+from warprock.settings.engines import SETTINGS, declared_settings
+from warprock.unmodelled import UNMODELLED
+
+VALUES_SHOWN = 12
+"""Distinct values of an input up to which all of them are listed."""
+
+WORDS_SHOWN = 4
+"""Words that are named of an input that has more of them than that."""
+
+LANES_SHOWN = 100_000
+"""Lanes whose inputs are looked through; of more, the first ones."""
+
+ESTIMATE = (
+    "`run` estimates every lane's rotation error and halves the step, of the lanes that need it, "
+    "until it is within --tolerance; --no-estimate runs every lane once"
+)
+"""What `explain` says of an engine whose error has an order in the step."""
+
+
+def list_all() -> dict[str, Any]:
+    """The shipped cases, the engines, and the programs beside them, ready for JSON."""
+    cases = [{"name": name, "title": load_case(name).title} for name in case_names()]
+    return {
+        "cases": cases,
+        "engines": [_engine_row(name) for name in ENGINES],
+        "programs": [_program_row(name) for name in PROGRAMS],
+    }
+
+
+def explain_case(case: Case) -> dict[str, Any]:
+    """What a case requires and how it would be run, ready for JSON.
+
+    Args:
+        case: The case.
+
+    Returns:
+        The scene, the axes of the sweep, the values of every input, `engine`, the one that runs
+        where none is named and why (`EngineChoice`), and for each engine the reason why it
+        declines, or the kernel that would run.
+    """
+    many = case.lane_count > LANES_SHOWN
+    lane_set = expand_lanes(case, range(LANES_SHOWN) if many else None)
+    scene = lane_set.scene
+    inputs = lane_set.inputs
+    return {
+        "case": {
+            "name": case.name,
+            "title": case.title,
+            "source": case.source_text,
+            "file": case.file,
+        },
+        "scene": dataclasses.asdict(scene)
+        | {
+            "why": _scene_text(scene),
+            "left_out": list(scene.left_out),
+            "friction_note": scene.friction_note,
+            "replaced": round_base_note(inputs) or None,
+        },
+        "lanes": case.lane_count,
+        "inputs_of_lanes": lane_set.lanes.lane_count,
+        "duration_s": max(case.durations),
+        "shortest_duration_s": min(case.durations),
+        "motion_cut_short": cut_text(lane_set.motions, lane_set.ends) or None,
+        "drift": drift_text(lane_set.motions) or None,
+        "sample_interval_s": lane_set.longest.interval,
+        "sweep": [{"keys": list(axis.columns), "length": axis.length} for axis in case.axes]
+        + ([{"keys": ["member"], "length": case.members}] if case.ensemble else []),
+        "not_modelled": [each.what for each in UNMODELLED],
+        "study": [case.study.plan(name) for name in case.study.engines] if case.study else None,
+        "inputs": {str(name): _spread(inputs[name]) for name in inputs.columns},
+        "engine": dataclasses.asdict(choose_engine(case)),
+        "engines": [_engine_row(name) | _fitness(case, name, scene) for name in ENGINES],
+    }
+
+
+def write_case(start: Start, path: pathlib.Path, source: str = "PATH") -> list[pathlib.Path]:
+    """Writes a case file to start from, and what it needs beside it.
+
+    Args:
+        start: What `case.template.start_case` made.
+        path: File to write, or a folder to write `case.toml` into.
+        source: Argument or option that names it, as errors say.
+
+    Returns:
+        The files, the case file first.
+
+    Raises:
+        InputError: A file exists already, or its folder cannot be written to.
+    """
+    file = path / "case.toml" if path.is_dir() or path.suffix != ".toml" else path
+    contents = {file: start.text.encode()}
+    contents |= {file.parent / name: content for name, content in start.beside.items()}
+    for each in contents:
+        if each.exists():
+            raise InputError(source, "", str(each), "must not exist already")
+        require_writable_file(each, source)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    for each, content in reversed(contents.items()):
+        with replacing(each) as temporary:
+            temporary.write_bytes(content)
+    return list(contents)
+
+
+def _scene_text(scene: SceneKind) -> str:
+    """What a lane is, in words."""
+    if scene.bodies and scene.stacked:
+        return (
+            f"a planar stack of {scene.block_count} blocks on a base, bodies among them; each "
+            "touches what it stands on at up to three points"
+        )
+    if scene.bodies:
+        where = f"in space: the case {scene.spatial_because}" if scene.spatial else "in the plane"
+        corners = ", their corners rounded" if scene.rounded else ""
+        return f"one body on at most {scene.contact_point_count} points{corners}, {where}"
+    if scene.spatial:
+        touch = "which can touch its base at four corners"
+        if scene.stacked:
+            touch = "which touch where the two faces of neighbours overlap, at eight points at most"
+        blocks = "one rectangular block" if not scene.stacked else f"{scene.block_count} blocks"
+        return f"{blocks} in space, {touch}: the case {scene.spatial_because}"
+    if not scene.stacked:
+        return "one planar rectangular block, which can touch its base at two corners"
+    return (
+        f"a planar stack of {scene.block_count} rectangular blocks on a base; each touches what it "
+        "stands on at the two ends of their common face at most"
+    )
+
+
+def _engine_row(name: str) -> dict[str, Any]:
+    engine = engine_class(name)
+    summary = (engine.__doc__ or "").strip().splitlines()[0]
+    return {"name": name, "order": engine.order, "summary": summary}
+
+
+def _program_row(name: str) -> dict[str, Any]:
+    program = PROGRAMS[name]
+    return {
+        "name": name,
+        "installed": program.installed,
+        "needs": "" if program.installed else program.install,
+        "summary": program.text,
+    }
+
+
+def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
+    reason = engine_class(name).supports(scene)
+    settings = dataclasses.asdict(case.engine_settings(name))
+    units = {key: declared.unit for key, declared in declared_settings(SETTINGS[name]).items()}
+    return {
+        "declines": reason,
+        "kernel": None if reason else _kernel_text(case, name, scene),
+        "estimate": None if reason or engine_class(name).order is None else ESTIMATE,
+        "settings": settings,
+        "units": units,
+    }
+
+
+def _kernel_text(case: Case, name: str, scene: SceneKind) -> str:
+    """The kernel that an engine runs a case with, on a CPU and on any other device."""
+    settings = case.engine_settings(name)
+    here, there = (
+        engine_class(name)(settings, Target(device=device)).kernel_of(scene)
+        for device in ("cpu", "cuda:0")
+    )
+    found = f"kernels/{here.file}.py for a {scene.motion} base"
+    if here == there:
+        return f"{found}: one lane a thread on any device"
+    if here.file == there.file:
+        return f"{found}: `packed` on a CPU, `plain`, one lane a thread, on any other device"
+    return f"{found}: `packed` on a CPU; {there.file}.py, one lane a thread, on any other device"
+
+
+def _spread(values: pd.Series[Any]) -> dict[str, Any]:
+    """Distinct values in order of appearance, or least and greatest where there are many.
+
+    Of many words the first ones, and how many there are.
+    """
+    distinct = values.drop_duplicates().tolist()
+    if len(distinct) <= VALUES_SHOWN:
+        return {"values": distinct}
+    if not pd.api.types.is_numeric_dtype(values):
+        return {"values": distinct[:WORDS_SHOWN], "count": len(distinct)}
+    return {"from": float(values.min()), "to": float(values.max()), "count": len(distinct)}

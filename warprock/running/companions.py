@@ -1,0 +1,363 @@
+"""Runs of the same lanes at other steps, and how far two such runs lie apart."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.engines import engine_class
+from warprock.engines.base import AbstractEngine
+from warprock.engines.launching import Target
+from warprock.engines.workload import FINEST_STEPS, MOST_STEPS
+from warprock.model.lanes import Lanes
+from warprock.model.motion import ComposedMotions, GroundMotions, RecordMotions
+from warprock.model.response import (
+    USABLE,
+    Outcome,
+    Response,
+    SampleTimes,
+    join_responses,
+    take_lanes,
+)
+from warprock.running.batch import run_batch
+from warprock.running.options import Progress, RunOptions
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+Numbers = npt.NDArray[np.intp]
+
+
+STACK_REST = 3.0
+"""How far the swings that a stack leaves out move its other blocks, at least, over those swings."""
+
+PIECES_KEPT = 2**24
+"""Samples of records that end that are held at a time, 400 MB: lanes of more run in parts."""
+
+STACK_RESTS = 1e-2
+"""Swing at which blocks of a stack in the plane rest, over that at twice the step: far enough apart
+for the order of impacts to differ where it hangs on what rests."""
+
+BRANCHES = 64.0
+"""Ratio of two differences that no order explains: twice that of the fifth, of stacks that stick.
+Two impacts at nearly the same time have changed their order."""
+
+REST_RATIO_LEAST = 1e-9
+REST_RATIO_MOST = 1e-2
+"""The least and the most that the setting may be."""
+
+
+def sample_times(duration: float, interval: float) -> SampleTimes:
+    """Sample times for comparing runs; they end exactly where the run does.
+
+    Samples are a power of two in number, so that the last one is the duration to the last bit.
+
+    Args:
+        duration: Length of the run [s].
+        interval: Time between samples, at most [s].
+    """
+    power = max(0, math.ceil(math.log2(duration / interval)))
+    return SampleTimes(duration, duration / 2.0**power)
+
+
+def record_alone(motions: GroundMotions) -> bool:
+    """Whether nothing but records moves the base."""
+    return all(isinstance(part, RecordMotions) for part in motions.components)
+
+
+def cut_off(motions: GroundMotions, ends: Array) -> GroundMotions:
+    """Records that stop moving the base at their first sample at or after a time.
+
+    Args:
+        motions: Motions of records alone.
+        ends: The times [s], shape [lane]; infinite for all of a record.
+    """
+    if isinstance(motions, ComposedMotions):
+        return motions.with_parts(lambda part: _cut_record(part, ends))
+    return _cut_record(motions, ends)
+
+
+def many_pieces(motions: GroundMotions, ends: Array) -> bool:
+    """Whether the pools of `cut_off` would be too large to be held at a time."""
+    samples = sum(int(_pieces(part, ends)[0][:, 1].sum()) for part in motions.components)
+    return samples > PIECES_KEPT
+
+
+def _pieces(motions: Any, ends: Array) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.intp]]:
+    """What is left of records that end: offset, samples left and samples of each piece.
+
+    Returns:
+        Shape [piece, 3], and the piece of every lane, shape [lane].
+    """
+    assert isinstance(motions, RecordMotions)
+    with np.errstate(invalid="ignore"):
+        samples = np.ceil((ends - motions.start) / motions.interval) + 1.0
+    count = np.clip(samples, 1, motions.count).astype(np.int32)
+    pieces, piece = np.unique(
+        np.stack([motions.offset, count, motions.count], axis=1), axis=0, return_inverse=True
+    )
+    return pieces, piece.reshape(-1)
+
+
+def _cut_record(motions: Any, ends: Array) -> RecordMotions:
+    """The records of one direction, each cut off, with a pool of the pieces that are left."""
+    pieces, piece = _pieces(motions, ends)
+    count = pieces[piece, 1]
+    places = [np.arange(offset, offset + kept) for offset, kept, _ in pieces]
+    where = np.concatenate(places)
+    last = np.cumsum(pieces[:, 1]) - 1
+    # The last sample of a record is an empty segment.
+    pool = {n: getattr(motions, f"pool_{n}")[where] for n in ("acceleration", "slope", "velocity")}
+    pool["acceleration"][last], pool["slope"][last] = 0.0, 0.0
+    found: RecordMotions = dataclasses.replace(
+        motions,
+        offset=(last - pieces[:, 1] + 1).astype(np.int32)[piece],
+        count=count,
+        velocity_step_stop=np.where(count < motions.count, 0.0, motions.velocity_step_stop),
+        **{f"pool_{name}": values for name, values in pool.items()},
+    )
+    return found
+
+
+@dataclasses.dataclass(frozen=True)
+class Companions:
+    """Lanes and everything that they run with, except the time step.
+
+    Attributes:
+        engine: Name in `ENGINES`, of an engine with an order in the step.
+        lanes: The lanes.
+        motions: Their ground motions.
+        times: Duration and sampling.
+        settings: Settings of the engine, with the step asked for.
+        options: How they are run.
+        most_steps: Steps that a lane may need, at most.
+    """
+
+    engine: str
+    lanes: Lanes
+    motions: GroundMotions
+    times: SampleTimes
+    settings: Any
+    options: RunOptions
+    most_steps: float = MOST_STEPS
+
+    @property
+    def order(self) -> int:
+        """Order of the engine."""
+        order = engine_class(self.engine).order
+        assert order is not None
+        return order
+
+    @property
+    def rest_is_known(self) -> bool:
+        """Whether a lane that rests for good does so at every step.
+
+        Where a resting block moves not at all, and every step ends at the knots between which the
+        base's acceleration is linear, the next lift depends on the base alone.
+        """
+        return engine_class(self.engine).rests_exactly and record_alone(self.motions)
+
+    @property
+    def rest_floor(self) -> Array:
+        """What the rest rule leaves out at every step, the least of an estimate [rad].
+
+        The swing of a block below which it rests; in a stack that moves the other blocks, too.
+        """
+        swing = getattr(self.settings, "rest_rotation_ratio", 0.0) * self.lanes.slenderness_angle
+        return np.asarray(swing * (STACK_REST if self.lanes.stacked else 1.0))
+
+    def take(self, lanes: slice | Numbers) -> Companions:
+        """Some of the lanes."""
+        return dataclasses.replace(
+            self, lanes=self.lanes.take(lanes), motions=self.motions.take(lanes)
+        )
+
+    def run(self) -> Response:
+        """The lanes at the step of the settings."""
+        return run_batch(
+            self.engine,
+            self.lanes,
+            self.motions,
+            self.times,
+            settings=self.settings,
+            most_steps=self.most_steps,
+            **self.options.of_batch,
+        )
+
+    def in_chunks(
+        self,
+        answer: Callable[[Companions], Response],
+        values: int,
+        progress: Progress | None,
+    ) -> Response:
+        """Does some work chunk by chunk, and joins the responses.
+
+        Args:
+            answer: The work.
+            values: Values in the histories of one run that are held at a time.
+            progress: Called with the number of lanes finished so far.
+        """
+        count = self.lanes.lane_count
+        size = max(1, values // (len(self.times.times) * self.lanes.block_count))
+        parts = []
+        for low in range(0, count, size):
+            high = min(low + size, count)
+            parts.append(answer(self.take(slice(low, high))))
+            if progress is not None:
+                progress(high)
+        return join_responses(parts)
+
+    @property
+    def coarser(self) -> Mask:
+        """Lanes whose steps are twice as long with twice the setting, shape [lane]."""
+        twice = self._longest_step(halved(self.settings, -1))
+        with np.errstate(invalid="ignore"):
+            return np.asarray(twice > 1.99 * self._longest_step(self.settings))
+
+    def _longest_step(self, settings: Any) -> Array:
+        return self._built(settings).longest_step(self.lanes, self.motions)
+
+    def _built(self, settings: Any) -> AbstractEngine:
+        target = Target(self.options.precision, self.options.device)
+        return engine_class(self.engine)(settings, target)
+
+    def halvings(self, power: int) -> Numbers:
+        """How often to halve the setting for steps at most 2^-power of those taken, shape [lane].
+
+        Lanes whose step is cut by something else (the block's own frequency, the knots of a
+        record) need the setting halved more than `power` times before the runs differ at all.
+        """
+        # Round-off apart; a lane whose sizes are not finite takes part as it is.
+        asked = self._built(self.settings).asked_step(self.lanes, self.motions)
+        cuts = np.ceil(np.log2(asked / self._longest_step(self.settings)) - 1e-9)
+        return power + np.where(np.isfinite(cuts), cuts, 0.0).astype(np.intp)
+
+    def run_halved(self, halvings: Numbers, work: Array | None = None) -> Response:
+        """The lanes at steps that are halved.
+
+        Args:
+            halvings: How often, shape [lane]; -1 for twice the step.
+            work: How long every lane will take, about, in any unit, shape [lane]: lanes of a pack
+                wait for one another, so those that take as long run side by side.
+        """
+        found, places = [], []
+        for count in np.unique(halvings):
+            lanes = np.flatnonzero(halvings == count)
+            if work is not None:
+                lanes = lanes[np.argsort(work[lanes], kind="stable")]
+            finer = dataclasses.replace(
+                self.take(lanes),
+                settings=companion_settings(self.settings, int(count), self.lanes),
+                most_steps=FINEST_STEPS,
+            )
+            found.append(finer.run())
+            places.append(lanes)
+        return take_lanes(join_responses(found), np.argsort(np.concatenate(places)))
+
+
+def companion_settings(settings: Any, count: int, lanes: Lanes) -> Any:
+    """Settings with the step halved `count` times, or doubled at -1; halved, blocks rest later.
+
+    They rest at swings that are smaller by the square of the step. A last swing that every step
+    leaves out alike may lie in the way of a later shock: of 76 lanes under 40 s of a record one
+    parts from Housner's equation by that, and no step would show it.
+
+    Blocks of a stack rest at swings smaller by `STACK_RESTS`, and at twice the step at larger ones.
+    Whether a small swing has come to rest decides which ends take part in an impact elsewhere, and
+    which of two impacts at nearly the same time is the first. Runs that differ in nothing but the
+    step all take the same branch there; runs that rest at other swings do not.
+    """
+    found = halved(settings, count)
+    if count == 0 or not hasattr(found, "rest_rotation_ratio"):
+        return found
+    stack = lanes.stacked and not lanes.spatial
+    part = STACK_RESTS**count if stack else 0.25 ** max(count, 0)
+    ratio = min(max(part * found.rest_rotation_ratio, REST_RATIO_LEAST), REST_RATIO_MOST)
+    return dataclasses.replace(found, rest_rotation_ratio=ratio)
+
+
+def halved(settings: Any, count: int) -> Any:
+    """Settings with the time step halved `count` times; doubled where the count is -1."""
+    if count < 0:
+        return settings.with_step_scaled(2.0)
+    for _ in range(count):
+        settings = settings.halved()
+    return settings
+
+
+def fallen(response: Response) -> Mask:
+    """Lanes whose blocks no longer stand on one another, shape [lane]."""
+    return np.asarray(np.isin(response["outcome"], (Outcome.OVERTURNED, Outcome.SLID_OFF)))
+
+
+def usable(response: Response) -> Mask:
+    """Lanes that the engine has an answer for, shape [lane]."""
+    return np.asarray(np.isin(response["status"], USABLE))
+
+
+def parted(one: Response, other: Response) -> Mask:
+    """Lanes that stand in one run and not in the other, or that one of them could not run."""
+    return np.asarray((fallen(one) != fallen(other)) | ~usable(one) | ~usable(other))
+
+
+def gap(one: Response, other: Response, alpha: Array) -> Array:
+    """Largest |rotation difference| of two runs [rad]; infinite where one failed.
+
+    Where the blocks fall in both runs, up to the slenderness angle: the time of the fall counts,
+    not the end of it.
+    """
+    bound = np.where(as_columns(fallen(one) & fallen(other), alpha), alpha, np.inf)[..., None]
+    ours, theirs = (np.clip(each["rotation"], -bound, bound) for each in (one, other))
+    return _where_run(np.abs(ours - theirs).max(axis=-1), one, other)
+
+
+def peak_gap(one: Response, other: Response) -> Array:
+    """|Difference of the peak rotations| of two runs [rad]; infinite where one failed."""
+    return _where_run(np.abs(one["peak_rotation"] - other["peak_rotation"]), one, other)
+
+
+def peaks_apart(one: Response, other: Response) -> Array:
+    """Differences of the peaks of two runs [rad], which may lie between two samples."""
+    gaps = peak_gap(one, other)
+    # Of a fall in both runs the histories tell when it was.
+    return np.where(as_columns(fallen(one) & fallen(other), gaps), 0.0, gaps)
+
+
+def took_branches(lanes: Lanes, before: Array, after: Array, tolerance: float) -> Mask:
+    """Stacks of which two runs took two branches, and the next two the same one, shape [lane].
+
+    That does not tell that the truth takes it: another run has to, too.
+
+    Args:
+        lanes: The lanes.
+        before: How far two runs lie apart / slenderness angle, NaN where that is not known.
+        after: The same of the finer one of them and a still finer one.
+        tolerance: Difference that matters.
+    """
+    if not lanes.stacked:
+        return np.zeros(len(after), dtype=np.bool_)
+    return np.asarray((before > tolerance) & (before > BRANCHES * after) & np.isfinite(before))
+
+
+def slide_gap(one: Response, other: Response) -> Array:
+    """Largest |difference| of the slides of two runs [m], that of the peaks or that at the end."""
+    gaps = [np.abs(one[name] - other[name]) for name in ("peak_slide", "residual_slide")]
+    return _where_run(np.maximum(*gaps), one, other)
+
+
+def _where_run(values: Array, one: Response, other: Response) -> Array:
+    return np.where(as_columns(usable(one) & usable(other), values), values, np.inf)
+
+
+def largest(values: Array) -> Array:
+    """Largest value of a lane's blocks, shape [lane]."""
+    return np.asarray(values.reshape(len(values), -1).max(axis=1))
+
+
+def as_columns(lanes: npt.NDArray[Any], like: Array) -> npt.NDArray[Any]:
+    """Values of lanes in a shape that broadcasts with values of their blocks."""
+    return lanes.reshape(-1, *[1] * (like.ndim - 1))

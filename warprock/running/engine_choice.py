@@ -1,0 +1,151 @@
+"""The engine that a case is run with where none is named, and why.
+
+The rule, in this order:
+
+1. `event` for stacks and for blocks in space; for stacks that it declines `impulse`, or `dem`.
+2. `event` where a block slides before it rocks (friction < tan(slenderness angle)).
+3. `housner` where the case prescribes how much angular velocity an impact leaves: that is its law;
+   contact engines have one of their own, and `event` puts the prescribed one in its place.
+4. `housner` runs on the lanes, on 1,000 spread evenly over a larger case. If one of them is outside
+   its model, because the block would slide or its base would have to pull it, `event`.
+5. Else `housner`: it has no error of a time step, and is the cheapest.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.case.case import Case
+from warprock.case.lanes import expand_lanes
+from warprock.engines import engine_class
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import SampleTimes, Status
+from warprock.model.scene import SceneKind
+from warprock.running.batch import run_batch
+from warprock.running.devices import start_warp
+
+CONTACT = "event"
+"""Engine of blocks that can slide."""
+STACKING = ("impulse", "dem")
+"""Engines of stacks that the former declines, the first one that can."""
+ANALYTICAL = "housner"
+"""Engine of one block that does not."""
+LANES_JUDGED = 1000
+"""Lanes up to which all are run: a second or two of work, even of long records."""
+
+
+@dataclasses.dataclass(frozen=True)
+class EngineChoice:
+    """An engine, chosen by the rule of this file.
+
+    Attributes:
+        engine: Its name.
+        why: Why, in words; empty where it was named.
+        outside: Runs of `housner` that were outside its model, of those that were judged.
+        planar_block: Whether it is for one block in the plane, which `housner` might run.
+        named: Whether it was named, not chosen.
+    """
+
+    engine: str
+    why: str = ""
+    outside: int = 0
+    planar_block: bool = True
+    named: bool = False
+
+    @property
+    def surprises(self) -> bool:
+        """Whether a single block is run by another engine than `housner` though none was named."""
+        return self.planar_block and not self.named and self.engine != ANALYTICAL
+
+    @property
+    def text(self) -> str:
+        """The choice in one line."""
+        return f"engine {self.engine}: {self.why}"
+
+
+def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice:
+    """The engine of a case where none is named; see the head of this file.
+
+    Args:
+        case: The case.
+        factors: On its motion: those at which it will run.
+
+    Raises:
+        InputError: A combination of values in the case that no engine could use.
+    """
+    lanes = judged_lanes(case.lane_count)
+    lane_set = expand_lanes(case, lanes)
+    scene = lane_set.scene
+    if scene.spatial:
+        return EngineChoice(CONTACT, "the blocks move in space", planar_block=False)
+    if scene.stacked:
+        declined = engine_class(CONTACT).supports(scene)
+        if declined is not None:
+            able = (each for each in STACKING if engine_class(each).supports(scene) is None)
+            return EngineChoice(next(able, STACKING[0]), declined, planar_block=False)
+        return EngineChoice(CONTACT, "it is a stack", planar_block=False)
+    declined = engine_class(ANALYTICAL).supports(scene)
+    if declined is not None:
+        return EngineChoice(CONTACT, declined)
+    declined = engine_class(CONTACT).supports(scene)
+    if declined is not None:
+        return EngineChoice(ANALYTICAL, declined)
+    if scene.restitution_given:
+        why = "the case prescribes what an impact leaves (contact.angular_restitution)"
+        return EngineChoice(ANALYTICAL, why)
+    runs = np.array(judged_lanes(len(lanes) * len(factors)))
+    chosen, factor = runs // len(factors), np.asarray(factors)[runs % len(factors)]
+    ends = np.broadcast_to(lane_set.ends, len(lanes))[chosen]
+    outside = outside_model(
+        lane_set.lanes.take(chosen), lane_set.motions.take(chosen).scaled(factor), ends
+    )
+    part = f"{outside} of {len(runs)} lanes" if outside else f"none of {len(runs)} lanes"
+    whole = case.lane_count * len(factors)
+    if len(runs) < whole:
+        part += f", spread over {whole:,},"
+    if outside:
+        why = f"in {part} Housner's block would slide or its base would have to pull it"
+        return EngineChoice(CONTACT, why, outside)
+    why = f"in {part} Housner's block would slide or be pulled"
+    return EngineChoice(ANALYTICAL, why, outside)
+
+
+def another_engine(ran: str, scene: SceneKind) -> str | None:
+    """An engine to hold a run against: another one that can do its scene; None where none can."""
+    others = (name for name in ("impulse", CONTACT, ANALYTICAL, "dem") if name != ran)
+    return next((name for name in others if engine_class(name).supports(scene) is None), None)
+
+
+def outside_model(lanes: Lanes, motions: GroundMotions, ends: npt.NDArray[np.float64]) -> int:
+    """Number of single blocks that would slide, or be pulled down, in Housner's model.
+
+    Args:
+        lanes: The blocks.
+        motions: Their ground motions.
+        ends: When their runs end [s], shape [lane].
+    """
+    start_warp()
+    found = 0
+    for end in np.unique(ends):
+        alike = np.flatnonzero(ends == end)
+        batch = lanes.take(alike), motions.take(alike), SampleTimes(float(end))
+        found += run_batch(ANALYTICAL, *batch).count(Status.OUTSIDE_MODEL)
+    return found
+
+
+def judged_lanes(count: int) -> range:
+    """Numbers of the lanes that are judged: all, or `LANES_JUDGED` of them at even distances.
+
+    The distance has no divisor with the number of lanes in common, so that it meets every value of
+    every axis of a sweep.
+    """
+    step = max(1, -(-count // LANES_JUDGED))
+    while math.gcd(step, count) > 1:
+        step += 1
+    return range(0, count, step)

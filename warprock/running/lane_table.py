@@ -1,0 +1,163 @@
+"""The lane table: one row a lane, its inputs and what became of it, with units and meanings."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+
+from warprock.arguments import at_the_door
+from warprock.case.input_columns import input_meaning
+from warprock.case.lanes import LaneSet
+from warprock.model.base_path import base_places
+from warprock.model.ratios import peak_ratio
+from warprock.model.response import (
+    BODY_FIELDS,
+    ESTIMATE_FIELDS,
+    FIELDS,
+    HISTORIES,
+    LANE_FIELDS,
+    MODEL_FIELDS,
+    SPATIAL_FIELDS,
+    Field,
+    Response,
+)
+from warprock.model.undecided import UNDECIDED, UNDECIDED_TEXT, undecided
+from warprock.running.parts import FOOTER
+
+LANE_TABLE = "lanes.parquet"
+"""Name of the file that a run, and a sweep that was merged, keep it in."""
+
+_ROUND_OFF = 1e-12
+"""Part of its length by which the last sample of a run may lie behind its end."""
+
+PEAK_RATIO = "peak_rotation_ratio"
+
+
+@at_the_door
+def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
+    """The table of a run, one row a lane: inputs, dimensionless groups and response.
+
+    Units are in the column names; `DataFrame.attrs["columns"]` holds the unit and the meaning
+    of every column that has them. Outcome and status are words.
+
+    Args:
+        lane_set: Lanes, motions and inputs.
+        response: The engine's answer for the same lanes.
+
+    Example:
+        >>> import warprock as wr
+        >>> run = wr.run_case(wr.load_case("free-b0"), "housner")
+        >>> table = wr.lane_table(run.lane_set, run.response)
+        >>> table.attrs["columns"]["peak_rotation_rad"]["unit"]
+        'rad'
+    """
+    columns: dict[str, Any] = {"lane": lane_set.first + np.arange(response.lane_count)}
+    columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
+    meaning = {name: input_meaning(name) for name in columns}
+    optional = (*SPATIAL_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *ESTIMATE_FIELDS)
+    besides = [name for name in optional if name in response.fields]
+    for field in (FIELDS[name] for name in (*LANE_FIELDS, *besides)):
+        values = response[field.name]
+        of_field: dict[str, Any] = {field.column: values}
+        if field.enum is not None:
+            of_field = {field.column: pd.Categorical.from_codes(values, pd.Index(words_of(field)))}
+        if values.ndim == 2:
+            of_field = {field.block_column(k): v for k, v in enumerate(values.T, 1)}
+        columns |= of_field
+        meaning |= dict.fromkeys(of_field, (field.unit, field.text))
+    columns[UNDECIDED] = undecided(response, lane_set.lanes, lane_set.motions, lane_set.ends)
+    meaning[UNDECIDED] = ("-", UNDECIDED_TEXT)
+    ratio = peak_ratio(response, lane_set.lanes)
+    ratios = dict(zip(peak_ratio_columns(lane_set), np.atleast_2d(ratio.T), strict=True))
+    columns |= ratios
+    meaning |= dict.fromkeys(ratios, ("-", "Largest rotation / slenderness angle"))
+    table = pd.DataFrame(columns)
+    table.attrs["columns"] = {
+        name: {"unit": unit, "text": text} for name, (unit, text) in meaning.items()
+    }
+    return table
+
+
+def peak_ratio_columns(lane_set: LaneSet) -> list[str]:
+    """Columns of the peak rotation / slenderness angle, one for each block of a stack."""
+    lanes = lane_set.lanes
+    if not lanes.stacked:
+        return [PEAK_RATIO]
+    return [f"{PEAK_RATIO}_{block}" for block in range(1, lanes.block_count + 1)]
+
+
+def arrow_table(table: pd.DataFrame) -> pa.Table:
+    """An Arrow table whose fields carry the unit and the meaning of their columns.
+
+    `DataFrame.attrs["footer"]`, where it is there, becomes the footer of the file that holds it.
+    """
+    bare = table.copy(deep=False)
+    meaning, footer = (bare.attrs.pop(name, {}) for name in ("columns", "footer"))
+    arrow = pa.Table.from_pandas(bare, preserve_index=False)
+    fields = [
+        field.with_metadata(meaning[field.name]) if field.name in meaning else field
+        for field in arrow.schema
+    ]
+    metadata = dict(arrow.schema.metadata or {})
+    if footer:
+        metadata[FOOTER] = json.dumps(footer).encode()
+    return arrow.cast(pa.schema(fields, metadata=metadata))
+
+
+def history_table(response: Response, row: int, lane_set: LaneSet, lane: int) -> pd.DataFrame:
+    """Sampled histories of one lane, one row a sample: how and where its blocks and its base are.
+
+    Places are seen from the ground: x, y and z of a block are those of the middle of its box from
+    where the middle of the lowest bottom face stood, the base moves from zero. Units are in the
+    column names; `DataFrame.attrs["columns"]` holds the unit and the meaning of each.
+
+    Args:
+        response: A response with histories.
+        row: Row of the lane in it.
+        lane_set: Lanes of the case, and their motions.
+        lane: Number of the lane among them.
+    """
+    end = np.broadcast_to(lane_set.ends, lane_set.lanes.lane_count)[lane]
+    times = response.times[response.times <= end * (1.0 + _ROUND_OFF)]
+    columns: dict[str, Any] = {"time_s": times}
+    meaning = {"time_s": ("s", "Time")}
+    for field in (FIELDS[name] for name in HISTORIES if name in response.fields):
+        values = response[field.name][row][..., : len(times)]
+        of_field = {field.column: values}
+        if values.ndim == 2:
+            of_field = {field.block_column(k): v for k, v in enumerate(values, 1)}
+        columns |= of_field
+        meaning |= dict.fromkeys(of_field, (field.unit, field.text))
+    places = base_places(lane_set.motions, lane, times)
+    for axis, name in enumerate("xyz"):
+        for column in (c for c in columns if c == f"{name}_m" or c.startswith(f"{name}_")):
+            columns[column] = columns[column] + places[:, axis]
+            meaning[column] = ("m", f"Centre of the block along {name}, seen from the ground")
+    motions = lane_set.motions
+    for name, motion in zip(motions.axes, motions.components, strict=True):
+        # Most scenes have one direction, whose acceleration needs no name.
+        pulled = "base_acceleration" + ("" if name == "x" else f"_{name}") + "_m_s2"
+        columns |= {
+            f"base_{name}_m": places[:, "xyz".index(name)],
+            pulled: motion.acceleration(times, lane),
+        }
+        meaning[f"base_{name}_m"] = ("m", f"Displacement of the base along {name}")
+        meaning[pulled] = (
+            "m/s^2",
+            f"Acceleration of the base along {name}, without the steps of its velocity",
+        )
+    table = pd.DataFrame(columns)
+    table.attrs["columns"] = {
+        name: {"unit": unit, "text": text} for name, (unit, text) in meaning.items()
+    }
+    return table
+
+
+def words_of(field: Field) -> list[str]:
+    """The words of a field that holds codes, which count from 0."""
+    assert field.enum is not None
+    return [code.name.lower() for code in sorted(field.enum)]

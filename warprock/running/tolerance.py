@@ -1,0 +1,396 @@
+"""Runs every lane until its rotations are within a tolerance, or says that they are not.
+
+Every lane runs at the step asked for, and a companion at twice the step tells how far it errs. With
+an error of order p in the step, halving it leaves an r-th of the error, r = 2^p, and the finer of
+two runs errs by their difference over r - 1 (Richardson 1911). A lane whose estimate misses the
+tolerance runs again at half of the step, those lanes only, at most `HALVINGS` times, and its
+numbers are those of its finest run. Three runs show r: it is the ratio of their two differences,
+but at most 2^p. Two runs do not show it: then r is 2, that of a first order. So the estimate is
+large enough for a block that converges slowly; after two runs it is three times too large for one
+that converges with the second order. On top come the factors and floors of
+`warprock.running.calibration`. Where doubling the setting changes no step, because something else
+limits it, the lane starts with half of the step instead.
+
+Under a record, where lanes are costly and many are chaotic, a lane ends early where its error,
+shrinking as it did so far (at first, as the order says), would miss the tolerance at the finest
+step, too, and where its `BUDGET` is spent. Under any other motion it does where its runs lie far
+apart and do not approach one another. Further runs would cost much there and help little.
+
+Of a lane that missed the tolerance two things may be true. Its runs approach one another: it keeps
+its status, its estimate says how far it may be off, and a smaller step will do. Or they do not: it
+stands in one and falls in the other, or it magnifies small differences (`Status.SENSITIVE`). Then
+its estimate says how far its runs lie apart, not how far the truth may be; what can be said of it
+an ensemble says. Of one that fell in every run only the time of the fall is in doubt.
+
+Under a record a lane's companions end soon after it rests for good, if its engine holds a block at
+rest exactly: nothing in what is left depends on the step. Where a companion does not rest there, it
+runs on.
+
+L. F. Richardson (1911), The approximate arithmetical solution by finite differences of physical
+problems involving differential equations, *Philosophical Transactions of the Royal Society A* 210,
+307-357.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.engines import engine_class
+from warprock.engines.workload import FINEST_STEPS
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import (
+    ESTIMATE_FIELDS,
+    HISTORIES,
+    SOUND,
+    USABLE,
+    Outcome,
+    Response,
+    SampleTimes,
+    Status,
+    join_responses,
+    take_lanes,
+)
+from warprock.running.batch import run_batch
+from warprock.running.calibration import estimate_factors
+from warprock.running.companions import (
+    Companions,
+    as_columns,
+    companion_settings,
+    cut_off,
+    fallen,
+    gap,
+    halved,
+    largest,
+    many_pieces,
+    parted,
+    peak_gap,
+    peaks_apart,
+    record_alone,
+    sample_times,
+    slide_gap,
+    took_branches,
+    usable,
+)
+from warprock.running.estimate import CHAOTIC_ABOVE, CHUNK_VALUES, SENSITIVE_ABOVE
+from warprock.running.options import DEFAULT_OPTIONS, RunOptions
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+Numbers = npt.NDArray[np.intp]
+
+HALVINGS = 3
+"""How often the step is halved, at most: to an eighth."""
+
+BUDGET = 3.55
+"""Steps of all runs of a lane under a record, at most, over those of its first one; about, for they
+are reckoned before: half of the step for a lane that rocks from end to end (1 + 1/2 + 2), less for
+one that rests early. Seven blocks under six records at ten scales took up to 2.99 in the mean."""
+
+SLOWEST = 1.25
+"""Least r that an estimate reckons with: an error that shrinks by less has shrunk by chance."""
+
+STEADY = 2
+"""Halvings in a row with which an error must shrink as the order says, or nearly so, before more
+than `SENSITIVE_ABOVE` of it passes for a step that is too long rather than for chaos."""
+
+UNKNOWN = 2.0
+"""r where only two runs are known: that of a first order."""
+
+SAMPLE_INTERVAL = 4e-2
+"""Time between the samples that are compared [s], at most. Shorter ones cost as much as the run; of
+159 lanes under records 50 ms, with the difference of the peaks, take less than 4 % from the largest
+difference in three of four and less than 15 % in nine of ten."""
+
+PARTS = 32
+"""Parts of a run: the record of a companion ends with one of them, so that lanes share records."""
+
+MARGIN = 1.0 / 64.0
+"""Part of the run that a record goes on behind the time at which its lane came to rest."""
+
+
+def run_to_tolerance(
+    engine: str,
+    lanes: Lanes,
+    motions: GroundMotions,
+    times: SampleTimes,
+    options: RunOptions = DEFAULT_OPTIONS,
+    *,
+    settings: Any = None,
+) -> Response:
+    """Runs all lanes of a batch with one engine, at finer steps where a lane needs them.
+
+    Args:
+        engine: Name in `ENGINES`; one whose error has no order in the step runs once.
+        lanes: The lanes.
+        motions: Their ground motions.
+        times: Duration and sampling; estimates do not depend on the sampling.
+        options: How they are run, with a tolerance.
+        settings: Settings of the engine, with the coarsest step; its defaults where None.
+
+    Returns:
+        The numbers of every lane's finest run, with `ESTIMATE_FIELDS`: the estimated errors, NaN
+        where the lane itself has no number, infinite where a companion had none; `time_step`, the
+        setting that the numbers are from [s]; and the steps that this took. The step count of a
+        lane that was run again may end soon after it came to rest. A lane that was OK may be
+        `Status.SENSITIVE`; what else missed the tolerance is told from its `rotation_error`.
+
+    Raises:
+        ValueError: No lanes, or a tolerance that is not above zero.
+        KeyError: Unknown engine.
+    """
+    tolerance = options.tolerance
+    if tolerance is None or not tolerance > 0.0:
+        raise ValueError(f"tolerance: got {tolerance}, must be > 0")
+    built = engine_class(engine)
+    settings = settings or built.settings_type()
+    asked = Companions(engine, lanes, motions, times, settings, options.without_progress())
+    if built.order is None or lanes.lane_count == 0:
+        return dataclasses.replace(asked, options=options).run()
+    compared = sample_times(float(times.times[-1]), SAMPLE_INTERVAL)
+    case = dataclasses.replace(asked, times=compared)
+    refined = functools.partial(_refined, tolerance=tolerance)
+    found = case.in_chunks(refined, CHUNK_VALUES, options.progress)
+    return found if times.interval is None else _with_histories(asked, found)
+
+
+def run_at_step(
+    engine: str,
+    lanes: Lanes,
+    motions: GroundMotions,
+    times: SampleTimes,
+    options: RunOptions,
+    *,
+    step: float,
+    settings: Any,
+) -> Response:
+    """Runs lanes once, at a step that `run_to_tolerance` came to with the same settings.
+
+    Args:
+        engine: Name in `ENGINES`, of an engine with an order in the step.
+        lanes: The lanes.
+        motions: Their ground motions.
+        times: Duration and sampling.
+        options: How they are run.
+        step: Their `time_step` [s].
+        settings: Settings of the engine, with the coarsest step.
+    """
+    finer = companion_settings(settings, round(math.log2(settings.time_step / step)), lanes)
+    return run_batch(
+        engine,
+        lanes,
+        motions,
+        times,
+        settings=finer,
+        most_steps=FINEST_STEPS,
+        **options.of_batch,
+    )
+
+
+def _with_histories(case: Companions, found: Response) -> Response:
+    """The response of the same lanes at the same steps, with histories."""
+    halvings = np.rint(np.log2(case.settings.time_step / found["time_step"])).astype(np.intp)
+    history = case.run_halved(halvings)
+    added = {name: found[name] for name in ("status", *ESTIMATE_FIELDS)}
+    return dataclasses.replace(history, fields={**history.fields, **added})
+
+
+def _refined(case: Companions, tolerance: float) -> Response:
+    """The response of a chunk of lanes, without histories."""
+    asked = case.run()
+    known = _Known(case, asked, tolerance)
+    ends = np.full(case.lanes.lane_count, np.inf)
+    if case.rest_is_known:
+        ends = _ends(asked, case.times.duration)
+        known.hold(np.flatnonzero(ends == 0.0))
+    work = np.minimum(known.lasted, ends)
+    lanes = np.flatnonzero(known.going & case.coarser)
+    if len(lanes) > 0:
+        twice = np.full(len(lanes), -1)
+        coarse = _run_until_rest(case.take(lanes), twice, ends[lanes], work[lanes], known, lanes)
+        known.weigh(lanes, coarse, take_lanes(asked, lanes), HALVINGS)
+    before, before_lanes = asked, np.arange(len(ends))
+    for power in range(1, HALVINGS + 1):
+        lanes = np.flatnonzero(known.going & known.affordable(2.0**power * work))
+        if len(lanes) == 0:
+            break
+        part = case.take(lanes)
+        halvings = part.halvings(power)
+        after = _run_until_rest(part, halvings, ends[lanes], work[lanes], known, lanes)
+        before = take_lanes(before, np.searchsorted(before_lanes, lanes))
+        known.adopt(lanes, after, halvings)
+        known.weigh(lanes, before, after, HALVINGS - power)
+        before, before_lanes = after, lanes
+    return known.response()
+
+
+def _ends(asked: Response, duration: float) -> Array:
+    """Times at which the records of companions end [s]; 0 of lanes that never moved.
+
+    A lane that does not rest at the end may take any time.
+    """
+    rest = asked["rest_time"]
+    ends = np.ceil((rest / duration + MARGIN) * PARTS) / PARTS * duration
+    rests = (asked["outcome"] == Outcome.AT_REST) & (ends < duration)
+    return np.where(rests, np.where(rest == 0.0, 0.0, ends), np.inf)
+
+
+def _run_until_rest(
+    case: Companions, halvings: Numbers, ends: Array, work: Array, known: _Known, lanes: Numbers
+) -> Response:
+    """Companions under records that end; longer ones where a lane did not rest by then."""
+    short, half = np.isfinite(ends), len(ends) // 2
+    if half and np.any(short) and many_pieces(case.motions, ends):
+        parts = [
+            _run_until_rest(case.take(p), halvings[p], ends[p], work[p], known, lanes[p])
+            for p in (slice(None, half), slice(half, None))
+        ]
+        return join_responses(parts)
+    cut = case
+    if np.any(short):
+        cut = dataclasses.replace(case, motions=cut_off(case.motions, ends))
+    found = cut.run_halved(halvings, work)
+    known.count_steps(lanes, found)
+    rests = (found["outcome"] == Outcome.AT_REST) & (found["rest_time"] <= ends)
+    awake = np.flatnonzero(short & ~rests)
+    if len(awake) == 0:
+        return found
+    later = 2.0 * ends[awake]
+    later = np.where(later < case.times.duration, later, np.inf)
+    part = case.take(awake)
+    longer = _run_until_rest(part, halvings[awake], later, work[awake], known, lanes[awake])
+    return _replaced(found, awake, longer)
+
+
+def _replaced(response: Response, lanes: Numbers, others: Response) -> Response:
+    """A response with some lanes replaced by those of another."""
+    fields = {name: values.copy() for name, values in response.fields.items()}
+    for name, values in fields.items():
+        values[lanes] = others[name]
+    return dataclasses.replace(response, fields=fields)
+
+
+class _Known:
+    """The lanes of a chunk so far: the numbers of their finest runs, and their estimated errors."""
+
+    def __init__(self, case: Companions, asked: Response, tolerance: float) -> None:
+        """Starts with the run at the step asked for."""
+        self.case, self.tolerance, self.order = case, tolerance, case.order
+        self.engine = asked.engine
+        records = record_alone(case.motions)
+        self.budget = BUDGET if records else np.inf
+        self.factors = estimate_factors(case.engine, records=records)
+        self.lasted = np.where(fallen(asked), largest(asked["peak_time"]), case.times.duration)
+        self.fields = {n: v.copy() for n, v in asked.fields.items() if n not in HISTORIES}
+        self.alpha = case.lanes.slenderness_angle
+        self.floor = case.rest_floor
+        self.going = usable(asked)
+        self.met = np.zeros_like(self.going)
+        self.unlike = np.zeros_like(self.going)
+        self.falls = fallen(asked)
+        self.halvings, self.steady = np.zeros((2, len(self.going)), dtype=np.intp)
+        self.first_steps = self.fields["step_count"].copy()
+        self.total_steps = self.first_steps.copy()
+        # Of the last two runs; r is only known once there were three.
+        self.apart = np.full(len(self.going), np.nan)
+        self.gap, self.peak, self.slide, self.error, self.peak_error, self.slide_error = (
+            np.zeros_like(self.alpha) for _ in range(6)
+        )
+
+    def hold(self, lanes: Numbers) -> None:
+        """Marks lanes whose numbers do not depend on the step."""
+        self.met[lanes], self.going[lanes] = True, False
+
+    def count_steps(self, lanes: Numbers, run: Response) -> None:
+        """Adds the steps of a run of some lanes."""
+        self.total_steps[lanes] += run["step_count"]
+
+    def affordable(self, work: Array) -> Mask:
+        """Lanes that may run again within their budget of steps, shape [lane].
+
+        Args:
+            work: Time that the run goes on for times what its step is shortened by [s].
+        """
+        spent = self.total_steps / np.maximum(self.first_steps, 1)
+        return np.asarray(spent + work / self.lasted <= self.budget)
+
+    def adopt(self, lanes: Numbers, run: Response, halvings: Numbers) -> None:
+        """Takes the numbers of a finer run of some lanes, where it has any."""
+        sound = usable(run)
+        for name, values in self.fields.items():
+            values[lanes[sound]] = run[name][sound]
+        self.halvings[lanes[sound]] = halvings[sound]
+
+    def weigh(self, lanes: Numbers, before: Response, after: Response, left: int) -> None:
+        """Estimates the errors of the finer of two runs, and says which lanes go on.
+
+        Args:
+            lanes: Numbers of the lanes.
+            before: Their coarser run.
+            after: Their finer run.
+            left: Halvings that are left.
+        """
+        angle = self.alpha[lanes]
+        gaps = np.maximum(gap(before, after, angle), peaks_apart(before, after))
+        apart = largest(gaps / angle)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shrunk = self.apart[lanes] / apart
+        rate = np.where(np.isfinite(shrunk), np.clip(shrunk, SLOWEST, 2.0**self.order), UNKNOWN)
+        rates = as_columns(rate, angle)
+        parts, share = self.factors, 1.0 / (rates - 1.0)
+        # Under a record two runs may lie closer by chance than those before let expect.
+        before_that = self.gap[lanes] / rates if self.budget < np.inf else 0.0
+        self.gap[lanes] = np.maximum(gaps, before_that)
+        self.peak[lanes] = np.maximum(peak_gap(before, after), self.peak[lanes] / rates)
+        self.slide[lanes] = np.maximum(slide_gap(before, after), self.slide[lanes] / rates)
+        floor = self.floor[lanes] + parts.rotation.floor * angle
+        self.error[lanes] = parts.rotation.factor * share * self.gap[lanes] + floor
+        floor = self.floor[lanes] + parts.peak.floor * angle
+        self.peak_error[lanes] = parts.peak.factor * share * self.peak[lanes] + floor
+        floor = parts.slide.floor * np.abs(after["peak_slide"])
+        self.slide_error[lanes] = parts.slide.factor * share * self.slide[lanes] + floor
+        ratio = largest(self.error[lanes] / angle)
+        differ = parted(before, after)
+        branched = took_branches(self.case.lanes, self.apart[lanes], apart, self.tolerance)
+        met = ~differ & ~branched & (ratio <= self.tolerance)
+        # At best the error goes on to shrink as it did, at least as of a first order.
+        hope = np.where(np.isfinite(shrunk), np.maximum(rate, 2.0), 2.0**self.order)
+        best = apart / (2.0**self.order - 1.0) / hope**left
+        wild = ~(ratio <= CHAOTIC_ABOVE) & np.isfinite(shrunk) & (rate < 2.0)
+        hopeless = usable(before) & (best > self.tolerance if self.budget < np.inf else wild)
+        good = np.isfinite(shrunk) & (shrunk >= 2.0 ** (self.order - 0.5))
+        self.steady[lanes] = np.where(good, self.steady[lanes] + 1, 0)
+        doubtful = (ratio > SENSITIVE_ABOVE) & (self.steady[lanes] < STEADY)
+        self.met[lanes] = met
+        self.falls[lanes] &= fallen(before) & fallen(after)
+        self.going[lanes] = usable(after) & ~met & ~hopeless
+        self.unlike[lanes] = differ | branched | doubtful | ~(ratio <= CHAOTIC_ABOVE)
+        self.apart[lanes] = np.where(usable(before), apart, np.nan)
+
+    def response(self) -> Response:
+        """The finest numbers, with the estimates."""
+        fields = dict(self.fields)
+        answered = np.isin(fields["status"], USABLE)
+        sensitive = self.unlike & ~self.met & np.isin(fields["status"], SOUND)
+        fields["status"] = np.where(sensitive, int(Status.SENSITIVE), fields["status"])
+        columns = as_columns(answered, self.alpha)
+        # A lane that fell in every run is in doubt of the time of its fall alone.
+        sensitive = as_columns(sensitive & ~self.falls, self.alpha)
+        error = np.maximum(self.error, self.floor)
+        peak_error = np.minimum(np.maximum(self.peak_error, self.floor), error)
+        fields["peak_rotation_error"] = np.where(
+            columns, np.where(sensitive, error, peak_error), np.nan
+        )
+        fields["rotation_error"] = np.where(columns, error, np.nan)
+        fields["peak_slide_error"] = np.where(columns, self.slide_error, np.nan)
+        steps = {k: halved(self.case.settings, int(k)).time_step for k in np.unique(self.halvings)}
+        fields["time_step"] = np.array([steps[k] for k in self.halvings])
+        fields["first_step_count"] = self.first_steps
+        fields["total_step_count"] = self.total_steps
+        return Response(engine=self.engine, fields=fields, times=np.empty(0))

@@ -1,0 +1,80 @@
+"""Largest rotations and slides that somebody measured, beside those that are predicted."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.analysis.scores import rank_correlation
+from warprock.verification.observations import MEASURED
+from warprock.verification.validation import Judged, Validation
+from warprock.model.response import FIELDS, USABLE
+
+Array = npt.NDArray[np.float64]
+
+_STOOD = ["at_rest", "rocking"]
+_USABLE = [status.name.lower() for status in USABLE]
+
+
+def unit_of(what: str) -> str:
+    """Unit of a measured quantity: rad or m."""
+    return FIELDS[what].unit
+
+
+def predicted(engine: Judged, what: str, members: int) -> Array:
+    """Largest rotation [rad] or slide [m] that is predicted of each test, shape [said].
+
+    The median over the lanes of the test that stood and have numbers, of a stack the largest of its
+    blocks; NaN without such a lane.
+
+    Args:
+        engine: The engine.
+        what: One of `MEASURED`.
+        members: Lanes of a test.
+    """
+    table = engine.table
+    assert table is not None
+    pattern = re.compile(rf"{what}(_[1-9])?_{unit_of(what)}")
+    columns = [name for name in map(str, table.columns) if pattern.fullmatch(name)]
+    values = table[columns].to_numpy(dtype=np.float64).max(axis=1)
+    stood = (table["outcome"].isin(_STOOD) & table["status"].isin(_USABLE)).to_numpy()
+    values = np.where(stood, values, np.nan).reshape(-1, members)[engine.tests]
+    found = np.full(len(values), np.nan)
+    there = np.isfinite(values).any(axis=1)
+    found[there] = np.nanmedian(values[there], axis=1)
+    return found
+
+
+def measured_rows(found: Validation) -> Iterator[dict[str, Any]]:
+    """How far predictions are from what was measured, of tests that stood in both.
+
+    Yields:
+        A row an engine and quantity: `engine`, `what`, `unit`, `tests`, `median_difference`
+        (predicted less measured), `median_error` (without its sign) and `rank_correlation`
+        (Spearman's).
+    """
+    members = found.tests.lanes.shape[1]
+    for what in measured_quantities(found):
+        theirs = np.where(found.tests.overturned, np.nan, found.tests.measured[what])
+        for engine in found.engines:
+            ours, own = predicted(engine, what, members), theirs[engine.tests]
+            both = np.isfinite(ours) & np.isfinite(own)
+            a, b = ours[both], own[both]
+            yield {
+                "engine": engine.name,
+                "what": what,
+                "unit": unit_of(what),
+                "tests": len(a),
+                "median_difference": float(np.median(a - b)) if len(a) else np.nan,
+                "median_error": float(np.median(np.abs(a - b))) if len(a) else np.nan,
+                "rank_correlation": rank_correlation(a, b),
+            }
+
+
+def measured_quantities(found: Validation) -> list[str]:
+    """What of `MEASURED` somebody measured."""
+    return [what for what in MEASURED if np.isfinite(found.tests.measured[what]).any()]
