@@ -1,11 +1,11 @@
 """Motion of the base.
 
 Each kind brings the same functions: `knot_time` and `knot_step` (when the motion changes its
-formula, and the velocity step there), `series` (Taylor coefficients of the acceleration) and
+formula, and the velocity step there), `expand` (the acceleration about a time) and
 `base_velocity`. `segment` counts the knots passed: 0 before the motion starts. The struct `Motion`
 holds one lane; its fields are the attributes of the class of the same kind in
 warprock/model/motion.py.
-The last arguments of `series` and `base_velocity` are the sample of a record (velocity,
+The last arguments of `expand` and `base_velocity` are the sample of a record (velocity,
 acceleration and its slope) that the kernel has looked up at `sample_index`; the other kinds ignore
 them.
 """
@@ -43,26 +43,50 @@ if MOTION != "record":
         return 0
 
 
+@wp.struct
+class Acceleration:
+    """Acceleration of the base about a time: ak is its k-th Taylor coefficient [m/s^(2 + k)]."""
+
+    a0: real
+    a1: real
+    a2: real
+    a3: real
+    a4: real
+    a5: real
+    a6: real
+    a7: real
+    a8: real
+
+
+@wp.struct
+class Ground:
+    """What a record says of the segment that one of its samples starts.
+
+    Attributes:
+        value: Acceleration at the sample [m/s^2].
+        slope: Its slope up to the next sample [m/s^3].
+        strongest: Largest |acceleration| of the sample and the AHEAD after it [m/s^2].
+    """
+
+    value: real
+    slope: real
+    strongest: real
+
+
 if LINEAR:
 
     @wp.func
-    def acceleration_after(
-        a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
-        tau: real,
-    ) -> real:  # fmt: skip
-        """Acceleration a time later, before the next knot, from its Taylor coefficients."""
-        return fused(tau, a1, a0)
+    def acceleration_at(a: Acceleration, tau: real) -> real:
+        """Acceleration a time tau later, before the next knot [m/s^2]."""
+        return fused(tau, a.a1, a.a0)
 
 else:
 
     @wp.func
-    def acceleration_after(
-        a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
-        tau: real,
-    ) -> real:  # fmt: skip
-        """Acceleration a time later, before the next knot, from its Taylor coefficients."""
-        high = fused(tau, fused(tau, fused(tau, fused(tau, a8, a7), a6), a5), a4)
-        return fused(tau, fused(tau, fused(tau, fused(tau, high, a3), a2), a1), a0)
+    def acceleration_at(a: Acceleration, tau: real) -> real:
+        """Acceleration a time tau later, before the next knot [m/s^2]."""
+        high = fused(tau, fused(tau, fused(tau, fused(tau, a.a8, a.a7), a.a6), a.a5), a.a4)
+        return fused(tau, fused(tau, fused(tau, fused(tau, high, a.a3), a.a2), a.a1), a.a0)
 
 
 if MOTION == "still":
@@ -84,10 +108,9 @@ if MOTION == "still":
         return real(0.0)
 
     @wp.func
-    def series(m: Motion, segment: int, time: real, value: real, slope: real):
-        """Taylor coefficients 0 to 8 of the acceleration: zero."""
-        zero = real(0.0)
-        return zero, zero, zero, zero, zero, zero, zero, zero, zero
+    def expand(m: Motion, segment: int, time: real, value: real, slope: real) -> Acceleration:
+        """Acceleration about a time: zero."""
+        return Acceleration()
 
     @wp.func
     def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
@@ -116,8 +139,8 @@ if MOTION in ("harmonic", "ricker", "modulated"):
 if MOTION in ("harmonic", "modulated"):
 
     @wp.func
-    def wave(w: real, a0: real, a1: real):
-        """Taylor coefficients 0 to 8 of a harmonic from its first two: a'' = -w^2 a."""
+    def wave(w: real, a0: real, a1: real) -> Acceleration:
+        """A harmonic acceleration, a'' = -w^2 a, from its first two Taylor coefficients."""
         # The reciprocals first: of two constants the compiler makes one.
         q = -w * w
         a2 = a0 * (q * OVER_2)
@@ -127,7 +150,7 @@ if MOTION in ("harmonic", "modulated"):
         a6 = a4 * (q * (OVER_5 * OVER_6))
         a7 = a5 * (q * (OVER_6 * OVER_7))
         a8 = a6 * (q * (OVER_7 * OVER_8))
-        return a0, a1, a2, a3, a4, a5, a6, a7, a8
+        return Acceleration(a0, a1, a2, a3, a4, a5, a6, a7, a8)
 
 
 if MOTION == "harmonic":
@@ -147,8 +170,8 @@ if MOTION == "harmonic":
         velocity_offset: real
 
     @wp.func
-    def series(m: Motion, segment: int, time: real, value: real, slope: real):
-        """Taylor coefficients 0 to 8 of the acceleration."""
+    def expand(m: Motion, segment: int, time: real, value: real, slope: real) -> Acceleration:
+        """Acceleration about a time."""
         w = TWO_PI * m.frequency
         s, c = cycle(fused(m.frequency, time - m.start, m.phase * OVER_TWO_PI))
         amplitude = m.acceleration_amplitude * inside(m, segment)
@@ -182,8 +205,8 @@ if MOTION == "ricker":
         c3: real
 
     @wp.func
-    def series(m: Motion, segment: int, time: real, value: real, slope: real):
-        """Taylor coefficients 0 to 8 of the acceleration P(x) exp(-x^2), P of degree 4."""
+    def expand(m: Motion, segment: int, time: real, value: real, slope: real) -> Acceleration:
+        """Acceleration about a time: P(x) exp(-x^2), P of degree 4."""
         r = m.rate
         x = r * (time - real(0.5) * (m.start + m.stop))
         # The Gaussian: E' = -2 x E.
@@ -220,7 +243,7 @@ if MOTION == "ricker":
         a6 = r4 * r3 * fused(p0, e6, fused(p1, e5, fused(p2, e4, fused(p3, e3, p4 * e2))))
         a7 = r4 * r4 * fused(p0, e7, fused(p1, e6, fused(p2, e5, fused(p3, e4, p4 * e3))))
         a8 = r4 * r4 * r * fused(p0, e8, fused(p1, e7, fused(p2, e6, fused(p3, e5, p4 * e4))))
-        return a0, a1, a2, a3, a4, a5, a6, a7, a8
+        return Acceleration(a0, a1, a2, a3, a4, a5, a6, a7, a8)
 
     @wp.func
     def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
@@ -252,33 +275,30 @@ if MOTION == "modulated":
         velocity_offset: real
 
     @wp.func
-    def swing_series(m: Motion, part: real, swing: real, time: real):
-        """Taylor coefficients 0 to 8 of one harmonic's acceleration."""
+    def expand_swing(m: Motion, part: real, swing: real, time: real) -> Acceleration:
+        """Acceleration of one harmonic about a time."""
         f = m.frequency * part
         w = TWO_PI * f
         s, c = cycle(fused(f, time - real(0.5) * (m.start + m.stop), m.phase * OVER_TWO_PI))
         return wave(w, -swing * w * s, swing * (-w * w) * c)
 
     @wp.func
-    def series(m: Motion, segment: int, time: real, value: real, slope: real):
-        """Taylor coefficients 0 to 8 of the acceleration: those of three harmonics."""
+    def add(a: Acceleration, b: Acceleration) -> Acceleration:
+        """The sum of two accelerations."""
+        return Acceleration(
+            a.a0 + b.a0, a.a1 + b.a1, a.a2 + b.a2, a.a3 + b.a3, a.a4 + b.a4, a.a5 + b.a5,
+            a.a6 + b.a6, a.a7 + b.a7, a.a8 + b.a8,
+        )  # fmt: skip
+
+    @wp.func
+    def expand(m: Motion, segment: int, time: real, value: real, slope: real) -> Acceleration:
+        """Acceleration about a time: the sum of three harmonics."""
         i = inside(m, segment)
         one = real(1.0)
-        a0, a1, a2, a3, a4, a5, a6, a7, a8 = swing_series(m, one, i * m.swing_1, time)
-        more, less = one + m.modulation, one - m.modulation
-        b0, b1, b2, b3, b4, b5, b6, b7, b8 = swing_series(m, more, i * m.swing_2, time)
-        c0, c1, c2, c3, c4, c5, c6, c7, c8 = swing_series(m, less, i * m.swing_3, time)
-        return (
-            a0 + b0 + c0,
-            a1 + b1 + c1,
-            a2 + b2 + c2,
-            a3 + b3 + c3,
-            a4 + b4 + c4,
-            a5 + b5 + c5,
-            a6 + b6 + c6,
-            a7 + b7 + c7,
-            a8 + b8 + c8,
-        )
+        first = expand_swing(m, one, i * m.swing_1, time)
+        second = expand_swing(m, one + m.modulation, i * m.swing_2, time)
+        third = expand_swing(m, one - m.modulation, i * m.swing_3, time)
+        return add(add(first, second), third)
 
     @wp.func
     def swing_velocity(m: Motion, part: real, swing: real, time: real) -> real:
@@ -348,13 +368,13 @@ if MOTION == "record":
         return m.offset + wp.where(segment > 0, segment - 1, 0)
 
     @wp.func
-    def series(m: Motion, segment: int, time: real, value: real, slope: real):
-        """Taylor coefficients 0 to 8 of the acceleration, linear between two samples."""
+    def expand(m: Motion, segment: int, time: real, value: real, slope: real) -> Acceleration:
+        """Acceleration about a time: linear between two samples."""
         zero = real(0.0)
         moving = wp.where(segment > 0, m.scale, zero)
         tau = time - fused(real(segment - 1), m.interval, m.start)
         a0 = moving * fused(slope, tau, value)
-        return a0, moving * slope, zero, zero, zero, zero, zero, zero, zero
+        return Acceleration(a0, moving * slope, zero, zero, zero, zero, zero, zero, zero)
 
     @wp.func
     def sample_segment(m: Motion, time: real) -> int:
@@ -370,3 +390,19 @@ if MOTION == "record":
         tau = wp.where(tau < m.interval, tau, m.interval)
         moving = m.scale * fused(tau, fused(HALF * slope, tau, value), start)
         return wp.where(time < m.start, real(0.0), moving)
+
+
+@wp.func
+def series(m: Motion, segment: int, time: real, value: real, slope: real):
+    """Taylor coefficients 0 to 8 of `expand`, one by one."""
+    a = expand(m, segment, time, value, slope)
+    return a.a0, a.a1, a.a2, a.a3, a.a4, a.a5, a.a6, a.a7, a.a8
+
+
+@wp.func
+def acceleration_after(
+    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
+    tau: real,
+) -> real:  # fmt: skip
+    """`acceleration_at` of Taylor coefficients one by one."""
+    return acceleration_at(Acceleration(a0, a1, a2, a3, a4, a5, a6, a7, a8), tau)

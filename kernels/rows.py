@@ -2,6 +2,7 @@
 
     state = rows(State)               LANES structs, one local vector a field
     slab = rows(Slab, BLOCKS + 1)     so many times LANES structs, one local matrix a field
+    state = rows(State, lanes=PLACES) PLACES structs instead of LANES
     state[i], slab[k, i]              the struct of a lane
     state[i].theta                    a field of it: to read, to set, or as a `wp.ref`
     state[i] = after                  sets all fields
@@ -33,8 +34,8 @@ TEXTS: dict[str, str] = {}
 """The text of every kernel as Warp reads it, by the name of its module."""
 
 
-def rows(struct: Any, count: int | None = None) -> Any:
-    """LANES structs, or `count` times LANES; only `@kernel` gives it a meaning."""
+def rows(struct: Any, count: int | None = None, *, lanes: int | None = None) -> Any:
+    """LANES structs, or `lanes`, or `count` times as many; only `@kernel` gives it a meaning."""
     raise TypeError("rows() stands for local variables of a kernel that @kernel writes out")
 
 
@@ -80,11 +81,11 @@ class _WriteOut(ast.NodeTransformer):
         name = ast.Name(f"{row.value.id}_{field}", ast.Load())
         return ast.Subscript(name, row.slice, ast.Load())
 
-    def _type(self, kind: Any, count: int | None) -> str:
+    def _type(self, kind: Any, count: int | None, lanes: int | None) -> str:
         """The name of the type of one field's variable, made where it is new."""
         whole = kind in (int, wp.int32)
-        name = f"{'Whole' if whole else 'Real'}Rows{count or ''}"
-        dtype, lanes = (int if whole else self.names["real"]), self.names["LANES"]
+        name = f"{'Whole' if whole else 'Real'}Rows{count or ''}{f'Of{lanes}' if lanes else ''}"
+        dtype, lanes = (int if whole else self.names["real"]), lanes or self.names["LANES"]
         if name not in self.names:
             self.names[name] = (
                 wp.types.vector(length=lanes, dtype=dtype)
@@ -92,6 +93,10 @@ class _WriteOut(ast.NodeTransformer):
                 else wp.types.matrix(shape=(count, lanes), dtype=dtype)
             )
         return name
+
+    def _number(self, value: ast.expr) -> int:
+        """A number that a declaration gives."""
+        return int(eval(ast.unparse(value), self.names))
 
     def visit_Assign(self, node: ast.Assign) -> Any:
         """A declaration of rows, an assignment to a row, or any other."""
@@ -106,14 +111,13 @@ class _WriteOut(ast.NodeTransformer):
     def _declared(self, target: ast.expr, value: ast.Call) -> list[ast.stmt]:
         if not (isinstance(target, ast.Name) and isinstance(value.args[0], ast.Name)):
             raise SyntaxError(f"line {value.lineno}: rows are declared as `name = rows(Struct)`")
-        count = None
-        if len(value.args) > 1:
-            count = int(eval(ast.unparse(value.args[1]), self.names))
+        count = self._number(value.args[1]) if len(value.args) > 1 else None
+        lanes = next((self._number(k.value) for k in value.keywords if k.arg == "lanes"), None)
         struct = value.args[0].id
         fields = self.names[struct].vars
         self.structs[target.id] = struct, list(fields)
         lines = [
-            f"{target.id}_{field} = {self._type(variable.type, count)}()"
+            f"{target.id}_{field} = {self._type(variable.type, count, lanes)}()"
             for field, variable in fields.items()
         ]
         return ast.parse("\n".join(lines)).body

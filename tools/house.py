@@ -175,14 +175,15 @@ ROOMS = (
         "api",
         """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
         they find as an object with tables, figures and files""",
-        f"{_BASE} records case bodies running sweeps analysis verification measure tables figures report",
+        f"""{_BASE} records case bodies running sweeps analysis verification measure tables figures
+        report""",
         "numpy pandas",
     ),
     _room(
         "cli",
         "the commands, one file each, and how they end",
-        f"""{_BASE} records case bodies running sweeps analysis verification measure tables figures scenes
-        paper report""",
+        f"""{_BASE} records case bodies running sweeps analysis verification measure tables figures
+        scenes paper report""",
         "click",
     ),
 )

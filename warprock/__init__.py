@@ -28,50 +28,56 @@ from __future__ import annotations
 
 import importlib
 import pathlib
-import sys
-import types
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    import inspect
-
-    from warprock.api.analyses import fragility, ida, map, sensitivity, spectrum
-    from warprock.api.body import body
-    from warprock.api.case import Case, load_case
-    from warprock.api.comparison import compare
-    from warprock.api.found import Found
-    from warprock.api.parts import (
-        Block,
-        Contact,
-        Ensemble,
-        Grid,
-        Lognormal,
-        Loguniform,
-        Motion,
-        Sample,
-        Spectrum,
-        Start,
-        Study,
-        Sweep,
-        Times,
-        Uniform,
-    )
-    from warprock.api.plain import with_unit
-    from warprock.api.record import save_record
-    from warprock.api.run import Run, run
-    from warprock.api.study import study
-    from warprock.api.sweep import sweep
-    from warprock.api.validation import validate
-    from warprock.case.lanes import LaneSet, expand_lanes
-    from warprock.case.text import case_names
-    from warprock.engines import ENGINES
-    from warprock.errors import InputError
-    from warprock.model.lanes import Lanes
-    from warprock.model.response import FIELDS, Outcome, Response, SampleTimes, Status
-    from warprock.running.batch import run_batch
-    from warprock.running.case_run import CaseRun, run_case
-    from warprock.running.lane_table import lane_table
-    from warprock.running.results import write_run
+    from warprock.api.analyses import fragility as fragility
+    from warprock.api.analyses import ida as ida
+    from warprock.api.analyses import map as map
+    from warprock.api.analyses import sensitivity as sensitivity
+    from warprock.api.analyses import spectrum as spectrum
+    from warprock.api.body import body as body
+    from warprock.api.case import Case as Case
+    from warprock.api.case import load_case as load_case
+    from warprock.api.comparison import compare as compare
+    from warprock.api.found import Found as Found
+    from warprock.api.parts import Block as Block
+    from warprock.api.parts import Contact as Contact
+    from warprock.api.parts import Ensemble as Ensemble
+    from warprock.api.parts import Grid as Grid
+    from warprock.api.parts import Lognormal as Lognormal
+    from warprock.api.parts import Loguniform as Loguniform
+    from warprock.api.parts import Motion as Motion
+    from warprock.api.parts import Sample as Sample
+    from warprock.api.parts import Spectrum as Spectrum
+    from warprock.api.parts import Start as Start
+    from warprock.api.parts import Study as Study
+    from warprock.api.parts import Sweep as Sweep
+    from warprock.api.parts import Times as Times
+    from warprock.api.parts import Uniform as Uniform
+    from warprock.api.plain import with_unit as with_unit
+    from warprock.api.record import save_record as save_record
+    from warprock.api.run import Run as Run
+    from warprock.api.run import run as run
+    from warprock.api.study import study as study
+    from warprock.api.sweep import sweep as sweep
+    from warprock.api.validation import validate as validate
+    from warprock.case.lanes import LaneSet as LaneSet
+    from warprock.case.lanes import expand_lanes as expand_lanes
+    from warprock.case.text import case_names as case_names
+    from warprock.engines import ENGINES as ENGINES
+    from warprock.errors import InputError as InputError
+    from warprock.model.lanes import Lanes as Lanes
+    from warprock.model.response import FIELDS as FIELDS
+    from warprock.model.response import Outcome as Outcome
+    from warprock.model.response import Response as Response
+    from warprock.model.response import SampleTimes as SampleTimes
+    from warprock.model.response import Status as Status
+    from warprock.running.batch import run_batch as run_batch
+    from warprock.running.case_run import CaseRun as CaseRun
+    from warprock.running.case_run import run_case as run_case
+    from warprock.running.lane_table import lane_table as lane_table
+    from warprock.running.results import write_run as write_run
 
 __version__ = "0.1.0"
 
@@ -80,7 +86,7 @@ _HOME = {
     "FIELDS": "model.response",
     "Block": "api.parts",
     "Case": "api.case",
-    "CaseRun": "run.case_run",
+    "CaseRun": "running.case_run",
     "Contact": "api.parts",
     "Ensemble": "api.parts",
     "Found": "api.found",
@@ -109,12 +115,12 @@ _HOME = {
     "expand_lanes": "case.lanes",
     "fragility": "api.analyses",
     "ida": "api.analyses",
-    "lane_table": "run.lane_table",
+    "lane_table": "running.lane_table",
     "load_case": "api.case",
     "map": "api.analyses",
     "run": "api.run",
-    "run_batch": "run.batch",
-    "run_case": "run.case_run",
+    "run_batch": "running.batch",
+    "run_case": "running.case_run",
     "save_record": "api.record",
     "sensitivity": "api.analyses",
     "spectrum": "api.analyses",
@@ -122,59 +128,14 @@ _HOME = {
     "sweep": "api.sweep",
     "validate": "api.validation",
     "with_unit": "api.plain",
-    "write_run": "run.results",
+    "write_run": "running.results",
 }
-"""Public name -> the module that has it, below `warprock`."""
+"""Public name -> the module that has it, below `warprock`: all that a user may call.
 
-__all__ = [
-    "ENGINES",
-    "FIELDS",
-    "Block",
-    "Case",
-    "CaseRun",
-    "Contact",
-    "Ensemble",
-    "Found",
-    "Grid",
-    "InputError",
-    "LaneSet",
-    "Lanes",
-    "Lognormal",
-    "Loguniform",
-    "Motion",
-    "Outcome",
-    "Response",
-    "Run",
-    "Sample",
-    "SampleTimes",
-    "Spectrum",
-    "Start",
-    "Status",
-    "Study",
-    "Sweep",
-    "Times",
-    "Uniform",
-    "body",
-    "case_names",
-    "compare",
-    "expand_lanes",
-    "fragility",
-    "ida",
-    "lane_table",
-    "load_case",
-    "map",
-    "run",
-    "run_batch",
-    "run_case",
-    "save_record",
-    "sensitivity",
-    "spectrum",
-    "study",
-    "sweep",
-    "validate",
-    "with_unit",
-    "write_run",
-]
+The imports above say the same to editors and type checkers; `tests/test_public.py` holds both
+together."""
+
+__all__ = sorted(_HOME)
 
 # The checkout bridge: an installed package holds kernels/ and cases/; a checkout keeps them next
 # to warprock/, where `warprock.kernels` and `warprock.cases` are found through this path.
@@ -183,51 +144,16 @@ if not (_PACKAGE / "kernels").is_dir():
     __path__.append(str(_PACKAGE.parent))
 
 
-class _RoomAndCommand(types.ModuleType):
-    """A room that has the name of a command: called, it is the command.
-
-    `warprock.run` holds the modules of the room `run`, and `warprock.run(case)` runs a case.
-    """
-
-    def _command(self) -> Any:
-        name = self.__name__.rpartition(".")[2]
-        return getattr(importlib.import_module(f"warprock.{_HOME[name]}"), name)
-
-    def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        return self._command()(*args, **kwargs)
-
-    @property
-    def __doc__(self) -> str | None:  # type: ignore[override]
-        import inspect
-
-        return inspect.getdoc(self._command())
-
-    @property
-    def __signature__(self) -> inspect.Signature:
-        import inspect
-
-        return inspect.signature(self._command())
-
-
-class _Front(types.ModuleType):
-    """This module: where Python binds a room to it that has the name of a command, both are one."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if name in _HOME and isinstance(value, types.ModuleType):
-            value.__class__ = _RoomAndCommand
-        super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Front
-
-
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if (_PACKAGE / name).is_dir():
-        return importlib.import_module(f"{__name__}.{name}")
-    return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+    found = getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+    if getattr(found, "__module__", "").startswith(f"{__name__}."):
+        # What users call is known to them, to help and to pickles by the name that they use.
+        found.__module__ = __name__
+    globals()[name] = found
+    return found
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return list(__all__)

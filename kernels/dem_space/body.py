@@ -18,9 +18,11 @@ import warp as wp
 
 from warprock.kernels.dem.stack import Knobs
 from warprock.kernels.dem.stack_lanes import observe_faces
-from warprock.kernels.dem_space.stack import spring
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
-from warprock.kernels.shape_space.block import Block, matrix_of, turn_freely
+from warprock.kernels.dem_space.stack import Load, Pace, Spring, Stress, Touch, load_spring
+from warprock.kernels.dem_space.stack_lanes import Peaks, Seat, Seen
+from warprock.kernels.dem_space.stack_meet import Axes, Moving, axes_of
+from warprock.kernels.modes import BROKEN, OVERTURNED
+from warprock.kernels.shape_space.block import Block, turn_freely
 from warprock.kernels.shape_space.body import (
     Frame,
     Point,
@@ -65,6 +67,50 @@ class Lane:
     tumbles: int
 
 
+@wp.struct
+class Spin:
+    """Angular velocity of a body, in the axes of the base [rad/s]."""
+
+    x: real
+    y: real
+    z: real
+
+
+@wp.struct
+class Lever:
+    """A point from the centre of mass, in the axes of the base [m]."""
+
+    x: real
+    y: real
+    z: real
+
+
+@wp.struct
+class Footprint:
+    """Sums over the points of a body, of what they show in a step.
+
+    Attributes:
+        count: Points that push, with `sx` to `yy` the sums of levers and of products [m, m^2].
+        middle: Sum of the overlaps of the feet [m].
+        deep: Largest overlap of all points [m].
+        fastest: Largest square of the speed of points that push [m^2/s^2].
+        touching: Points that touch, with `way_x` and `way_y` sums of how far they have slid [m].
+    """
+
+    count: real
+    sx: real
+    sy: real
+    xx: real
+    xy: real
+    yy: real
+    middle: real
+    deep: real
+    fastest: real
+    touching: real
+    way_x: real
+    way_y: real
+
+
 @wp.func
 def frame_of(lane: Lane) -> Frame:
     """The body of a lane."""
@@ -75,247 +121,175 @@ def frame_of(lane: Lane) -> Frame:
 
 
 @wp.func
-def start_body(
-    block: Block, lane: Lane, x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],
-    qx: wp.ref[real], qy: wp.ref[real], qz: wp.ref[real], qw: wp.ref[real],
-    since: wp.ref[real], peak: wp.ref[real], across: wp.ref[real], tilt: wp.ref[real],
-    dt: wp.ref[real], uplift_time: wp.ref[real], mode: wp.ref[int],
-):  # fmt: skip
-    """Puts a body where it starts; it counts as closed."""
-    x = block.x
-    y = block.y
-    z = block.z
-    frame = frame_of(lane)
+def start_body(block: Block, frame: Frame):
+    """Puts a body where it starts: its state, its peaks."""
+    zero = real(0.0)
     a, b, c, d = body_attitude(frame, block.qx, block.qy, block.qz, block.qw)
-    qx = a
-    qy = b
-    qz = c
-    qw = d
-    since = NEVER
     now, side, lean, _yaw, _up, _z, _w = turns_of_body(block, frame, a, b, c, d)
-    peak = now
-    across = side
-    tilt = lean
-    dt = lane.time_step
-    uplift_time = lane.uplift_time
-    mode = RUNNING
+    state = Moving(block.x, block.y, block.z, a, b, c, d, zero, zero, zero, zero, zero, zero)
+    return state, Peaks(now, zero, side, lean, zero, zero)
 
 
 @wp.func
-def keep_point(
-    point: Point, px: wp.ref[real], py: wp.ref[real], pz: wp.ref[real], stood_x: wp.ref[real],
-    stood_y: wp.ref[real], foot: wp.ref[real],
-):  # fmt: skip
-    """Hands over the fields of a point."""
-    px = point.x
-    py = point.y
-    pz = point.z
-    stood_x = point.stood_x
-    stood_y = point.stood_y
-    foot = point.foot
+def turn_body(block: Block, s: Moving):
+    """Axes of a body, and its angular velocity."""
+    m = axes_of(s.qx, s.qy, s.qz, s.qw)
+    x = block.inverse_x * (m.r11 * s.lx + m.r21 * s.ly + m.r31 * s.lz)
+    y = block.inverse_y * (m.r12 * s.lx + m.r22 * s.ly + m.r32 * s.lz)
+    z = block.inverse_z * (m.r13 * s.lx + m.r23 * s.ly + m.r33 * s.lz)
+    spin = Spin(
+        m.r11 * x + m.r12 * y + m.r13 * z,
+        m.r21 * x + m.r22 * y + m.r23 * z,
+        m.r31 * x + m.r32 * y + m.r33 * z,
+    )
+    return m, spin
 
 
 @wp.func
-def turn_body(
-    qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real,
-    ix: real, iy: real, iz: real,
-    r11: wp.ref[real], r12: wp.ref[real], r13: wp.ref[real],
-    r21: wp.ref[real], r22: wp.ref[real], r23: wp.ref[real],
-    r31: wp.ref[real], r32: wp.ref[real], r33: wp.ref[real],
-    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real], lowest: wp.ref[real],
-):  # fmt: skip
-    """Rotation matrix of a body, and its angular velocity in the axes of the base [rad/s]."""
-    a, b, c, d, e, f, g, h, i = matrix_of(qx, qy, qz, qw)
-    mx, my, mz = a * lx + d * ly + g * lz, b * lx + e * ly + h * lz, c * lx + f * ly + i * lz
-    mx, my, mz = ix * mx, iy * my, iz * mz
-    r11 = a
-    r12 = b
-    r13 = c
-    r21 = d
-    r22 = e
-    r23 = f
-    r31 = g
-    r32 = h
-    r33 = i
-    ox = a * mx + b * my + c * mz
-    oy = d * mx + e * my + f * mz
-    oz = g * mx + h * my + i * mz
-    lowest = NEVER
+def find_lever(m: Axes, p: Point) -> Lever:
+    """Lever of a point of a body."""
+    return Lever(
+        m.r11 * p.x + m.r12 * p.y + m.r13 * p.z,
+        m.r21 * p.x + m.r22 * p.y + m.r23 * p.z,
+        m.r31 * p.x + m.r32 * p.y + m.r33 * p.z,
+    )
+
+
+@wp.func
+def touch_of(height: real, s: Moving, spin: Spin, r: Lever) -> Touch:
+    """How a point meets the base; `height` is that of the centre of mass at rest [m]."""
+    return Touch(
+        -(s.z + (height + r.z)),
+        s.vz + spin.x * r.y - spin.y * r.x,
+        s.vx + spin.y * r.z - spin.z * r.y,
+        s.vy + spin.z * r.x - spin.x * r.z,
+    )
 
 
 @wp.func
 def solve_point(
-    knobs: Knobs, live: bool, mu: real, dt: real, area: real, there: bool, overlap: real,
-    rx: real, ry: real, rz: real, vx: real, vy: real, vz: real, ox: real, oy: real, oz: real,
-    ux: wp.ref[real], uy: wp.ref[real], slip: wp.ref[real],
-    fx: wp.ref[real], fy: wp.ref[real], fz: wp.ref[real],
-    mx: wp.ref[real], my: wp.ref[real], mz: wp.ref[real], stored: wp.ref[real],
-):  # fmt: skip
-    """Adds the force of a point to that on its body.
+    knobs: Knobs, pace: Pace, mu: real, area: real, there: bool, touch: Touch,
+    spring: wp.ref[Spring],
+) -> Stress:  # fmt: skip
+    """What a point bears that stands for an area [m^2]: forces [N] and twice an energy [J].
 
-    Args:
-        knobs: Settings.
-        live: Whether the lane still runs.
-        mu: Friction coefficient.
-        dt: Time step [s].
-        area: That the point stands for [m^2].
-        there: Whether it is one.
-        overlap: Depth in the base [m].
-        rx, ry, rz: Lever of the point [m].
-        vx, vy, vz: Velocity [m/s], ox, oy and oz angular velocity [rad/s].
-        ux, uy, slip: State of the spring, see `spring` in dem_space/stack.py.
-        fx: Force [N], to fz; mx its moment [N m], to mz; stored the energy of springs [J].
-
-    Returns:
-        What it pushes with [N], and the square of the speed at which it slips [m^2/s^2].
+    `there` says whether there is a point.
     """
-    zero = real(0.0)
-    share = wp.where(there, area, zero)
-    slip_x, slip_y = vx + oy * rz - oz * ry, vy + oz * rx - ox * rz
-    rate = vz + ox * ry - oy * rx
+    share = wp.where(there, area, real(0.0))
     # What is no point lies far above.
-    depth = wp.where(there, overlap, real(-1.0))
-    n, tx, ty, held = spring(
-        knobs, live and there, mu, dt, depth, rate, slip_x, slip_y, ux, uy, slip
-    )
-    n = share * n
-    tx = share * tx
-    ty = share * ty
-    fx = fx + tx
-    fy = fy + ty
-    fz = fz + n
-    mx = mx + (ry * n - rz * ty)
-    my = my + (rz * tx - rx * n)
-    mz = mz + (rx * ty - ry * tx)
-    stored = stored + wp.where(live, HALF * share * held, zero)
-    return n, slip_x * slip_x + slip_y * slip_y
+    depth = wp.where(there, touch.overlap, real(-1.0))
+    meets = Touch(depth, touch.vn, touch.vx, touch.vy)
+    bears = load_spring(knobs, pace.live == 1 and there, mu, pace.dt, meets, spring)
+    return Stress(share * bears.n, share * bears.x, share * bears.y, share * bears.energy)
+
+
+@wp.func
+def add_force(force: Stress, r: Lever, load: wp.ref[Load]):
+    """Adds the force of a point to the load on its body."""
+    load.fx = load.fx + force.x
+    load.fy = load.fy + force.y
+    load.fz = load.fz + force.n
+    load.mx = load.mx + (r.y * force.n - r.z * force.y)
+    load.my = load.my + (r.z * force.x - r.x * force.n)
+    load.mz = load.mz + (r.x * force.y - r.y * force.x)
+
+
+@wp.func
+def start_footprint() -> Footprint:
+    """Sums over no points."""
+    zero = real(0.0)
+    return Footprint(zero, zero, zero, zero, zero, zero, zero, -NEVER, zero, zero, zero, zero)
 
 
 @wp.func
 def add_point(
-    foot: real, half_width: real, lowest: real, overlap: real, n: real, square: real,
-    x: real, y: real, rx: real, ry: real, rz: real, stood_x: real, stood_y: real,
-    count: wp.ref[real], sx: wp.ref[real], sy: wp.ref[real],
-    xx: wp.ref[real], xy: wp.ref[real], yy: wp.ref[real],
-    middle: wp.ref[real], deep: wp.ref[real], fastest: wp.ref[real],
-    touching: wp.ref[real], way_x: wp.ref[real], way_y: wp.ref[real],
-):  # fmt: skip
+    point: Point, low: bool, touch: Touch, n: real, s: Moving, r: Lever, sums: wp.ref[Footprint]
+):
     """Adds what a point shows to the sums of its body.
 
     Args:
-        foot, stood_x, stood_y: See `Point`.
-        half_width: Of the block [m].
-        lowest: Of all points, from the centre of mass [m].
-        overlap: Depth in the base [m].
-        n, square: See `solve_point`.
-        x, y: Centre of mass, rx, ry and rz the lever of the point [m].
-        count: Sums over points that push, to yy: see `spans`.
-        middle: Sum of the overlaps of the feet, deep the largest one of all points [m].
-        fastest: Largest square of the speed of points that push [m^2/s^2].
-        touching: Points that touch, way_x and way_y sums of how far they have slid [m].
+        point: The point.
+        low: Whether it counts as touching where a slide is told.
+        touch: How it meets the base.
+        n: What it pushes with [N].
+        s: State of the body.
+        r: Lever of the point.
+        sums: Those of the body.
     """
-    zero, one, there = real(0.0), real(1.0), foot >= real(0.0)
+    zero, one, there = real(0.0), real(1.0), point.foot >= real(0.0)
     pushes = n > zero
     carries = wp.where(pushes, one, zero)
-    a, b = carries * rx, carries * ry
-    count = count + carries
-    sx = sx + a
-    sy = sy + b
-    xx = xx + a * rx
-    xy = xy + a * ry
-    yy = yy + b * ry
-    middle = middle + wp.where(foot > zero, overlap, zero)
-    deep = wp.where(there, larger(overlap, deep), deep)
-    fastest = wp.where(pushes, larger(square, fastest), fastest)
-    low = there and touches_as_lowest(rz, lowest, half_width)
-    touching = touching + wp.where(low, one, zero)
-    way_x = way_x + wp.where(low, x + rx - stood_x, zero)
-    way_y = way_y + wp.where(low, y + ry - stood_y, zero)
+    a, b = carries * r.x, carries * r.y
+    square = touch.vx * touch.vx + touch.vy * touch.vy
+    sums.count = sums.count + carries
+    sums.sx = sums.sx + a
+    sums.sy = sums.sy + b
+    sums.xx = sums.xx + a * r.x
+    sums.xy = sums.xy + a * r.y
+    sums.yy = sums.yy + b * r.y
+    sums.middle = sums.middle + wp.where(point.foot > zero, touch.overlap, zero)
+    sums.deep = wp.where(there, larger(touch.overlap, sums.deep), sums.deep)
+    sums.fastest = wp.where(pushes, larger(square, sums.fastest), sums.fastest)
+    sums.touching = sums.touching + wp.where(low, one, zero)
+    sums.way_x = sums.way_x + wp.where(low, s.x + r.x - point.stood_x, zero)
+    sums.way_y = sums.way_y + wp.where(low, s.y + r.y - point.stood_y, zero)
 
 
 @wp.func
-def find_lever(
-    there: bool, px: real, py: real, pz: real, r11: real, r12: real, r13: real, r21: real,
-    r22: real, r23: real, r31: real, r32: real, r33: real,
-    rx: wp.ref[real], ry: wp.ref[real], rz: wp.ref[real], lowest: wp.ref[real],
-):  # fmt: skip
-    """Lever of a point [m], and the lowest one so far."""
-    rx = r11 * px + r12 * py + r13 * pz
-    ry = r21 * px + r22 * py + r23 * pz
-    height = r31 * px + r32 * py + r33 * pz
-    rz = height
-    lowest = wp.where(there, smaller(lowest, height), lowest)
+def is_low(point: Point, r: Lever, lowest: real, half_width: real) -> bool:
+    """Whether a point counts as touching where a slide is told; `lowest` is the lowest one [m]."""
+    return point.foot >= real(0.0) and touches_as_lowest(r.z, lowest, half_width)
 
 
 @wp.func
 def observe_points(
-    live: bool, time: real, frame: Frame, creep: real,
-    count: wp.ref[real], sx: wp.ref[real], sy: wp.ref[real],
-    xx: wp.ref[real], xy: wp.ref[real], yy: wp.ref[real],
-    middle: wp.ref[real], deep: wp.ref[real], fastest: wp.ref[real],
-    touching: wp.ref[real], way_x: wp.ref[real], way_y: wp.ref[real],
-    since: wp.ref[real], uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real],
-    impacts: wp.ref[int], mode: wp.ref[int],
-    slide_x: wp.ref[real], slide_y: wp.ref[real], peak_slide: wp.ref[real],
+    pace: Pace, frame: Frame, sums: Footprint, seat: wp.ref[Seat], peaks: wp.ref[Peaks],
+    seen: wp.ref[Seen],
 ):  # fmt: skip
-    """What the points show of a body, see `observe_faces`; their sums become zero.
+    """What the points show of a body, see `observe_faces`.
 
     A body that stands counts as closed, on whatever points.
     """
-    zero, one = real(0.0), real(1.0)
-    part = one / larger(count, one)
-    stands = spans(count, xx - part * sx * sx, xy - part * sx * sy, yy - part * sy * sy)
-    depth = middle / frame.feet
-    depth = wp.where(stands, larger(depth, TINY), smaller(depth, zero))
+    zero, one, live = real(0.0), real(1.0), pace.live == 1
+    time = real(pace.steps - 1) * pace.dt
+    sx, sy, part = sums.sx, sums.sy, one / larger(sums.count, one)
+    xx, xy, yy = sums.xx - part * sx * sx, sums.xy - part * sx * sy, sums.yy - part * sy * sy
+    depth = sums.middle / frame.feet
+    depth = wp.where(spans(sums.count, xx, xy, yy), larger(depth, TINY), smaller(depth, zero))
+    slips = sums.fastest > pace.creep * pace.creep
     observe_faces(
-        live, time, depth, deep - depth, one, fastest > creep * creep, since, uplift_time, moved,
-        deepest, impacts, mode,
+        live, time, depth, sums.deep - depth, one, slips, seat.since, seen.uplift_time, seen.moved,
+        seen.deepest, seen.impacts, seen.mode,
     )  # fmt: skip
-    x, y = way_x / touching, way_y / touching
-    slide_x = wp.where(live, x, slide_x)
-    slide_y = wp.where(live, y, slide_y)
-    peak_slide = wp.where(live, larger(x * x + y * y, peak_slide), peak_slide)
-    count = zero
-    sx = zero
-    sy = zero
-    xx = zero
-    xy = zero
-    yy = zero
-    middle = zero
-    deep = -NEVER
-    fastest = zero
-    touching = zero
-    way_x = zero
-    way_y = zero
+    x, y = sums.way_x / sums.touching, sums.way_y / sums.touching
+    seat.slide_x = wp.where(live, x, seat.slide_x)
+    seat.slide_y = wp.where(live, y, seat.slide_y)
+    peaks.slide = wp.where(live, larger(x * x + y * y, peaks.slide), peaks.slide)
 
 
 @wp.func
 def observe_body(
-    live: bool, time: real, block: Block, frame: Frame, others: real,
-    qx: real, qy: real, qz: real, qw: real, peak: wp.ref[real], peak_time: wp.ref[real],
-    across: wp.ref[real], tilt: wp.ref[real], yaw: wp.ref[real], mode: wp.ref[int],
-):  # fmt: skip
-    """Peaks of a body after a step, and whether its lane lives on.
-
-    `others` is a sum of its other numbers: it is finite only if all of them are.
-    """
-    up = real(0.0)
+    pace: Pace, block: Block, frame: Frame, s: Moving, seat: Seat, peaks: wp.ref[Peaks], mode: int
+) -> int:
+    """Sees a body after a step: the mode of its lane."""
+    live, zero, up = pace.live == 1, real(0.0), real(0.0)
+    time = real(pace.steps) * pace.dt
     observe_turns(
-        live, time, block, frame, qx, qy, qz, qw, peak, peak_time, across, tilt, yaw, up
+        live, time, block, frame, s.qx, s.qy, s.qz, s.qw, peaks.along, peaks.time, peaks.across,
+        peaks.tilt, peaks.yaw, up,
     )  # fmt: skip
-    total = others + qx + qy + qz + qw
-    over = wp.where(up <= real(0.0) and mode != BROKEN, OVERTURNED, mode)
-    mode = wp.where(live, wp.where(total - total == real(0.0), over, BROKEN), mode)
+    # A sum is finite only if all of its numbers are.
+    total = s.x + s.y + s.z + seat.slide_x + seat.slide_y + s.qx + s.qy + s.qz + s.qw
+    over = wp.where(up <= zero and mode != BROKEN, OVERTURNED, mode)
+    return wp.where(live, wp.where(total - total == zero, over, BROKEN), mode)
 
 
 @wp.func
-def pose_before(
-    block: Block, frame: Frame, past: real, qx: real, qy: real, qz: real, qw: real,
-    lx: real, ly: real, lz: real, x: real, y: real, z: real, vx: real, vy: real, vz: real,
-) -> Pose:  # fmt: skip
+def pose_before(block: Block, frame: Frame, past: real, s: Moving) -> Pose:
     """Attitude of the block's axes and centre of mass of a body some time ago [s]."""
     ex, ey, ez, ew = turn_freely(
-        qx, qy, qz, qw, lx, ly, lz, block.inverse_x, block.inverse_y, block.inverse_z, -past
-    )
+        s.qx, s.qy, s.qz, s.qw, s.lx, s.ly, s.lz, block.inverse_x, block.inverse_y,
+        block.inverse_z, -past,
+    )  # fmt: skip
     a, b, c, d = block_attitude(frame, ex, ey, ez, ew)
-    return Pose(a, b, c, d, x - past * vx, y - past * vy, z - past * vz)
+    return Pose(a, b, c, d, s.x - past * s.vx, s.y - past * s.vy, s.z - past * s.vz)

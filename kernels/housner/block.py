@@ -12,20 +12,13 @@ the first of: its full length, a knot of the motion, a turning point (theta' = 0
 a) is monotone inside each step, no event can hide in it, and every event is a root of a
 polynomial, found to round-off.
 
-Under a record, at whose samples steps end, a step may go on behind a turning point where |theta|
-surely bends downwards all along it and stays below its peak so far: such a curve has one zero at
-most behind its start, and its top tells nothing new. A third of the steps with events were those
-up to the tops of hops shorter than a sample.
+Under a record, at whose samples steps end, a step may contain a turning point if |theta| is concave
+on the whole step and stays below the peak so far: such a curve has at most one zero behind its
+start, and its top changes no peak. A third of the steps with events were those up to the tops of
+hops shorter than a sample.
 
 At an impact theta' becomes eta theta' and s changes sign. At a velocity step dv of the base
 theta' changes by -q cos(alpha - |theta|) dv, and a block at rest lifts with -q cos(alpha) dv.
-
-A lane's state: theta [rad], omega = theta' [rad/s], side that it leans to or last left for (-1 or
-1), time [s], segment (knots of the motion passed), mode (RESTING, ...), peak of |theta| [rad] and
-its time [s], time of the first uplift [s], time since when it rests [s] (both NEVER before),
-loss = sum of omega^2 (1 - eta^2) over the impacts [rad^2/s^2], impacts, cap, the longest step
-allowed next time [s], and needed, the friction that the block has needed so far (head of
-housner/block_contact.py), which changes nothing of its motion.
 
 Rest rule: after an impact the block rests if, under the acceleration of that moment, its next
 swing would stay below `rest_rotation` on either side. The infinitely many impacts that it leaves
@@ -36,9 +29,18 @@ leaves for and r' on the other; that time is added to the rest time.
 import warp as wp
 
 from warprock.kernels.housner.block_contact import needed_at_step, needed_in_step, rocking_series
-from warprock.kernels.modes import BROKEN, OVERTURNED, RESTING, ROCKING
-from warprock.kernels.motion import Motion, acceleration_after, knot_step, knot_time, series
-from warprock.kernels.shape.taylor import root, slope_at, value_at
+from warprock.kernels.housner.block_found import Seen
+from warprock.kernels.modes import BROKEN, OVERTURNED, RESTING, ROCKING, STALLED
+from warprock.kernels.motion import (
+    Acceleration,
+    Ground,
+    Motion,
+    acceleration_at,
+    expand,
+    knot_step,
+    knot_time,
+)
+from warprock.kernels.shape.taylor import Polynomial, choose, root, scale, slope_at, value_at
 
 NEARLY = by_precision(1.0e-9, 1.0e-5)
 """What counts as round-off of an event that the last step has located."""
@@ -68,6 +70,61 @@ class Block:
     step_limit: int
 
 
+@wp.struct
+class State:
+    """State of a lane.
+
+    Attributes:
+        theta: Rotation [rad].
+        omega: Its rate [rad/s].
+        side: The side that the block leans to or last left for, -1 or 1.
+        time: Time [s].
+        segment: Knots of the motion that are passed.
+        mode: RESTING, ROCKING, or how the lane ended.
+        cap: Longest step allowed next time [s].
+        needed: Friction that the block has needed so far (head of housner/block_contact.py), which
+            changes nothing of its motion.
+    """
+
+    theta: real
+    omega: real
+    side: real
+    time: real
+    segment: int
+    mode: int
+    cap: real
+    needed: real
+
+
+@wp.struct
+class Event:
+    """What ends a step.
+
+    Attributes:
+        tau: Length of the step [s].
+        turned: Whether it ends at a turning point of the watched quantity.
+        crossed: Whether it ends where that crosses zero.
+        cap: Longest step allowed next time [s].
+    """
+
+    tau: real
+    turned: bool
+    crossed: bool
+    cap: real
+
+
+@wp.func
+def start_lane(theta: real, omega: real):
+    """Releases a block at a rotation [rad] with a rate [rad/s]: its state, what is seen of it."""
+    zero = real(0.0)
+    rests = theta == zero and omega == zero
+    side = sign_of(wp.where(theta == zero, omega, theta))
+    mode = wp.where(rests, RESTING, ROCKING)
+    lifted, rested = wp.where(rests, NEVER, zero), wp.where(rests, zero, NEVER)
+    state = State(theta, omega, side, zero, 0, mode, NEVER, zero)
+    return state, Seen(size(theta), zero, lifted, rested, zero, 0, 0)
+
+
 @wp.func
 def may_rest(block: Block, omega: real, acceleration: real):
     """Whether the block rests after an impact, and the time of the impacts that are left out."""
@@ -92,78 +149,65 @@ def pick(turns: bool, zeros: int, slope: real, e: real, once: real, twice: real,
 
 
 @wp.func
-def tops_below(
-    bound: real, e0: real, e1: real, e2: real, e3: real, e4: real, e5: real,
-    e6: real, e7: real, e8: real, e9: real, e10: real, h: real,
-) -> bool:  # fmt: skip
-    """Whether a polynomial surely bends downwards all along a step and stays below a bound.
+def tops_below(bound: real, p: Polynomial, h: real) -> bool:
+    """Whether a polynomial is surely concave on a whole step and stays below a bound.
 
-    With e'' <= bend < 0 it is nowhere above the parabola e0 + e1 t + bend t^2 / 2.
+    With p'' <= bend < 0 it is nowhere above the parabola c0 + c1 t + bend t^2 / 2.
     """
-    high = fused(h, real(90.0) * size(e10), real(72.0) * size(e9))
-    high = fused(h, fused(h, high, real(56.0) * size(e8)), real(42.0) * size(e7))
-    high = fused(h, fused(h, high, real(30.0) * size(e6)), real(20.0) * size(e5))
-    high = fused(h, high, real(12.0) * size(e4))
-    bend = fused(h * h, high, real(2.0) * larger(e2, fused(real(3.0) * h, e3, e2)))
-    return e1 * e1 < real(-2.0) * bend * (bound - e0)
+    high = fused(h, real(90.0) * size(p.c10), real(72.0) * size(p.c9))
+    high = fused(h, fused(h, high, real(56.0) * size(p.c8)), real(42.0) * size(p.c7))
+    high = fused(h, fused(h, high, real(30.0) * size(p.c6)), real(20.0) * size(p.c5))
+    high = fused(h, high, real(12.0) * size(p.c4))
+    bend = fused(h * h, high, real(2.0) * larger(p.c2, fused(real(3.0) * h, p.c3, p.c2)))
+    return p.c1 * p.c1 < real(-2.0) * bend * (bound - p.c0)
 
 
 @wp.func
-def next_event(
-    e0: real, e1: real, e2: real, e3: real, e4: real, e5: real,
-    e6: real, e7: real, e8: real, e9: real, e10: real, h: real, passes: bool,
-):  # fmt: skip
+def next_event(p: Polynomial, h: real, passes: bool) -> Event:
     """First turning point or zero of a watched quantity within a step of length h.
 
     Where the quantity crosses zero and turns back in one step, nothing happens yet: the caller
     repeats the step up to that point, before which lies the crossing alone; none where it `passes`.
-
-    Returns:
-        Length of the step; whether it ends at a turning point; whether it ends at a crossing;
-        the longest step allowed next time.
     """
     zero = real(0.0)
-    e_end = value_at(e0, e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
-    d_end = slope_at(e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
+    p_end = value_at(p, h)
+    d_end = slope_at(p, h)
     # One in the first or last NEARLY of the step is one that a step ends at.
-    turns = e1 * d_end < -NEARLY * fused(d_end, d_end, e1 * e1) and not passes
-    crosses = e_end < zero and not turns
+    turns = p.c1 * d_end < -NEARLY * fused(d_end, d_end, p.c1 * p.c1) and not passes
+    crosses = p_end < zero and not turns
     # A block on the ground has a zero there already; at rest a double one; one that has just
     # lifted where |a| passed its limit a triple one. They are divided out.
-    zeros = wp.where(e0 == zero, wp.where(e1 == zero, 2, 1), 0)
-    zeros = wp.where(zeros == 2 and size(e2) < NEARLY * size(e3) * h, 3, zeros)
+    zeros = wp.where(p.c0 == zero, wp.where(p.c1 == zero, 2, 1), 0)
+    zeros = wp.where(zeros == 2 and size(p.c2) < NEARLY * size(p.c3) * h, 3, zeros)
     over_h = real(1.0) / h
-    g0 = pick(turns, zeros, e1, e0, e1, e2, e3)
     at_end = pick(
-        turns, zeros, d_end, e_end, e_end * over_h, e_end * over_h * over_h,
-        e_end * over_h * over_h * over_h,
+        turns, zeros, d_end, p_end, p_end * over_h, p_end * over_h * over_h,
+        p_end * over_h * over_h * over_h,
     )  # fmt: skip
-    at_root, exact, low, high = root(
-        g0,
-        pick(turns, zeros, real(2.0) * e2, e1, e2, e3, e4),
-        pick(turns, zeros, real(3.0) * e3, e2, e3, e4, e5),
-        pick(turns, zeros, real(4.0) * e4, e3, e4, e5, e6),
-        pick(turns, zeros, real(5.0) * e5, e4, e5, e6, e7),
-        pick(turns, zeros, real(6.0) * e6, e5, e6, e7, e8),
-        pick(turns, zeros, real(7.0) * e7, e6, e7, e8, e9),
-        pick(turns, zeros, real(8.0) * e8, e7, e8, e9, e10),
-        pick(turns, zeros, real(9.0) * e9, e8, e9, e10, zero),
-        pick(turns, zeros, real(10.0) * e10, e9, e10, zero, zero),
-        pick(turns, zeros, zero, e10, zero, zero, zero),
-        h,
-        at_end,
+    g = Polynomial(
+        pick(turns, zeros, p.c1, p.c0, p.c1, p.c2, p.c3),
+        pick(turns, zeros, real(2.0) * p.c2, p.c1, p.c2, p.c3, p.c4),
+        pick(turns, zeros, real(3.0) * p.c3, p.c2, p.c3, p.c4, p.c5),
+        pick(turns, zeros, real(4.0) * p.c4, p.c3, p.c4, p.c5, p.c6),
+        pick(turns, zeros, real(5.0) * p.c5, p.c4, p.c5, p.c6, p.c7),
+        pick(turns, zeros, real(6.0) * p.c6, p.c5, p.c6, p.c7, p.c8),
+        pick(turns, zeros, real(7.0) * p.c7, p.c6, p.c7, p.c8, p.c9),
+        pick(turns, zeros, real(8.0) * p.c8, p.c7, p.c8, p.c9, p.c10),
+        pick(turns, zeros, real(9.0) * p.c9, p.c8, p.c9, p.c10, zero),
+        pick(turns, zeros, real(10.0) * p.c10, p.c9, p.c10, zero, zero),
+        pick(turns, zeros, zero, p.c10, zero, zero, zero),
     )
+    at_root, exact, low, high = root(g, h, at_end)
     # Pressed down on its side, a block without velocity crosses at once.
-    pressed = crosses and g0 <= zero
+    pressed = crosses and g.c0 <= zero
     at_root = wp.where(pressed, zero, at_root)
     exact = exact or pressed
     # Towards a root that is not yet exact the step goes as far as is safe; the next one finds it
     # in a narrower bracket.
     event = turns or crosses
     tau = wp.where(event, wp.where(exact, at_root, low), h)
-    at_turn = value_at(e0, e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, tau)
-    dips = turns and exact and at_turn < zero
-    return (
+    dips = turns and exact and value_at(p, tau) < zero
+    return Event(
         wp.where(dips, zero, tau),
         turns and exact and not dips,
         crosses and exact,
@@ -172,108 +216,94 @@ def next_event(
 
 
 @wp.func
+def stronger_pull(a: Acceleration, h: real) -> real:
+    """Sign of the stronger acceleration of the base at the two ends of a step of length h."""
+    a_end = acceleration_at(a, h)
+    return sign_of(wp.where(size(a_end) > size(a.a0), a_end, a.a0))
+
+
+@wp.func
 def first_event(
-    uplift: real, resting: bool, rocking: bool, side: real, theta: real, omega: real,
-    t2: real, t3: real, t4: real, t5: real, t6: real, t7: real, t8: real, t9: real, t10: real,
-    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
-    h: real, peak: real,
-):  # fmt: skip
-    """First event of a block within a step of length h; `uplift` is its uplift acceleration.
+    block: Block, s: State, rotation: Polynomial, a: Acceleration, pull: real, h: real, peak: real,
+) -> Event:  # fmt: skip
+    """First event of a block within a step of length h.
 
-    Watched is the lean while rocking, and what |a| lacks to uplift while at rest. `peak`: that of
-    |theta| so far, below which a block may turn.
-
-    Returns:
-        As `next_event`, and the sign of the acceleration that may lift the block.
+    Watched is the lean while rocking, and what |a| lacks to uplift while at rest. `pull` is the
+    sign of the acceleration that may lift the block, `peak` that of |theta| so far, below which
+    it may turn.
     """
     zero = real(0.0)
-    limit = uplift * (real(1.0) + real(2.0) * ROUND_OFF)
-    a_end = acceleration_after(a0, a1, a2, a3, a4, a5, a6, a7, a8, h)
-    pull = sign_of(wp.where(size(a_end) > size(a0), a_end, a0))
-    e0 = wp.where(resting, fused_less(pull, a0, limit), side * theta)
+    resting, rocking = s.mode == RESTING, s.mode == ROCKING
+    limit = block.uplift_acceleration * (real(1.0) + real(2.0) * ROUND_OFF)
+    lean = scale(s.side, rotation)
+    lack = Polynomial(
+        fused_less(pull, a.a0, limit), -pull * a.a1, -pull * a.a2, -pull * a.a3, -pull * a.a4,
+        -pull * a.a5, -pull * a.a6, -pull * a.a7, -pull * a.a8, zero, zero,
+    )  # fmt: skip
+    watched = choose(resting, lack, lean)
     passes = bool(False)
     if TURNS:
-        lean = side * theta
-        low = tops_below(
-            peak, lean, side * omega, side * t2, side * t3, t4, t5, t6, t7, t8, t9, t10, h
-        )
-        passes = rocking and lean >= zero and low
-    tau, turned, crossed, cap = next_event(
-        e0,
-        wp.where(resting, -pull * a1, side * omega),
-        wp.where(resting, -pull * a2, side * t2),
-        wp.where(resting, -pull * a3, side * t3),
-        wp.where(resting, -pull * a4, side * t4),
-        wp.where(resting, -pull * a5, side * t5),
-        wp.where(resting, -pull * a6, side * t6),
-        wp.where(resting, -pull * a7, side * t7),
-        wp.where(resting, -pull * a8, side * t8),
-        wp.where(resting, zero, side * t9),
-        wp.where(resting, zero, side * t10),
-        h,
-        passes,
-    )
+        passes = rocking and lean.c0 >= zero and tops_below(peak, lean, h)
+    event = next_event(watched, h, passes)
     # A jump of the acceleration lifts a resting block, round-off sinks a rocking one: at once.
-    lifts = e0 < -NEARLY * limit or (e0 <= zero and fused_less(pull, a_end, limit) < zero)
-    at_once = (rocking and e0 < zero) or (resting and lifts)
-    return (
-        wp.where(at_once, zero, tau),
-        turned and not at_once,
-        crossed or at_once,
-        wp.where(at_once, NEVER, cap),
-        pull,
+    lack_at_end = fused_less(pull, acceleration_at(a, h), limit)
+    lifts = watched.c0 < -NEARLY * limit or (watched.c0 <= zero and lack_at_end < zero)
+    at_once = (rocking and watched.c0 < zero) or (resting and lifts)
+    return Event(
+        wp.where(at_once, zero, event.tau),
+        event.turned and not at_once,
+        event.crossed or at_once,
+        wp.where(at_once, NEVER, event.cap),
     )
 
 
 @wp.func
-def event_step(
-    block: Block, impact: bool, uplift: bool, pull: real, acceleration: real, time: real,
-    omega: real, side: real, mode: int, uplift_time: real, rest_time: real, loss: real,
-    needed: real,
+def apply_event(
+    block: Block, impact: bool, uplift: bool, pull: real, acceleration: real, s: wp.ref[State],
+    seen: wp.ref[Seen],
 ):  # fmt: skip
-    """What an impact or an uplift does to a block; `pull` is the sign of the acceleration."""
+    """Changes what an impact or an uplift changes; `pull` is the sign of the acceleration."""
     zero = real(0.0)
-    after = block.angular_restitution * omega
+    before = s.omega
+    after = block.angular_restitution * before
     stays, tail = may_rest(block, after, acceleration)
     rests = stays and impact
     after = wp.where(rests, zero, after)
-    return (
-        wp.where(impact, after, omega),
-        wp.where(impact, -side, wp.where(uplift, -pull, side)),
-        wp.where(rests, RESTING, wp.where(uplift, ROCKING, mode)),
-        wp.where(uplift, smaller(uplift_time, time), uplift_time),
-        wp.where(rests, time + tail, wp.where(uplift, NEVER, rest_time)),
-        loss + wp.where(impact, fused_less(after, after, omega * omega), zero),
-        wp.where(impact, larger(block.impact_friction, needed), needed),
-    )
+    s.omega = wp.where(impact, after, before)
+    s.side = wp.where(impact, -s.side, wp.where(uplift, -pull, s.side))
+    s.mode = wp.where(rests, RESTING, wp.where(uplift, ROCKING, s.mode))
+    s.needed = wp.where(impact, larger(block.impact_friction, s.needed), s.needed)
+    first = smaller(seen.uplift_time, s.time)
+    seen.uplift_time = wp.where(uplift, first, seen.uplift_time)
+    rested = wp.where(uplift, NEVER, seen.rest_time)
+    seen.rest_time = wp.where(rests, s.time + tail, rested)
+    seen.loss = seen.loss + wp.where(impact, fused_less(after, after, before * before), zero)
+    seen.impacts = seen.impacts + wp.where(impact, 1, 0)
 
 
 @wp.func
-def motion_step(
-    block: Block, passed: bool, dv: real, time: real,
-    theta: real, omega: real, side: real, mode: int, uplift_time: real, rest_time: real,
-    needed: real,
-):  # fmt: skip
-    """What a velocity step dv of the base at a knot does to a block, if it is passed."""
+def pass_knot(block: Block, passed: bool, dv: real, s: wp.ref[State], seen: wp.ref[Seen]):
+    """Passes a knot of the motion if it is reached, with a velocity step dv of the base."""
     zero = real(0.0)
     steps = passed and dv != zero
-    kick = -block.coupling * cosine(block.slenderness_angle - size(theta)) * dv
+    kick = -block.coupling * cosine(block.slenderness_angle - size(s.theta)) * dv
     rests, _tail = may_rest(block, kick, zero)
-    lifts = steps and mode == RESTING and not rests
-    omega1 = wp.where(steps and (mode == ROCKING or lifts), omega + kick, omega)
-    side1 = wp.where(steps and theta == zero, sign_of(omega1), side)
+    lifts = steps and s.mode == RESTING and not rests
+    rocks = steps and (s.mode == ROCKING or lifts)
+    falls = s.side * s.theta >= block.fall_angle and s.side * s.omega >= zero
+    omega = wp.where(rocks, s.omega + kick, s.omega)
+    side = wp.where(steps and s.theta == zero, sign_of(omega), s.side)
+    asked = needed_at_step(size(s.theta), side, dv, block.slenderness_angle)
     # A step that would leave a block at rest where it is needs no friction to speak of.
-    counts = steps and (mode == ROCKING or lifts) and not rests
-    falls = side * theta >= block.fall_angle and side * omega >= zero
-    asked = needed_at_step(size(theta), side1, dv, block.slenderness_angle)
-    return (
-        omega1,
-        side1,
-        wp.where(lifts, ROCKING, mode),
-        wp.where(lifts, smaller(uplift_time, time), uplift_time),
-        wp.where(lifts, NEVER, rest_time),
-        wp.where(counts and not falls and asked > needed, asked, needed),
-    )
+    counts = rocks and not rests and not falls and asked > s.needed
+    s.omega = omega
+    s.side = side
+    s.segment = s.segment + wp.where(passed, 1, 0)
+    s.mode = wp.where(lifts, ROCKING, s.mode)
+    s.needed = wp.where(counts, asked, s.needed)
+    first = smaller(seen.uplift_time, s.time)
+    seen.uplift_time = wp.where(lifts, first, seen.uplift_time)
+    seen.rest_time = wp.where(lifts, NEVER, seen.rest_time)
 
 
 @wp.func
@@ -293,21 +323,28 @@ def overshot(live: bool, rocking: bool, theta: real, omega: real, tau: real, cap
 
 
 @wp.func
-def end_of_step(
-    mode: int, theta: real, omega: real, time: real, peak: real, peak_time: real,
-):  # fmt: skip
-    """Peak, overturning and trouble at the end of a step: mode, theta, peak, peak_time."""
+def end_step(mode: int, theta: real, omega: real, time: real):
+    """Mode and rotation at the end of a step: the block may have overturned, or be BROKEN."""
     zero = real(0.0)
     sound = theta - theta == zero and omega - omega == zero and time - time == zero
     over = mode == ROCKING and size(theta) >= HALF_PI
-    theta1 = wp.where(over, HALF_PI * sign_of(theta), theta)
-    higher = size(theta1) > peak
-    return (
-        wp.where(sound, wp.where(over, OVERTURNED, mode), BROKEN),
-        theta1,
-        wp.where(higher, size(theta1), peak),
-        wp.where(higher, time, peak_time),
-    )
+    ended = wp.where(sound, wp.where(over, OVERTURNED, mode), BROKEN)
+    return ended, wp.where(over, HALF_PI * sign_of(theta), theta)
+
+
+@wp.func
+def observe(theta: real, time: real, seen: wp.ref[Seen]):
+    """Sees a step end at a rotation and a time."""
+    higher = size(theta) > seen.peak
+    seen.peak = wp.where(higher, size(theta), seen.peak)
+    seen.peak_time = wp.where(higher, time, seen.peak_time)
+    seen.steps = seen.steps + 1
+
+
+@wp.func
+def stall(mode: int, steps: int, step_limit: int) -> int:
+    """Mode of a lane: STALLED if it still runs after all the steps that it may take."""
+    return wp.where(steps >= step_limit and mode < OVERTURNED, STALLED, mode)
 
 
 @wp.func
@@ -322,63 +359,47 @@ def needed_at_rest(block: Block, rests: bool, a0: real, a1: real, needed: real) 
 
 
 @wp.func
-def step(
-    block: Block, m: Motion, sample: real, sample_slope: real, until: real,
-    theta: real, omega: real, side: real, time: real, segment: int, mode: int,
-    peak: real, peak_time: real, uplift_time: real, rest_time: real, loss: real, impacts: int,
-    cap: real, needed: real,
-):  # fmt: skip
-    """One step of one lane, to its next event or at most to `until`.
-
-    The arguments from `theta` on are the lane's state, see the head of this file; the step
-    returns it in the same order. `sample` and `sample_slope` belong to a record's segment.
-    """
-    knot, zero = knot_time(m, segment), real(0.0)
-    live, resting, rocking = mode < OVERTURNED, mode == RESTING, mode == ROCKING
+def step(block: Block, m: Motion, ground: Ground, until: real, s: State, seen: Seen):
+    """One step of one lane, to its next event or at most to `until`: its state, what is seen."""
+    knot, zero = knot_time(m, s.segment), real(0.0)
+    live, resting, rocking = s.mode < OVERTURNED, s.mode == RESTING, s.mode == ROCKING
     target = smaller(knot, until)
-    room = target - time
-    h = smaller(smaller(smaller(block.step_length, REACH / size(omega)), room), cap)
+    room = target - s.time
+    h = smaller(smaller(smaller(block.step_length, REACH / size(s.omega)), room), s.cap)
     h = wp.where(live, larger(h, zero), zero)
 
     # Expansion about the present time.
-    a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, sample_slope)
-    (
-        t2, t3, t4, t5, t6, t7, t8, t9, t10,
-        n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6,
-    ) = rocking_series(
-        block.frequency_squared, block.coupling, theta - side * block.slenderness_angle, omega,
-        a0, a1, a2, a3, a4, a5, a6, a7, a8,
+    a = expand(m, s.segment, s.time, ground.value, ground.slope)
+    rotation, force = rocking_series(
+        block.frequency_squared, block.coupling, s.side * block.slenderness_angle, s.theta,
+        s.omega, a,
     )  # fmt: skip
-    tau, turned, crossed, cap1, pull = first_event(
-        block.uplift_acceleration, resting, rocking, side, theta, omega,
-        t2, t3, t4, t5, t6, t7, t8, t9, t10, a0, a1, a2, a3, a4, a5, a6, a7, a8, h, peak,
-    )  # fmt: skip
-    theta1 = value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
-    omega1 = slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
-    past, tau, cap1 = overshot(live, rocking, theta1, omega1, tau, cap1)
-    uplift, impact = resting and crossed, rocking and crossed and not past
-    needed1 = needed_in_step(
-        needed, rocking, block.fall_angle, side * theta, side * omega, side * omega1, tau,
-        n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6,
+    pull = stronger_pull(a, h)
+    event = first_event(block, s, rotation, a, pull, h, seen.peak)
+    theta = value_at(rotation, event.tau)
+    omega = slope_at(rotation, event.tau)
+    past, tau, cap = overshot(live, rocking, theta, omega, event.tau, event.cap)
+    uplift, impact = resting and event.crossed, rocking and event.crossed and not past
+    needed = needed_in_step(
+        s.needed, rocking, block.fall_angle, s.side * s.theta, s.side * s.omega, s.side * omega,
+        tau, force,
     )  # fmt: skip
 
     # The state there; a turning point, an impact, an uplift.
-    theta1 = wp.where(impact or uplift, zero, wp.where(rocking and not past, theta1, theta))
-    omega1 = wp.where(past, omega, wp.where(rocking and not turned, omega1, zero))
-    time1 = wp.where(live and tau >= fused_less(TICK, target, room), target, time + tau)
-    a_now = acceleration_after(a0, a1, a2, a3, a4, a5, a6, a7, a8, tau)
-    needed1 = needed_at_rest(block, resting and tau > zero, a0, a_now, needed1)
-    omega1, side1, mode1, uplift_time1, rest_time1, loss1, needed1 = event_step(
-        block, impact, uplift, pull, a_now, time1,
-        omega1, side, mode, uplift_time, rest_time, loss, needed1,
+    theta = wp.where(impact or uplift, zero, wp.where(rocking and not past, theta, s.theta))
+    omega = wp.where(past, s.omega, wp.where(rocking and not event.turned, omega, zero))
+    time = wp.where(live and tau >= fused_less(TICK, target, room), target, s.time + tau)
+    a_now = acceleration_at(a, tau)
+    needed = needed_at_rest(block, resting and tau > zero, a.a0, a_now, needed)
+    n = State(theta, omega, s.side, time, s.segment, s.mode, cap, needed)
+    o = Seen(
+        seen.peak, seen.peak_time, seen.uplift_time, seen.rest_time, seen.loss, seen.impacts,
+        seen.steps,
     )  # fmt: skip
-    passed = time1 >= knot and live
-    omega1, side1, mode1, uplift_time1, rest_time1, needed1 = motion_step(
-        block, passed, knot_step(m, segment), time1,
-        theta1, omega1, side1, mode1, uplift_time1, rest_time1, needed1,
-    )  # fmt: skip
-    mode1, theta1, peak1, peak_time1 = end_of_step(mode1, theta1, omega1, time1, peak, peak_time)
-    return (
-        theta1, omega1, side1, time1, segment + wp.where(passed, 1, 0), mode1, peak1, peak_time1,
-        uplift_time1, rest_time1, loss1, impacts + wp.where(impact, 1, 0), cap1, needed1,
-    )  # fmt: skip
+    apply_event(block, impact, uplift, pull, a_now, n, o)
+    pass_knot(block, time >= knot and live, knot_step(m, s.segment), n, o)
+    mode, rests_at = end_step(n.mode, n.theta, n.omega, n.time)
+    n.theta = rests_at
+    observe(n.theta, n.time, o)
+    n.mode = stall(mode, o.steps, block.step_limit)
+    return n, o

@@ -24,9 +24,35 @@ turns it further outwards. With a friction above 1 it counts as falling from 45 
 
 import warp as wp
 
-from warprock.kernels.motion import LINEAR
+from warprock.kernels.motion import LINEAR, Acceleration
+from warprock.kernels.shape.taylor import Polynomial
 
 FOUR_THIRDS = real(4.0 / 3.0)
+
+
+@wp.struct
+class Force:
+    """A contact force in a step: Taylor coefficients 0 to 6 of its parts, over a mass or m R.
+
+    Attributes:
+        n0 to n6: Upwards.
+        f0 to f6: Along the base.
+    """
+
+    n0: real
+    n1: real
+    n2: real
+    n3: real
+    n4: real
+    n5: real
+    n6: real
+    f0: real
+    f1: real
+    f2: real
+    f3: real
+    f4: real
+    f5: real
+    f6: real
 
 
 if LINEAR:
@@ -47,66 +73,67 @@ else:
 # In a sum that is fused, what is known last stands outermost: the rest of it need not wait. But q b
 # is a product of its own: p^2 s in its place, early, would take registers that packed lanes lack.
 @wp.func
-def rocking_series(
-    p2: real, q: real, phi: real, x1: real,
-    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
-):  # fmt: skip
-    """Series of theta and of the contact force; xk = k theta_k, b = a cos(phi).
+def rocking_series(p2: real, q: real, pivot: real, theta: real, omega: real, a: Acceleration):
+    """The rotation in a step, and the contact force over m R; xk = k theta_k, b = a cos(phi).
 
-    Returns:
-        Taylor coefficients 2 to 10 of theta; 0 to 6 of n / R, then of f / R.
+    `pivot` is the rotation at which the block stands upright on its corner, phi = theta - pivot.
     """
+    x1, phi = omega, theta - pivot
     zero, s0, c0 = real(0.0), sine(phi), cosine(phi)
-    x2 = fused(p2, s0, -q * (a0 * c0))
+    x2 = fused(p2, s0, -q * (a.a0 * c0))
     s1, c1 = x1 * c0, -x1 * s0
-    x3 = OVER_2 * fused(p2, s1, -q * fused(a0, c1, a1 * c0))
+    x3 = OVER_2 * fused(p2, s1, -q * fused(a.a0, c1, a.a1 * c0))
     s2 = OVER_2 * fused(x2, c0, x1 * c1)
     c2 = -OVER_2 * fused(x2, s0, x1 * s1)
-    b2 = bent(a2, c0, zero)
-    x4 = OVER_3 * fused(p2, s2, -q * fused(a0, c2, fused(a1, c1, b2)))
+    b2 = bent(a.a2, c0, zero)
+    x4 = OVER_3 * fused(p2, s2, -q * fused(a.a0, c2, fused(a.a1, c1, b2)))
     s3 = OVER_3 * fused(x3, c0, fused(x1, c2, x2 * c1))
     c3 = -OVER_3 * fused(x3, s0, fused(x1, s2, x2 * s1))
-    b3 = bent(a2, c1, bent(a3, c0, zero))
-    x5 = OVER_4 * fused(p2, s3, -q * fused(a0, c3, fused(a1, c2, b3)))
+    b3 = bent(a.a2, c1, bent(a.a3, c0, zero))
+    x5 = OVER_4 * fused(p2, s3, -q * fused(a.a0, c3, fused(a.a1, c2, b3)))
     s4 = OVER_4 * fused(x4, c0, fused(x1, c3, fused(x2, c2, x3 * c1)))
     c4 = -OVER_4 * fused(x4, s0, fused(x1, s3, fused(x2, s2, x3 * s1)))
-    b4 = bent(a2, c2, bent(a3, c1, bent(a4, c0, zero)))
-    x6 = OVER_5 * fused(p2, s4, -q * fused(a0, c4, fused(a1, c3, b4)))
+    b4 = bent(a.a2, c2, bent(a.a3, c1, bent(a.a4, c0, zero)))
+    x6 = OVER_5 * fused(p2, s4, -q * fused(a.a0, c4, fused(a.a1, c3, b4)))
     s5 = OVER_5 * fused(x5, c0, fused(x1, c4, fused(x2, c3, fused(x4, c1, x3 * c2))))
     c5 = -OVER_5 * fused(x5, s0, fused(x1, s4, fused(x2, s3, fused(x4, s1, x3 * s2))))
-    b5 = bent(a2, c3, bent(a3, c2, bent(a4, c1, bent(a5, c0, zero))))
-    x7 = OVER_6 * fused(p2, s5, -q * fused(a0, c5, fused(a1, c4, b5)))
+    b5 = bent(a.a2, c3, bent(a.a3, c2, bent(a.a4, c1, bent(a.a5, c0, zero))))
+    x7 = OVER_6 * fused(p2, s5, -q * fused(a.a0, c5, fused(a.a1, c4, b5)))
     s6 = fused(x5, c1, fused(x3, c3, x4 * c2))
     s6 = OVER_6 * fused(x6, c0, fused(x1, c5, fused(x2, c4, s6)))
     c6 = fused(x5, s1, fused(x3, s3, x4 * s2))
     c6 = -OVER_6 * fused(x6, s0, fused(x1, s5, fused(x2, s4, c6)))
-    b6 = bent(a2, c4, bent(a3, c3, bent(a4, c2, bent(a5, c1, bent(a6, c0, zero)))))
-    x8 = OVER_7 * fused(p2, s6, -q * fused(a0, c6, fused(a1, c5, b6)))
+    b6 = bent(a.a2, c4, bent(a.a3, c3, bent(a.a4, c2, bent(a.a5, c1, bent(a.a6, c0, zero)))))
+    x8 = OVER_7 * fused(p2, s6, -q * fused(a.a0, c6, fused(a.a1, c5, b6)))
     s7 = fused(x6, c1, fused(x3, c4, fused(x5, c2, x4 * c3)))
     s7 = OVER_7 * fused(x7, c0, fused(x1, c6, fused(x2, c5, s7)))
     c7 = fused(x6, s1, fused(x3, s4, fused(x5, s2, x4 * s3)))
     c7 = -OVER_7 * fused(x7, s0, fused(x1, s6, fused(x2, s5, c7)))
-    b7 = bent(a4, c3, bent(a5, c2, bent(a6, c1, bent(a7, c0, zero))))
-    b7 = bent(a2, c5, bent(a3, c4, b7))
-    x9 = OVER_8 * fused(p2, s7, -q * fused(a0, c7, fused(a1, c6, b7)))
+    b7 = bent(a.a4, c3, bent(a.a5, c2, bent(a.a6, c1, bent(a.a7, c0, zero))))
+    b7 = bent(a.a2, c5, bent(a.a3, c4, b7))
+    x9 = OVER_8 * fused(p2, s7, -q * fused(a.a0, c7, fused(a.a1, c6, b7)))
     s8 = fused(x3, c5, fused(x6, c2, fused(x4, c4, x5 * c3)))
     s8 = fused(x8, c0, fused(x1, c7, fused(x2, c6, fused(x7, c1, s8))))
     c8 = fused(x3, s5, fused(x6, s2, fused(x4, s4, x5 * s3)))
     c8 = -fused(x8, s0, fused(x1, s7, fused(x2, s6, fused(x7, s1, c8))))
-    b8 = bent(a5, c3, bent(a6, c2, bent(a7, c1, bent(a8, c0, zero))))
-    b8 = bent(a2, c6, bent(a3, c5, bent(a4, c4, b8)))
-    b8 = fused(real(0.125) * a0, c8, fused(a1, c7, b8))
+    b8 = bent(a.a5, c3, bent(a.a6, c2, bent(a.a7, c1, bent(a.a8, c0, zero))))
+    b8 = bent(a.a2, c6, bent(a.a3, c5, bent(a.a4, c4, b8)))
+    b8 = fused(real(0.125) * a.a0, c8, fused(a.a1, c7, b8))
     x10 = OVER_9 * fused(p2 * real(0.125), s8, -q * b8)
     r = FOUR_THIRDS * q
-    return (
-        x2 * OVER_2, x3 * OVER_3, x4 * OVER_4, x5 * OVER_5, x6 * OVER_6, x7 * OVER_7,
+    rotation = Polynomial(
+        theta, omega, x2 * OVER_2, x3 * OVER_3, x4 * OVER_4, x5 * OVER_5, x6 * OVER_6, x7 * OVER_7,
         x8 * OVER_8, x9 * OVER_9, x10 * OVER_10,
+    )  # fmt: skip
+    force = Force(
         fused(real(2.0), c2, FOUR_THIRDS * p2), real(6.0) * c3, real(12.0) * c4, real(20.0) * c5,
         real(30.0) * c6, real(42.0) * c7, real(7.0) * c8,
-        fused(r, a0, real(2.0) * s2), fused(r, a1, real(6.0) * s3), fused(r, a2, real(12.0) * s4),
-        fused(r, a3, real(20.0) * s5), fused(r, a4, real(30.0) * s6), fused(r, a5, real(42.0) * s7),
-        fused(r, a6, real(7.0) * s8),
+        fused(r, a.a0, real(2.0) * s2), fused(r, a.a1, real(6.0) * s3),
+        fused(r, a.a2, real(12.0) * s4), fused(r, a.a3, real(20.0) * s5),
+        fused(r, a.a4, real(30.0) * s6), fused(r, a.a5, real(42.0) * s7),
+        fused(r, a.a6, real(7.0) * s8),
     )  # fmt: skip
+    return rotation, force
 
 
 @wp.func
@@ -116,20 +143,21 @@ def ratio(along: real, upwards: real) -> real:
 
 
 @wp.func
-def polynomial(
-    k0: real, k1: real, k2: real, k3: real, k4: real, k5: real, k6: real, x: real,
-) -> real:  # fmt: skip
-    """Value of a polynomial of degree 6."""
-    high = fused(x, fused(x, fused(x, k6, k5), k4), k3)
-    return fused(x, fused(x, fused(x, high, k2), k1), k0)
+def force_upwards(force: Force, x: real) -> real:
+    """The force upwards a time x after the start of a step."""
+    high = fused(x, fused(x, fused(x, force.n6, force.n5), force.n4), force.n3)
+    return fused(x, fused(x, fused(x, high, force.n2), force.n1), force.n0)
 
 
 @wp.func
-def needed_along(
-    needed: real, span: real,
-    n0: real, n1: real, n2: real, n3: real, n4: real, n5: real, n6: real,
-    f0: real, f1: real, f2: real, f3: real, f4: real, f5: real, f6: real,
-) -> real:  # fmt: skip
+def force_along(force: Force, x: real) -> real:
+    """The force along the base then."""
+    high = fused(x, fused(x, fused(x, force.f6, force.f5), force.f4), force.f3)
+    return fused(x, fused(x, fused(x, high, force.f2), force.f1), force.f0)
+
+
+@wp.func
+def needed_along(needed: real, span: real, force: Force) -> real:
     """The larger of a friction and what the force needs in a time `span` from now.
 
     Looked at are its start and the time at which needed x n - |f| is least: there |f| / n is
@@ -137,14 +165,14 @@ def needed_along(
     through the slopes at both ends, or the end.
     """
     zero = real(0.0)
-    most = larger(ratio(f0, n0), needed)
-    pull = sign_of(f0)
-    g1 = fused_less(pull, f1, most * n1)
-    g2 = real(2.0) * fused_less(pull, f2, most * n2)
-    g3 = real(3.0) * fused_less(pull, f3, most * n3)
-    g4 = real(4.0) * fused_less(pull, f4, most * n4)
-    g5 = real(5.0) * fused_less(pull, f5, most * n5)
-    g6 = real(6.0) * fused_less(pull, f6, most * n6)
+    most = larger(ratio(force.f0, force.n0), needed)
+    pull = sign_of(force.f0)
+    g1 = fused_less(pull, force.f1, most * force.n1)
+    g2 = real(2.0) * fused_less(pull, force.f2, most * force.n2)
+    g3 = real(3.0) * fused_less(pull, force.f3, most * force.n3)
+    g4 = real(4.0) * fused_less(pull, force.f4, most * force.n4)
+    g5 = real(5.0) * fused_less(pull, force.f5, most * force.n5)
+    g6 = real(6.0) * fused_less(pull, force.f6, most * force.n6)
     high = fused(span, fused(span, fused(span, g6, g5), g4), g3)
     # The slope over time times the span: g1 + rise + bend at its end.
     rise = g2 * span
@@ -155,17 +183,13 @@ def needed_along(
     turn = real(-2.0) * g1 * span / steep
     inside = g1 < zero and end > zero and turn < span
     at = wp.where(inside, turn, span)
-    n = polynomial(n0, n1, n2, n3, n4, n5, n6, at)
-    f = polynomial(f0, f1, f2, f3, f4, f5, f6, at)
-    return larger(ratio(f, n), most)
+    return larger(ratio(force_along(force, at), force_upwards(force, at)), most)
 
 
 @wp.func
 def needed_in_step(
     needed: real, rocking: bool, fall_angle: real, lean: real, speed: real, end_speed: real,
-    tau: real,
-    n0: real, n1: real, n2: real, n3: real, n4: real, n5: real, n6: real,
-    f0: real, f1: real, f2: real, f3: real, f4: real, f5: real, f6: real,
+    tau: real, force: Force,
 ) -> real:  # fmt: skip
     """The larger of a friction and what a step of length tau needs, up to where the block falls.
 
@@ -177,8 +201,7 @@ def needed_in_step(
         speed: Its rate there.
         end_speed: Its rate at the end of the step.
         tau: Length of the step.
-        n0 to n6: Series of the force upwards.
-        f0 to f6: Series of the force along.
+        force: The contact force in the step.
     """
     zero = real(0.0)
     left = fall_angle - lean
@@ -186,7 +209,7 @@ def needed_in_step(
     mean_speed = real(0.5) * (speed + end_speed)
     falls = mean_speed > zero and left < mean_speed * tau
     span = wp.where(falls, left / mean_speed, tau)
-    asked = needed_along(needed, span, n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6)
+    asked = needed_along(needed, span, force)
     fallen = left <= zero and speed >= zero
     return wp.where(rocking and not fallen, asked, needed)
 

@@ -10,103 +10,96 @@ A block at rest passes all samples of which none could lift it, which is no step
 
 import warp as wp
 
-from warprock.kernels.housner.block import REACH, Block, tops_below
-from warprock.kernels.housner.block_contact import rocking_series
+from warprock.kernels.housner.block import REACH, Block, State, tops_below
+from warprock.kernels.housner.block_contact import Force, rocking_series
 from warprock.kernels.modes import RESTING, ROCKING
-from warprock.kernels.motion import Motion, between_samples, knot_time, series, undisturbed
+from warprock.kernels.motion import (
+    Acceleration,
+    Ground,
+    Motion,
+    between_samples,
+    expand,
+    knot_time,
+    undisturbed,
+)
 from warprock.kernels.pool import AHEAD
-from warprock.kernels.shape.taylor import slope_at, value_at
+from warprock.kernels.shape.taylor import scale, slope_at, value_at
 
 NEARLY_ALL = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-5)
 """Part of a bound up to which a step is taken here: what round-off could decide is declined."""
 
 
 @wp.func
-def suffices(
-    friction: real, h: real, n0: real, n1: real, n2: real, n3: real,
-    f0: real, f1: real, f2: real, f3: real,
-) -> bool:  # fmt: skip
+def suffices(friction: real, h: real, force: Force) -> bool:
     """Whether a friction surely holds in a step of length h: n and f are chords and what bends."""
+    n0, n1, n2, n3 = force.n0, force.n1, force.n2, force.n3
+    f0, f1, f2, f3 = force.f0, force.f1, force.f2, force.f3
     n = fused_less(h * h, fused(size(n3), h, size(n2)), smaller(n0, fused(n1, h, n0)))
     f = fused(h * h, fused(size(f3), h, size(f2)), larger(size(f0), size(fused(f1, h, f0))))
     return f < NEARLY_ALL * friction * n
 
 
 @wp.func
-def rocks_on(
-    block: Block, h: real, side: real, theta: real, omega: real, peak: real, needed: real,
-    a0: real, a1: real,
-):  # fmt: skip
+def rock_on(block: Block, h: real, s: State, peak: real, a: Acceleration):
     """A step of a rocking block: theta and omega after it, whether nothing happens in it."""
     zero = real(0.0)
-    (
-        t2, t3, t4, t5, t6, t7, t8, t9, t10,
-        n0, n1, n2, n3, _n4, _n5, _n6, f0, f1, f2, f3, _f4, _f5, _f6,
-    ) = rocking_series(
-        block.frequency_squared, block.coupling, theta - side * block.slenderness_angle, omega,
-        a0, a1, zero, zero, zero, zero, zero, zero, zero,
+    rotation, force = rocking_series(
+        block.frequency_squared, block.coupling, s.side * block.slenderness_angle, s.theta,
+        s.omega, a,
     )  # fmt: skip
-    theta1 = value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, h)
-    omega1 = slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, h)
-    lean, lean1 = side * theta, side * theta1
-    stands = lean >= zero and lean1 > zero and lean1 < NEARLY_ALL * HALF_PI
-    passes = tops_below(
-        NEARLY_ALL * peak, lean, side * omega, side * t2, side * t3, t4, t5, t6, t7, t8, t9, t10, h
-    )
-    one_way = (omega * omega1 >= zero or passes) and size(omega) * h < NEARLY_ALL * REACH
-    fallen = lean >= block.fall_angle and side * omega >= zero
-    held = fallen or suffices(needed, h, n0, n1, n2, n3, f0, f1, f2, f3)
-    return theta1, omega1, stands and one_way and held
+    theta = value_at(rotation, h)
+    omega = slope_at(rotation, h)
+    lean = scale(s.side, rotation)
+    lean_at_end = s.side * theta
+    stands = lean.c0 >= zero and lean_at_end > zero and lean_at_end < NEARLY_ALL * HALF_PI
+    one_way = s.omega * omega >= zero or tops_below(NEARLY_ALL * peak, lean, h)
+    one_way = one_way and size(s.omega) * h < NEARLY_ALL * REACH
+    fallen = lean.c0 >= block.fall_angle and lean.c1 >= zero
+    held = fallen or suffices(s.needed, h, force)
+    return theta, omega, stands and one_way and held
 
 
 @wp.func
-def rest_on(
-    block: Block, m: Motion, sample: real, sample_slope: real, strongest: real, until: real,
-    time: real, segment: int, mode: int, cap: real,
-):  # fmt: skip
+def rest_on(block: Block, m: Motion, ground: Ground, until: real, s: State):
     """Takes a block at rest past samples that surely do not lift it, at most to `until`.
-
-    `strongest` belongs to the record's segment, as `sample` does.
 
     Returns:
         Whether it gets on; the time and the segment that it comes to.
     """
     bound = NEARLY_ALL * block.uplift_acceleration
-    calm, far = undisturbed(m, segment, strongest, bound)
+    calm, far = undisturbed(m, s.segment, ground.strongest, bound)
     leaps = calm and far <= until
-    knot = knot_time(m, segment)
+    knot = knot_time(m, s.segment)
     target = smaller(knot, until)
-    largest = size(m.scale) * larger(size(sample), size(sample + sample_slope * m.interval))
-    weak = largest < bound and between_samples(m, segment)
-    gets_on = mode == RESTING and (leaps or (weak and target - time <= cap))
+    value_at_end = ground.value + ground.slope * m.interval
+    largest = size(m.scale) * larger(size(ground.value), size(value_at_end))
+    weak = largest < bound and between_samples(m, s.segment)
+    gets_on = s.mode == RESTING and (leaps or (weak and target - s.time <= s.cap))
     passed = wp.where(leaps, AHEAD, wp.where(target >= knot, 1, 0))
     return (
         gets_on,
-        wp.where(gets_on, wp.where(leaps, far, target), time),
-        wp.where(gets_on, segment + passed, segment),
+        wp.where(gets_on, wp.where(leaps, far, target), s.time),
+        wp.where(gets_on, s.segment + passed, s.segment),
     )
 
 
 @wp.func
-def roll(
-    block: Block, m: Motion, sample: real, sample_slope: real, until: real,
-    theta: real, omega: real, side: real, time: real, segment: int, mode: int, peak: real,
-    cap: real, needed: real,
-):  # fmt: skip
+def roll(block: Block, m: Motion, ground: Ground, until: real, s: State, peak: real):
     """One step of one lane, at most to its next sample or to `until`, if nothing happens in it.
 
-    The arguments are as of `step` in housner/block.py.
+    `peak` is that of |theta| so far.
 
     Returns:
-        Whether it is taken; theta, omega, time and segment after it.
+        Whether it is taken; the state after it.
     """
-    knot = knot_time(m, segment)
+    knot = knot_time(m, s.segment)
     target = smaller(knot, until)
-    room = target - time
+    room = target - s.time
     cuts = room > block.step_length
     h = wp.where(cuts, block.step_length, room)
-    a0, a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(m, segment, time, sample, sample_slope)
-    theta1, omega1, rolls = rocks_on(block, h, side, theta, omega, peak, needed, a0, a1)
-    taken = rolls and mode == ROCKING and between_samples(m, segment) and h <= cap
-    time1 = wp.where(cuts, time + h, target)
-    return taken, theta1, omega1, time1, segment + wp.where(time1 >= knot, 1, 0)
+    a = expand(m, s.segment, s.time, ground.value, ground.slope)
+    theta, omega, rolls = rock_on(block, h, s, peak, a)
+    taken = rolls and s.mode == ROCKING and between_samples(m, s.segment) and h <= s.cap
+    time = wp.where(cuts, s.time + h, target)
+    segment = s.segment + wp.where(time >= knot, 1, 0)
+    return taken, State(theta, omega, s.side, time, segment, s.mode, s.cap, s.needed)

@@ -11,72 +11,58 @@ that a block at rest passes many samples at once.
 
 import warp as wp
 
-from warprock.kernels.housner.block import Block, step
-from warprock.kernels.housner.block_found import BlockResult, Found, Result
+from warprock.kernels.housner.block import Block, State, stall, start_lane, step
+from warprock.kernels.housner.block_found import BlockResult, Found, Result, Seen
 from warprock.kernels.instance import CAPTURES, module_options
-from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING, STALLED
-from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.modes import OVERTURNED, RESTING
+from warprock.kernels.motion import Ground, Motion, sample_index
+from warprock.kernels.rows import kernel, rows
 
-ROLLS = MOTION == "record" and LANES > 1
-HOPS = MOTION == "record"
+RECORD = MOTION == "record"
 
-if HOPS:
-    from warprock.kernels.housner.block_roll import rest_on
+if RECORD:
+    from warprock.kernels.housner.block_roll import rest_on, roll
 
-if ROLLS:
-    from warprock.kernels.housner.block_places import (
-        CAP,
-        COME,
-        DUE,
-        FREE,
-        IMPACTS,
-        LANE,
-        LOSS,
-        MODE,
-        NEEDED,
-        OMEGA,
-        PEAK,
-        PEAK_TIME,
-        PLACES,
-        REST_TIME,
-        ROLL,
-        SAMPLE,
-        SEGMENT,
-        SIDE,
-        THETA,
-        TIME,
-        UNTIL,
-        UPLIFT_TIME,
-        WAIT,
-        Marks,
-        Numbers,
-        Pack,
-        PackMarks,
-        at,
-        block_at,
-        block_result_of,
-        bring_back,
-        ends,
-        keep,
-        mark,
-        motion_at,
-        result_of,
-        roll_on,
-        start_lane,
-        take_along,
+
+@wp.func
+def result_of(s: State, seen: Seen) -> Result:
+    """What the run of a lane leaves behind."""
+    return Result(
+        seen.uplift_time, seen.rest_time, seen.loss, s.needed, seen.impacts, s.mode, seen.steps
     )
-    from warprock.kernels.housner.block_roll import roll
 
+
+if RECORD and LANES > 1:
     wp.set_module_options(module_options(more_flags=CAPTURES))
 
+    Members = wp.types.vector(length=LANES, dtype=int)
+    """Places of the lanes that take a step with events together."""
 
-Lane = wp.types.vector(length=LANES, dtype=real)
-LaneInt = wp.types.vector(length=LANES, dtype=int)
+    PLACES = 4 * LANES
+    """Lanes side by side: enough for LANES of them to wait for one another, and rows fit the
+    cache."""
 
+    ROLL, WAIT, COME, FREE = 0, 1, 2, 3
+    """What a place is due to: a step without events; one that may hold some; a look, since its lane
+    has come to a sample or to its end; another lane."""
 
-if ROLLS:
+    @wp.struct
+    class Place:
+        """One of the lanes side by side.
 
-    @wp.kernel
+        Attributes:
+            lane: Its number.
+            sample: Number of its next sample.
+            until: Time of that [s].
+            due: What the place is due to.
+        """
+
+        lane: int
+        sample: int
+        until: real
+        due: int
+
+    @kernel
     def run_lanes(
         blocks: wp.array(dtype=Block), motions: wp.array(dtype=Motion),
         pool: wp.array2d(dtype=real), starts: wp.array(dtype=real), rates: wp.array(dtype=real),
@@ -90,55 +76,64 @@ if ROLLS:
         block_of = wp.array(ptr=blocks.ptr, shape=(blocks.shape[0],), dtype=Block)
         motion_of = wp.array(ptr=motions.ptr, shape=(motions.shape[0],), dtype=Motion)
         # By names of their own: read off the struct they would keep the loops over lanes scalar.
-        results = found.results
-        leaves = found.blocks
-        rotations = found.rotations
-        m, k, w, n = Numbers(), Marks(), Pack(), PackMarks()
-        place = LaneInt()
+        results, leaves, rotations = found.results, found.blocks, found.rotations
+        place = rows(Place, lanes=PLACES)
+        block = rows(Block, lanes=PLACES)
+        motion = rows(Motion, lanes=PLACES)
+        state = rows(State, lanes=PLACES)
+        seen = rows(Seen, lanes=PLACES)
+        # Lanes that take a step with events together, and their places.
+        pack = rows(Place)
+        pack_state = rows(State)
+        pack_seen = rows(Seen)
+        members = Members()
         samples = sample_times.shape[0]
         for i in range(PLACES):
-            k[DUE, i] = FREE
+            place[i].due = FREE
         busy = int(1)
         while busy > 0:
             rolling, waiting = int(0), int(0)
             for i in range(PLACES):
-                if mark(k[DUE, i]) == FREE and coming < stop:
-                    start_lane(
-                        block_of[coming], motion_of[coming], coming, starts[coming], rates[coming],
-                        m, k, i,
-                    )  # fmt: skip
+                if place[i].due == FREE and coming < stop:
+                    s0, o0 = start_lane(starts[coming], rates[coming])
+                    state[i] = s0
+                    seen[i] = o0
+                    block[i] = block_of[coming]
+                    motion[i] = motion_of[coming]
+                    place[i] = Place(coming, 0, real(0.0), COME)
                     coming += 1
-                while mark(k[DUE, i]) == COME:
-                    lane, sample, ended = mark(k[LANE, i]), mark(k[SAMPLE, i]), ends(k, i)
-                    while sample < samples and (ended or at(m[TIME, i]) >= sample_times[sample]):
+                while place[i].due == COME:
+                    lane, sample = place[i].lane, place[i].sample
+                    state[i].mode = stall(state[i].mode, seen[i].steps, block[i].step_limit)
+                    ended = state[i].mode >= OVERTURNED
+                    while sample < samples and (ended or state[i].time >= sample_times[sample]):
                         if rotations.shape[0] > 0:
-                            rotations[sample, 0, lane] = at(m[THETA, i])
+                            rotations[sample, 0, lane] = state[i].theta
                         sample += 1
-                    k[SAMPLE, i] = sample
-                    k[DUE, i] = ROLL
+                    place[i].sample = sample
+                    place[i].due = ROLL
                     if sample < samples:
-                        m[UNTIL, i] = sample_times[sample]
+                        place[i].until = sample_times[sample]
                     else:
-                        results[lane] = result_of(m, k, i)
-                        leaves[0, lane] = block_result_of(m, i)
-                        k[DUE, i] = FREE
-                    if mark(k[DUE, i]) == ROLL and mark(k[MODE, i]) == RESTING:
+                        results[lane] = result_of(state[i], seen[i])
+                        leaves[0, lane] = BlockResult(seen[i].peak, seen[i].peak_time)
+                        place[i].due = FREE
+                    if place[i].due == ROLL and state[i].mode == RESTING:
                         rests = bool(True)
-                        while rests and at(m[TIME, i]) < at(m[UNTIL, i]):
-                            index = sample_index(motion_at(m, k, i), mark(k[SEGMENT, i]))
-                            rests, ti, se = rest_on(
-                                block_at(m, i), motion_at(m, k, i), pool[0, index],
-                                pool[1, index], pool[3, index], at(m[UNTIL, i]), at(m[TIME, i]),
-                                mark(k[SEGMENT, i]), RESTING, at(m[CAP, i]),
-                            )  # fmt: skip
-                            m[TIME, i] = ti
-                            k[SEGMENT, i] = se
-                        k[DUE, i] = wp.where(at(m[TIME, i]) < at(m[UNTIL, i]), WAIT, COME)
-                if mark(k[DUE, i]) == WAIT:
+                        while rests and state[i].time < place[i].until:
+                            at = sample_index(motion[i], state[i].segment)
+                            ground = Ground(pool[0, at], pool[1, at], pool[3, at])
+                            rests, time, segment = rest_on(
+                                block[i], motion[i], ground, place[i].until, state[i]
+                            )
+                            state[i].time = time
+                            state[i].segment = segment
+                        place[i].due = wp.where(state[i].time < place[i].until, WAIT, COME)
+                if place[i].due == WAIT:
                     if waiting < LANES:
-                        place[waiting] = i
+                        members[waiting] = i
                     waiting += 1
-                rolling += wp.where(mark(k[DUE, i]) == ROLL, 1, 0)
+                rolling += wp.where(place[i].due == ROLL, 1, 0)
             busy = rolling + waiting + stop - coming
             # A quarter of all places, or of the lanes in them where no others come.
             enough = wp.clamp((rolling + waiting) // 4, 1, LANES)
@@ -146,85 +141,72 @@ if ROLLS:
                 # A pack that is not full has its last lane several times.
                 count = wp.where(waiting < LANES, waiting, LANES)
                 for i in range(LANES):
-                    take_along(m, k, place[wp.where(i < count, i, count - 1)], w, n, i)
+                    p = members[wp.where(i < count, i, count - 1)]
+                    pack[i] = place[p]
+                    pack_state[i] = state[p]
+                    pack_seen[i] = seen[p]
                 for i in range(LANES):
-                    motion = motion_of[mark(n[LANE, i])]
-                    index = sample_index(motion, mark(n[SEGMENT, i]))
-                    th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca, ne = step(
-                        block_of[mark(n[LANE, i])], motion, pool[0, index], pool[1, index],
-                        at(w[UNTIL, i]), at(w[THETA, i]), at(w[OMEGA, i]), at(w[SIDE, i]),
-                        at(w[TIME, i]), mark(n[SEGMENT, i]), mark(n[MODE, i]), at(w[PEAK, i]),
-                        at(w[PEAK_TIME, i]), at(w[UPLIFT_TIME, i]), at(w[REST_TIME, i]),
-                        at(w[LOSS, i]), mark(n[IMPACTS, i]), at(w[CAP, i]), at(w[NEEDED, i]),
+                    m = motion_of[pack[i].lane]
+                    at = sample_index(m, pack_state[i].segment)
+                    ground = Ground(pool[0, at], pool[1, at], real(0.0))
+                    s1, o1 = step(
+                        block_of[pack[i].lane], m, ground, pack[i].until, pack_state[i],
+                        pack_seen[i],
                     )  # fmt: skip
-                    keep(th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca, ne, w, n, i)
+                    pack_state[i] = s1
+                    pack_seen[i] = o1
                 for i in range(count):
-                    bring_back(m, k, place[i], w, n, i)
+                    p = members[i]
+                    state[p] = pack_state[i]
+                    seen[p] = pack_seen[i]
+                    comes = state[p].mode >= OVERTURNED or state[p].time >= place[p].until
+                    comes = comes or state[p].mode == RESTING
+                    place[p].due = wp.where(comes, COME, ROLL)
             # Lanes roll until a pack of them waits, or has come to a sample or to its end.
             rolling = wp.where(waiting < LANES + enough, busy, 0)
             while rolling > 0:
                 for i in range(PLACES):
-                    motion = motion_at(m, k, i)
-                    index = sample_index(motion, mark(k[SEGMENT, i]))
-                    ok, th, om, ti, se = roll(
-                        block_at(m, i), motion, pool[0, index], pool[1, index],
-                        at(m[UNTIL, i]), at(m[THETA, i]), at(m[OMEGA, i]), at(m[SIDE, i]),
-                        at(m[TIME, i]), mark(k[SEGMENT, i]), mark(k[MODE, i]), at(m[PEAK, i]),
-                        at(m[CAP, i]), at(m[NEEDED, i]),
-                    )  # fmt: skip
-                    roll_on(ok, th, om, ti, se, m, k, i)
+                    at = sample_index(motion[i], state[i].segment)
+                    ground = Ground(pool[0, at], pool[1, at], real(0.0))
+                    due, peak, until = place[i].due, seen[i].peak, place[i].until
+                    calm, after = roll(block[i], motion[i], ground, until, state[i], peak)
+                    taken = calm and due == ROLL
+                    state[i] = wp.where(taken, after, state[i])
+                    count = seen[i].steps + 1
+                    higher = taken and size(after.theta) > peak
+                    seen[i].peak = wp.where(higher, size(after.theta), peak)
+                    seen[i].peak_time = wp.where(higher, after.time, seen[i].peak_time)
+                    seen[i].steps = wp.where(taken, count, seen[i].steps)
+                    comes = after.time >= until or count >= block[i].step_limit
+                    next_due = wp.where(calm, wp.where(comes, COME, ROLL), WAIT)
+                    place[i].due = wp.where(due == ROLL, next_due, due)
                 rolling, free = int(0), int(0)
                 for i in range(PLACES):
-                    rolling += wp.where(mark(k[DUE, i]) == ROLL, 1, 0)
-                    free += wp.where(mark(k[DUE, i]) == FREE, 1, 0)
+                    rolling += wp.where(place[i].due == ROLL, 1, 0)
+                    free += wp.where(place[i].due == FREE, 1, 0)
                 rolling = wp.where(PLACES - rolling - free < enough, rolling, 0)
 
 else:
 
-    @wp.kernel
+    @kernel
     def run_lanes(
-        blocks: wp.array(dtype=Block),
-        motions: wp.array(dtype=Motion),
-        pool: wp.array2d(dtype=real),
-        starts: wp.array(dtype=real),
-        rates: wp.array(dtype=real),
-        sample_times: wp.array(dtype=real),
-        found: Found,
-    ):
+        blocks: wp.array(dtype=Block), motions: wp.array(dtype=Motion),
+        pool: wp.array2d(dtype=real), starts: wp.array(dtype=real), rates: wp.array(dtype=real),
+        sample_times: wp.array(dtype=real), found: Found,
+    ):  # fmt: skip
         """Runs LANES lanes a thread, which take their steps side by side."""
-        pack, _one = wp.tid()
-        first = pack * LANES
+        thread, _one = wp.tid()
+        first = thread * LANES
         block_of = wp.array(ptr=blocks.ptr, shape=(blocks.shape[0],), dtype=Block)
         motion_of = wp.array(ptr=motions.ptr, shape=(motions.shape[0],), dtype=Motion)
         # By names of their own: read off the struct they would keep the loop over lanes scalar.
-        results = found.results
-        leaves = found.blocks
-        rotations = found.rotations
-        theta = Lane()
-        omega = Lane()
-        side = Lane()
-        time = Lane()
-        segment = LaneInt()
-        mode = LaneInt()
-        peak = Lane()
-        peak_time = Lane()
-        uplift_time = Lane()
-        rest_time = Lane()
-        loss = Lane()
-        impacts = LaneInt()
-        cap = Lane()
-        needed = Lane()
-        steps = LaneInt()
+        results, leaves, rotations = found.results, found.blocks, found.rotations
+        state = rows(State)
+        seen = rows(Seen)
         for i in range(LANES):
-            theta[i] = starts[first + i]
-            omega[i] = rates[first + i]
-            side[i] = sign_of(wp.where(theta[i] == real(0.0), omega[i], theta[i]))
-            rests = theta[i] == real(0.0) and omega[i] == real(0.0)
-            mode[i] = wp.where(rests, RESTING, ROCKING)
-            peak[i] = size(theta[i])
-            cap[i] = NEVER
-            uplift_time[i] = wp.where(rests, NEVER, real(0.0))
-            rest_time[i] = wp.where(rests, real(0.0), NEVER)
+            s0, o0 = start_lane(starts[first + i], rates[first + i])
+            state[i] = s0
+            seen[i] = o0
         for sample in range(sample_times.shape[0]):
             until = sample_times[sample]
             busy = int(1)
@@ -232,49 +214,28 @@ else:
                 busy = int(0)
                 for i in range(LANES):
                     m = motion_of[first + i]
-                    place = sample_index(m, segment[i])
-                    going = mode[i] < OVERTURNED and time[i] < until
-                    th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca, ne = step(
-                        block_of[first + i], m, pool[0, place], pool[1, place], until,
-                        theta[i], omega[i], side[i], time[i], segment[i], mode[i],
-                        peak[i], peak_time[i], uplift_time[i], rest_time[i], loss[i], impacts[i],
-                        cap[i], needed[i],
-                    )  # fmt: skip
-                    if HOPS:
+                    at = sample_index(m, state[i].segment)
+                    going = state[i].mode < OVERTURNED and state[i].time < until
+                    ground = Ground(pool[0, at], pool[1, at], real(0.0))
+                    after, shown = step(block_of[first + i], m, ground, until, state[i], seen[i])
+                    if RECORD:
+                        ground.strongest = pool[3, at]
                         rests, far, passed = rest_on(
-                            block_of[first + i], m, pool[0, place], pool[1, place], pool[3, place],
-                            until, time[i], segment[i], mode[i], cap[i],
-                        )  # fmt: skip
+                            block_of[first + i], m, ground, until, state[i]
+                        )
                         rests = rests and going
                         going = going and not rests
-                        time[i] = wp.where(rests, far, time[i])
-                        segment[i] = wp.where(rests, passed, segment[i])
+                        state[i].time = wp.where(rests, far, state[i].time)
+                        state[i].segment = wp.where(rests, passed, state[i].segment)
                     # A lane that waits for others takes no step, not even one of length zero.
-                    steps[i] = steps[i] + wp.where(going, 1, 0)
-                    theta[i] = wp.where(going, th, theta[i])
-                    omega[i] = wp.where(going, om, omega[i])
-                    side[i] = wp.where(going, si, side[i])
-                    time[i] = wp.where(going, ti, time[i])
-                    segment[i] = wp.where(going, se, segment[i])
-                    mo = wp.where(
-                        steps[i] >= block_of[first + i].step_limit and mo < OVERTURNED, STALLED, mo
-                    )
-                    mode[i] = wp.where(going, mo, mode[i])
-                    peak[i] = wp.where(going, pk, peak[i])
-                    peak_time[i] = wp.where(going, pt, peak_time[i])
-                    uplift_time[i] = wp.where(going, ut, uplift_time[i])
-                    rest_time[i] = wp.where(going, rt, rest_time[i])
-                    loss[i] = wp.where(going, lo, loss[i])
-                    impacts[i] = wp.where(going, im, impacts[i])
-                    cap[i] = wp.where(going, ca, cap[i])
-                    needed[i] = wp.where(going, ne, needed[i])
+                    state[i] = wp.where(going, after, state[i])
+                    seen[i] = wp.where(going, shown, seen[i])
                 for i in range(LANES):
-                    busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
+                    runs = state[i].mode < OVERTURNED and state[i].time < until
+                    busy = busy + wp.where(runs, 1, 0)
             if rotations.shape[0] > 0:
                 for i in range(LANES):
-                    rotations[sample, 0, first + i] = theta[i]
+                    rotations[sample, 0, first + i] = state[i].theta
         for i in range(LANES):
-            results[first + i] = Result(
-                uplift_time[i], rest_time[i], loss[i], needed[i], impacts[i], mode[i], steps[i]
-            )
-            leaves[0, first + i] = BlockResult(peak[i], peak_time[i])
+            results[first + i] = result_of(state[i], seen[i])
+            leaves[0, first + i] = BlockResult(seen[i].peak, seen[i].peak_time)

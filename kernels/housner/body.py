@@ -18,32 +18,27 @@ beyond an end that is at once.
 
 A step is as in housner/block.py. What is watched while the body rocks is the distance to the edge
 that it moves towards, or has just left; a step that would pass the other end of the foot's range
-is repeated up to there. A lane's state is that of housner/block.py, with `place` for the side: the
-number of the foot that the body turns about, at rest of the one at -x of its edge. `loss` is the
-sum of I_o w_o^2 - I_n w_n^2 over the impacts, I over the mass [m^2/s^2].
+is repeated up to there. The loss is the sum of I_o w_o^2 - I_n w_n^2 over the impacts, I over the
+mass [m^2/s^2].
 """
 
 import warp as wp
 
-from warprock.kernels.housner.block import (
-    NEARLY,
-    REACH,
-    ROUND_OFF,
-    TICK,
-    next_event,
-)  # fmt: skip
-from warprock.kernels.housner.block_contact import needed_in_step, ratio
+from warprock.kernels.housner.block import NEARLY, REACH, ROUND_OFF, TICK, Event, next_event
+from warprock.kernels.housner.block_contact import Force, needed_in_step, ratio
+from warprock.kernels.housner.block_found import Seen
 from warprock.kernels.housner.body_series import (
+    Foot,
     force_series,
     friction_at_rest,
     rolling_series,
     sine_cosine,
 )
-from warprock.kernels.housner.body_weight import Heave, heave_after, heave_at
+from warprock.kernels.housner.body_weight import expand_above, lift_at
 from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING
-from warprock.kernels.motion import Motion, knot_time, series
+from warprock.kernels.motion import Acceleration, Ground, Motion, expand, knot_time
 from warprock.kernels.shape.above import Above
-from warprock.kernels.shape.taylor import slope_at, value_at
+from warprock.kernels.shape.taylor import Polynomial, choose, scale, slope_at, value_at
 
 
 @wp.struct
@@ -57,20 +52,6 @@ class Body:
     rest_rotation: real
     step_length: real
     step_limit: int
-
-
-@wp.struct
-class Foot:
-    """A point of the base; the symbols are those of housner/body_series.py."""
-
-    alpha: real
-    reach: real
-    p2: real
-    q: real
-    rho: real
-    eps: real
-    low: real
-    high: real
 
 
 @wp.struct
@@ -97,6 +78,69 @@ class Edge:
     slip_right: real
 
 
+@wp.struct
+class State:
+    """State of a lane.
+
+    Attributes:
+        theta: Rotation [rad].
+        omega: Its rate [rad/s].
+        place: Number of the foot that the body turns about; at rest of the one at -x of its edge.
+        last: Number of the last foot.
+        time: Time [s].
+        segment, risen: Knots that are passed of the motion along x and of that upwards.
+        mode: RESTING, ROCKING, or how the lane ended.
+        cap: Longest step allowed next time [s].
+        needed: Friction that the body has needed so far, which changes nothing of its motion.
+    """
+
+    theta: real
+    omega: real
+    place: int
+    last: int
+    time: real
+    segment: int
+    risen: int
+    mode: int
+    cap: real
+    needed: real
+
+
+@wp.struct
+class Hold:
+    """What holds a body at rest on an edge against the base.
+
+    Attributes:
+        pull: Direction of the acceleration that is nearer to lifting it, 1 to +x or -1.
+        limit: Acceleration that lifts it [m/s^2].
+        per: What the limit grows by per vertical acceleration of the base.
+    """
+
+    pull: real
+    limit: real
+    per: real
+
+
+@wp.struct
+class Ending:
+    """What a step ends with.
+
+    Attributes:
+        impact: Whether the next foot strikes the ground.
+        uplift: Whether the body is lifted off an edge.
+        upper: Whether the event is at the upper end of the foot's range.
+        pull: Direction of the acceleration that lifts a body at rest, 1 to +x or -1.
+        along, upwards: Acceleration of the base [m/s^2].
+    """
+
+    impact: bool
+    uplift: bool
+    upper: bool
+    pull: real
+    along: real
+    upwards: real
+
+
 @wp.func
 def may_rest(
     edge: Edge, rest_rotation: real, omega: real, acceleration: real, lifting: real, gravity: real
@@ -118,13 +162,10 @@ def may_rest(
 
 
 @wp.func
-def watched(
-    resting: bool, upper: bool, limit: real, per: real, pull: real, theta: real, foot: Foot,
-    omega: real, t2: real, t3: real, t4: real, t5: real, t6: real, t7: real, t8: real, t9: real,
-    t10: real,
-    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
-    z: Heave, h: real,
-):  # fmt: skip
+def first_event(
+    resting: bool, upper: bool, hold: Hold, foot: Foot, rotation: Polynomial, a: Acceleration,
+    z: Acceleration, h: real,
+) -> Event:  # fmt: skip
     """First event within a step of length h; as `next_event`.
 
     Watched is how far the rotation is from the upper or the lower end of the foot's range; at rest
@@ -132,50 +173,51 @@ def watched(
     the base moves upwards.
     """
     zero = real(0.0)
-    s = wp.where(upper, real(-1.0), real(1.0))
-    e0 = wp.where(upper, foot.high - theta, theta - foot.low)
-    l0, l1, l2, l3, l4 = limit - pull * a0, -pull * a1, -pull * a2, -pull * a3, -pull * a4
-    l5, l6, l7, l8 = -pull * a5, -pull * a6, -pull * a7, -pull * a8
+    pull, per = hold.pull, hold.per
+    way = scale(wp.where(upper, real(-1.0), real(1.0)), rotation)
+    way.c0 = wp.where(upper, foot.high - rotation.c0, rotation.c0 - foot.low)
+    lack = Polynomial(
+        hold.limit - pull * a.a0, -pull * a.a1, -pull * a.a2, -pull * a.a3, -pull * a.a4,
+        -pull * a.a5, -pull * a.a6, -pull * a.a7, -pull * a.a8, zero, zero,
+    )  # fmt: skip
     if VERTICAL:
-        l0, l1, l2, l3 = l0 + per * z.z0, l1 + per * z.z1, l2 + per * z.z2, l3 + per * z.z3
-        l4, l5, l6, l7 = l4 + per * z.z4, l5 + per * z.z5, l6 + per * z.z6, l7 + per * z.z7
-        l8 = l8 + per * z.z8
-    e0 = wp.where(resting, l0, e0)
-    tau, turned, crossed, cap = next_event(
-        e0,
-        wp.where(resting, l1, s * omega),
-        wp.where(resting, l2, s * t2),
-        wp.where(resting, l3, s * t3),
-        wp.where(resting, l4, s * t4),
-        wp.where(resting, l5, s * t5),
-        wp.where(resting, l6, s * t6),
-        wp.where(resting, l7, s * t7),
-        wp.where(resting, l8, s * t8),
-        wp.where(resting, zero, s * t9),
-        wp.where(resting, zero, s * t10),
-        h,
-        False,
-    )
+        lack.c0 = lack.c0 + per * z.a0
+        lack.c1 = lack.c1 + per * z.a1
+        lack.c2 = lack.c2 + per * z.a2
+        lack.c3 = lack.c3 + per * z.a3
+        lack.c4 = lack.c4 + per * z.a4
+        lack.c5 = lack.c5 + per * z.a5
+        lack.c6 = lack.c6 + per * z.a6
+        lack.c7 = lack.c7 + per * z.a7
+        lack.c8 = lack.c8 + per * z.a8
+    watched = choose(resting, lack, way)
+    event = next_event(watched, h, False)
     # A jump of the acceleration lifts a resting body, round-off sinks a rocking one: at once.
-    a_end = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, h)
-    lack = limit - pull * a_end
+    lack_at_end = hold.limit - pull * value_at(whole(a), h)
     if VERTICAL:
-        lack = lack + per * heave_after(z, h)
-    lifts = e0 < -NEARLY * size(limit) or (e0 <= zero and lack < zero)
-    at_once = wp.where(resting, lifts, e0 < zero)
-    return (
-        wp.where(at_once, zero, tau),
-        turned and not at_once,
-        crossed or at_once,
-        wp.where(at_once, NEVER, cap),
+        lack_at_end = lack_at_end + per * lift_at(z, h)
+    lifts = watched.c0 < -NEARLY * size(hold.limit) or (watched.c0 <= zero and lack_at_end < zero)
+    at_once = wp.where(resting, lifts, watched.c0 < zero)
+    return Event(
+        wp.where(at_once, zero, event.tau),
+        event.turned and not at_once,
+        event.crossed or at_once,
+        wp.where(at_once, NEVER, event.cap),
     )
 
 
 @wp.func
-def weaker_hold(edge: Edge, gravity: real, a0: real, a_end: real, z0: real, z_end: real):
-    """The pull, 1 to +x or -1, that is nearer to lifting a body off an edge, and its limit.
+def whole(a: Acceleration) -> Polynomial:
+    """The acceleration of the base as a polynomial."""
+    zero = real(0.0)
+    return Polynomial(a.a0, a.a1, a.a2, a.a3, a.a4, a.a5, a.a6, a.a7, a.a8, zero, zero)
 
-    The third value is what the limit grows by per vertical acceleration of the base.
+
+@wp.func
+def weaker_hold(edge: Edge, gravity: real, a0: real, a_end: real, z0: real, z_end: real) -> Hold:
+    """What holds a body on an edge against the stronger pull of the base in a step.
+
+    The base accelerates by a0 and z0 at its start, by a_end and z_end at its end.
     """
     zero = real(0.0)
     left = edge.hold_left - larger(a0, a_end)
@@ -187,70 +229,71 @@ def weaker_hold(edge: Edge, gravity: real, a0: real, a_end: real, z0: real, z_en
     to_left = left < right
     hold = wp.where(to_left, edge.hold_left, edge.hold_right)
     slack = TWO * ROUND_OFF * size(hold)
-    return wp.where(to_left, real(1.0), real(-1.0)), hold + slack + zero, hold / gravity
+    pull = wp.where(to_left, real(1.0), real(-1.0))
+    return Hold(pull, hold + slack + zero, hold / gravity)
 
 
 @wp.func
-def towards(foot: Foot, theta: real, omega: real, t2: real, t3: real, h: real) -> bool:
+def watches_upper(foot: Foot, rotation: Polynomial, h: real) -> bool:
     """Whether the upper end of a foot's range is watched, not the lower one.
 
     It is the end that a step starts at, else the one that the body moves towards.
     """
-    still = wp.where(size(t2) > NEARLY * size(t3) * h, t2, t3)
+    theta, omega = rotation.c0, rotation.c1
+    still = wp.where(size(rotation.c2) > NEARLY * size(rotation.c3) * h, rotation.c2, rotation.c3)
     moves = wp.where(omega == real(0.0), still, omega)
     return theta == foot.high or (theta != foot.low and moves > real(0.0))
 
 
 @wp.func
-def event_step(
-    body: Body, edge: Edge, impact: bool, uplift: bool, upper: bool, pull: real,
-    acceleration: real, lifting: real, time: real,
-    omega: real, place: int, mode: int, uplift_time: real, rest_time: real, loss: real,
-    needed: real,
+def apply_event(
+    body: Body, edge: Edge, ending: Ending, s: wp.ref[State], seen: wp.ref[Seen],
 ):  # fmt: skip
-    """What an impact on an edge, or an uplift from one, does to a body."""
+    """Changes what an impact on an edge, or an uplift from one, changes."""
     zero = real(0.0)
+    impact, uplift, upper = ending.impact, ending.uplift, ending.upper
     kept = larger(wp.where(upper, edge.kept_right, edge.kept_left), zero)
-    before = wp.where(upper, edge.inertia_left, edge.inertia_right)
-    behind = wp.where(upper, edge.inertia_right, edge.inertia_left)
+    inertia_before = wp.where(upper, edge.inertia_left, edge.inertia_right)
+    inertia_after = wp.where(upper, edge.inertia_right, edge.inertia_left)
     slip = wp.where(upper, edge.slip_right, edge.slip_left)
-    after = kept * omega
+    before = s.omega
+    after = kept * before
     stays, tail = may_rest(
-        edge, body.rest_rotation, after, acceleration, lifting, body.gravity
-    )  # fmt: skip
+        edge, body.rest_rotation, after, ending.along, ending.upwards, body.gravity
+    )
     # A body that keeps nothing stays on both feet; what moves it from there is an uplift.
     rests = impact and (stays or kept == zero)
     after = wp.where(rests, zero, after)
     # At rest the place is that of the foot at -x of the edge.
-    struck = wp.where(upper, wp.where(rests, place, place + 1), place - 1)
-    lifted = wp.where(pull > zero, place, place + 1)
-    return (
-        wp.where(impact, after, omega),
-        wp.where(uplift, lifted, wp.where(impact, struck, place)),
-        wp.where(rests, RESTING, wp.where(uplift, ROCKING, mode)),
-        wp.where(uplift, smaller(uplift_time, time), uplift_time),
-        wp.where(rests, time + wp.where(stays, tail, zero), wp.where(uplift, NEVER, rest_time)),
-        loss + wp.where(impact, before * omega * omega - behind * after * after, zero),
-        wp.where(impact, larger(slip, needed), needed),
-    )
+    struck = wp.where(upper, wp.where(rests, s.place, s.place + 1), s.place - 1)
+    lifted = wp.where(ending.pull > zero, s.place, s.place + 1)
+    lost = inertia_before * before * before - inertia_after * after * after
+    s.omega = wp.where(impact, after, before)
+    s.place = wp.where(uplift, lifted, wp.where(impact, struck, s.place))
+    s.mode = wp.where(rests, RESTING, wp.where(uplift, ROCKING, s.mode))
+    s.needed = wp.where(impact, larger(slip, s.needed), s.needed)
+    first = smaller(seen.uplift_time, s.time)
+    seen.uplift_time = wp.where(uplift, first, seen.uplift_time)
+    rested = wp.where(uplift, NEVER, seen.rest_time)
+    seen.rest_time = wp.where(rests, s.time + wp.where(stays, tail, zero), rested)
+    seen.loss = seen.loss + wp.where(impact, lost, zero)
+    seen.impacts = seen.impacts + wp.where(impact, 1, 0)
 
 
 @wp.func
-def motion_step(
-    body: Body, foot: Foot, edge: Edge, passed: bool, dv: real, dz: real, time: real,
-    theta: real, omega: real, place: int, mode: int, uplift_time: real, rest_time: real,
-    needed: real,
+def kick(
+    body: Body, foot: Foot, edge: Edge, dv: real, dz: real, s: wp.ref[State], seen: wp.ref[Seen],
 ):  # fmt: skip
-    """What a velocity step of the base at a knot, dv along and dz upwards, does to a body."""
+    """Changes what a velocity step of the base changes, dv along and dz upwards."""
     zero = real(0.0)
-    steps = passed and (dv != zero or dz != zero)
-    s, c = sine_cosine(theta - foot.alpha)
-    kick = -(foot.rho + foot.q * c) / (real(1.0) + foot.eps * c) * dv
+    steps = dv != zero or dz != zero
+    sn, c = sine_cosine(s.theta - foot.alpha)
+    gain = -(foot.rho + foot.q * c) / (real(1.0) + foot.eps * c) * dv
     off = -wp.where(dv > zero, edge.pull_left, edge.pull_right) * dv
     to_right = dv < zero
     off_along, off_upwards = real(dv), real(dz)
     if VERTICAL:
-        kick = kick + foot.q * s / (real(1.0) + foot.eps * c) * dz
+        gain = gain + foot.q * sn / (real(1.0) + foot.eps * c) * dz
         # Over either end, and what the base gives the centre of mass then.
         over_left = edge.pull_left * dv - edge.weight_left / body.gravity * dz
         over_right = -edge.pull_right * dv - edge.weight_right / body.gravity * dz
@@ -262,33 +305,32 @@ def motion_step(
         off_along = dv + inertia * pulled * off
         off_upwards = dz + inertia * weighs * size(off)
     rests, _tail = may_rest(edge, body.rest_rotation, off, zero, zero, body.gravity)
-    rocks = steps and mode == ROCKING
-    lifts = steps and mode == RESTING and not rests
+    rocks = steps and s.mode == ROCKING
+    lifts = steps and s.mode == RESTING and not rests
     if VERTICAL:
         lifts = lifts and off != zero
-    omega1 = wp.where(rocks, omega + kick, wp.where(lifts, off, omega))
+    omega = wp.where(rocks, s.omega + gain, wp.where(lifts, off, s.omega))
     # Thrown back where a foot has just come down, the body turns about the one that it left.
-    place1 = wp.where(rocks and theta == foot.high and omega1 > zero, place + 1, place)
-    place1 = wp.where(rocks and theta == foot.low and omega1 < zero, place - 1, place1)
-    place1 = wp.where(lifts and to_right, place + 1, place1)
-    along = dv + (body.radius + foot.reach * c) * kick
-    falls = (theta >= body.fall_right and omega >= zero) or (
-        theta <= -body.fall_left and omega <= zero
+    place = wp.where(rocks and s.theta == foot.high and omega > zero, s.place + 1, s.place)
+    place = wp.where(rocks and s.theta == foot.low and omega < zero, s.place - 1, place)
+    place = wp.where(lifts and to_right, s.place + 1, place)
+    along = dv + (body.radius + foot.reach * c) * gain
+    falls = (s.theta >= body.fall_right and s.omega >= zero) or (
+        s.theta <= -body.fall_left and s.omega <= zero
     )
-    asked = ratio(along, -foot.reach * s * kick)
+    asked = ratio(along, -foot.reach * sn * gain)
     counts = rocks and not falls
     if VERTICAL:
-        asked = ratio(along, dz - foot.reach * s * kick)
+        asked = ratio(along, dz - foot.reach * sn * gain)
         asked = wp.where(lifts, ratio(off_along, off_upwards), asked)
         counts = counts or lifts
-    return (
-        omega1,
-        place1,
-        wp.where(lifts, ROCKING, mode),
-        wp.where(lifts, smaller(uplift_time, time), uplift_time),
-        wp.where(lifts, NEVER, rest_time),
-        wp.where(counts and asked > needed, asked, needed),
-    )
+    s.omega = omega
+    s.place = place
+    s.mode = wp.where(lifts, ROCKING, s.mode)
+    s.needed = wp.where(counts and asked > s.needed, asked, s.needed)
+    first = smaller(seen.uplift_time, s.time)
+    seen.uplift_time = wp.where(lifts, first, seen.uplift_time)
+    seen.rest_time = wp.where(lifts, NEVER, seen.rest_time)
 
 
 @wp.func
@@ -307,86 +349,67 @@ def overshot(live: bool, excess: real, omega: real, tau: real, cap: real):
 
 
 @wp.func
-def step_friction(
-    body: Body, foot: Foot, resting: bool, rocking: bool, needed: real, theta: real, omega: real,
-    end_omega: real, tau: real,
-    t2: real, t3: real, t4: real, t5: real, t6: real, t7: real, t8: real,
-    c2: real, c3: real, c4: real, c5: real, c6: real, c7: real, c8: real,
-    s2: real, s3: real, s4: real, s5: real, s6: real, s7: real, s8: real,
-    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, z: Heave,
+def friction_in_step(
+    body: Body, s: State, force: Force, a: Acceleration, z: Acceleration, tau: real,
+    end_omega: real,
 ) -> real:  # fmt: skip
-    """The larger of a friction and what a step of length tau needs."""
-    n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6 = force_series(
-        body.gravity, body.radius, foot.reach, t2, t3, t4, t5, t6, t7, t8,
-        c2, c3, c4, c5, c6, c7, c8, s2, s3, s4, s5, s6, s7, s8, a0, a1, a2, a3, a4, a5, a6, z,
-    )  # fmt: skip
-    side = sign_of(theta)
-    fall = wp.where(theta < real(0.0), body.fall_left, body.fall_right)
-    held = friction_at_rest(body.gravity, needed, tau, a0, a1, a2, a3, a4, a5, a6, z)
+    """The larger of the friction needed so far and what a step of length tau needs."""
+    resting, rocking = s.mode == RESTING, s.mode == ROCKING
+    side = sign_of(s.theta)
+    fall = wp.where(s.theta < real(0.0), body.fall_left, body.fall_right)
+    held = friction_at_rest(body.gravity, s.needed, tau, a, z)
     return needed_in_step(
-        wp.where(resting and tau > real(0.0), held, needed), rocking, fall, side * theta,
-        side * omega, side * end_omega, tau,
-        n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6,
+        wp.where(resting and tau > real(0.0), held, s.needed), rocking, fall, side * s.theta,
+        side * s.omega, side * end_omega, tau, force,
     )  # fmt: skip
 
 
 @wp.func
 def advance(
-    body: Body, foot: Foot, behind: Edge, last: int,
-    m: Motion, sample: real, sample_slope: real, above: Above, until: real,
-    theta: real, omega: real, place: int, time: real, segment: int, mode: int, cap: real,
-    needed: real,
+    body: Body, foot: Foot, behind: Edge, m: Motion, ground: Ground, above: Above, until: real,
+    s: State,
 ):  # fmt: skip
-    """The way of one lane to its next event, or at most to `until`.
+    """The way of one lane to its next event, or at most to `until`: its state, what it ends with.
 
-    `behind` is the edge behind the foot, on which a body at rest lies; `last` the last foot.
-
-    Returns:
-        Rotation, its rate and the time at the end; the base acceleration there, along and upwards;
-        whether the event
-        is at the upper end of the foot's range; the pull that lifts a body at rest; whether it
-        strikes the next foot, and whether it is lifted; the longest step allowed next time; the
-        friction needed.
+    `behind` is the edge behind the foot, on which a body at rest lies.
     """
     zero = real(0.0)
-    live, resting, rocking = mode < OVERTURNED, mode == RESTING, mode == ROCKING
-    target = smaller(knot_time(m, segment), until)
+    live, resting, rocking = s.mode < OVERTURNED, s.mode == RESTING, s.mode == ROCKING
+    target = smaller(knot_time(m, s.segment), until)
     if VERTICAL:
         target = smaller(knot_time(above.motion, above.segment), target)
-    room = target - time
-    h = smaller(smaller(smaller(body.step_length, REACH / size(omega)), room), cap)
+    room = target - s.time
+    h = smaller(smaller(smaller(body.step_length, REACH / size(s.omega)), room), s.cap)
     h = wp.where(live, larger(h, zero), zero)
-    a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, sample_slope)
-    z = heave_at(above.motion, above.segment, time, above.value, above.slope)
-    (
-        t2, t3, t4, t5, t6, t7, t8, t9, t10,
-        c2, c3, c4, c5, c6, c7, c8, s2, s3, s4, s5, s6, s7, s8,
-    ) = rolling_series(
-        foot.p2, foot.q, foot.rho, foot.eps, theta - foot.alpha, omega, z,
-        a0, a1, a2, a3, a4, a5, a6, a7, a8,
-    )  # fmt: skip
-    upper = resting or towards(foot, theta, omega, t2, t3, h)
-    a_end = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, h)
-    pull, limit, per = weaker_hold(behind, body.gravity, a0, a_end, z.z0, heave_after(z, h))
-    tau, turned, crossed, cap1 = watched(
-        resting, upper, limit, per, pull, theta, foot,
-        omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, a0, a1, a2, a3, a4, a5, a6, a7, a8, z, h,
-    )  # fmt: skip
-    theta1 = value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
-    omega1 = slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
-    excess = wp.where(upper, foot.low - theta1, theta1 - foot.high)
-    past, tau, cap1 = overshot(live, wp.where(rocking, excess, zero), omega1, tau, cap1)
-    needed1 = step_friction(
-        body, foot, resting, rocking, needed, theta, omega, omega1, tau, t2, t3, t4, t5, t6, t7, t8,
-        c2, c3, c4, c5, c6, c7, c8, s2, s3, s4, s5, s6, s7, s8, a0, a1, a2, a3, a4, a5, a6, z,
-    )  # fmt: skip
-    reaches = rocking and crossed and not past
+    a = expand(m, s.segment, s.time, ground.value, ground.slope)
+    z = expand_above(above, s.time)
+    rotation, tilt = rolling_series(foot, s.theta, s.omega, a, z)
+    upper = resting or watches_upper(foot, rotation, h)
+    hold = weaker_hold(behind, body.gravity, a.a0, value_at(whole(a), h), z.a0, lift_at(z, h))
+    event = first_event(resting, upper, hold, foot, rotation, a, z, h)
+    theta = value_at(rotation, event.tau)
+    omega = slope_at(rotation, event.tau)
+    excess = wp.where(upper, foot.low - theta, theta - foot.high)
+    past, tau, cap = overshot(live, wp.where(rocking, excess, zero), omega, event.tau, event.cap)
+    force = force_series(body.gravity, body.radius, foot.reach, rotation, tilt, a, z)
+    needed = friction_in_step(body, s, force, a, z, tau, omega)
+    reaches = rocking and event.crossed and not past
     end = wp.where(upper, foot.high, foot.low)
-    strikes = wp.where(upper, place < last, place > 0)
-    return (
-        wp.where(rocking and not past, wp.where(reaches, end, theta1), theta),
-        wp.where(past, omega, wp.where(rocking and not turned, omega1, zero)),
-        wp.where(live and tau >= room - TICK * target, target, time + tau),
-        value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, tau), heave_after(z, tau),
-        upper, pull, reaches and strikes, resting and crossed, cap1, needed1,
+    strikes = wp.where(upper, s.place < s.last, s.place > 0)
+    after = State(
+        wp.where(rocking and not past, wp.where(reaches, end, theta), s.theta),
+        wp.where(past, s.omega, wp.where(rocking and not event.turned, omega, zero)),
+        s.place,
+        s.last,
+        wp.where(live and tau >= room - TICK * target, target, s.time + tau),
+        s.segment,
+        s.risen,
+        s.mode,
+        cap,
+        needed,
+    )
+    ending = Ending(
+        reaches and strikes, resting and event.crossed, upper, hold.pull,
+        value_at(whole(a), tau), lift_at(z, tau),
     )  # fmt: skip
+    return after, ending

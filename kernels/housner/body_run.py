@@ -2,11 +2,21 @@
 
 import warp as wp
 
-from warprock.kernels.housner.block import end_of_step
-from warprock.kernels.housner.block_found import BlockResult, Result
-from warprock.kernels.housner.body import Body, Edge, Foot, advance, event_step, motion_step
-from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING, STALLED
-from warprock.kernels.motion import Motion, knot_step, knot_time, sample_index
+from warprock.kernels.housner.block import end_step, observe, stall
+from warprock.kernels.housner.block_found import BlockResult, Result, Seen
+from warprock.kernels.housner.body import (
+    Body,
+    Edge,
+    Ending,
+    State,
+    advance,
+    apply_event,
+    kick,
+)
+from warprock.kernels.housner.body_series import Foot
+from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING
+from warprock.kernels.motion import Ground, Motion, knot_step, knot_time, sample_index
+from warprock.kernels.rows import kernel, rows
 from warprock.kernels.shape.above import Above, Motions
 
 
@@ -20,10 +30,6 @@ class Found:
     sides: wp.array2d(dtype=real)
 
 
-Lane = wp.types.vector(length=LANES, dtype=real)
-LaneInt = wp.types.vector(length=LANES, dtype=int)
-
-
 @wp.struct
 class Start:
     """Rotation and its rate at the start, the number of the foot there, and that of the last."""
@@ -34,41 +40,57 @@ class Start:
     last: int
 
 
+@wp.struct
+class Sides:
+    """Largest rotations to -x and to +x so far [rad]."""
+
+    left: real
+    right: real
+
+
+@wp.func
+def start_lane(start: Start):
+    """Releases a body: its state, what is seen of it."""
+    zero = real(0.0)
+    flat = start.theta == zero and start.omega == zero
+    mode = wp.where(flat, RESTING, ROCKING)
+    lifted, rested = wp.where(flat, NEVER, zero), wp.where(flat, zero, NEVER)
+    state = State(start.theta, start.omega, start.place, start.last, zero, 0, 0, mode, NEVER, zero)
+    return state, Seen(size(start.theta), zero, lifted, rested, zero, 0, 0)
+
+
 @wp.func
 def settle(
-    body: Body, foot: Foot, edge: Edge, upper: bool, pull: real, impact: bool, uplift: bool,
-    acceleration: real, lifting: real, m: Motion, above: Above,
-    theta: real, omega: real, place: int, time: real, segment: int, mode: int,
-    peak: real, peak_time: real, uplift_time: real, rest_time: real, loss: real, impacts: int,
-    needed: real,
+    body: Body, foot: Foot, edge: Edge, ending: Ending, m: Motion, above: Above, s: State,
+    seen: Seen,
 ):  # fmt: skip
     """What the event at the end of a step does, or else the knot of the motion that it ends at."""
-    omega1, place1, mode1, uplift_time1, rest_time1, loss1, needed1 = event_step(
-        body, edge, impact, uplift, upper, pull, acceleration, lifting, time,
-        omega, place, mode, uplift_time, rest_time, loss, needed,
+    n = State(
+        s.theta, s.omega, s.place, s.last, s.time, s.segment, s.risen, s.mode, s.cap, s.needed
+    )
+    o = Seen(
+        seen.peak, seen.peak_time, seen.uplift_time, seen.rest_time, seen.loss, seen.impacts,
+        seen.steps,
     )  # fmt: skip
+    apply_event(body, edge, ending, n, o)
     # After an event the foot is another: the knot is passed in a step of its own, of length zero.
-    happened = impact or uplift
-    passed = time >= knot_time(m, segment) and mode < OVERTURNED and not happened
-    steps, dv, dz, high = bool(passed), knot_step(m, segment), real(0.0), int(above.segment)
+    goes_on = s.mode < OVERTURNED and not (ending.impact or ending.uplift)
+    passed = s.time >= knot_time(m, s.segment) and goes_on
+    dv, dz = wp.where(passed, knot_step(m, s.segment), real(0.0)), real(0.0)
+    n.segment = s.segment + wp.where(passed, 1, 0)
     if VERTICAL:
-        rises = time >= knot_time(above.motion, high) and mode < OVERTURNED and not happened
-        dv = wp.where(passed, dv, real(0.0))
-        dz = wp.where(rises, knot_step(above.motion, high), real(0.0))
-        steps = passed or rises
-        high = high + wp.where(rises, 1, 0)
-    omega1, place1, mode1, uplift_time1, rest_time1, needed1 = motion_step(
-        body, foot, edge, steps, dv, dz, time,
-        theta, omega1, place1, mode1, uplift_time1, rest_time1, needed1,
-    )  # fmt: skip
-    mode1, theta1, peak1, peak_time1 = end_of_step(mode1, theta, omega1, time, peak, peak_time)
-    return (
-        theta1, omega1, place1, segment + wp.where(passed, 1, 0), high, mode1, peak1, peak_time1,
-        uplift_time1, rest_time1, loss1, impacts + wp.where(impact, 1, 0), needed1,
-    )  # fmt: skip
+        rises = s.time >= knot_time(above.motion, s.risen) and goes_on
+        dz = wp.where(rises, knot_step(above.motion, s.risen), real(0.0))
+        n.risen = s.risen + wp.where(rises, 1, 0)
+    kick(body, foot, edge, dv, dz, n, o)
+    mode, theta = end_step(n.mode, n.theta, n.omega, n.time)
+    n.theta = theta
+    observe(n.theta, n.time, o)
+    n.mode = stall(mode, o.steps, body.step_limit)
+    return n, o
 
 
-@wp.kernel
+@kernel
 def run_lanes(
     blocks: wp.array(dtype=Body),
     feet: wp.array2d(dtype=Foot),
@@ -84,36 +106,15 @@ def run_lanes(
     `feet` and `edges` are [number, lane]; lanes with fewer repeat the last.
     """
     first = wp.tid() * LANES
-    results = found.results
-    leaves = found.blocks
-    rotations = found.rotations
-    sides = found.sides
-    theta, omega = Lane(), Lane()
-    place, last = LaneInt(), LaneInt()
-    time = Lane()
-    segment, risen, mode = LaneInt(), LaneInt(), LaneInt()
-    peak = Lane()
-    peak_time = Lane()
-    left = Lane()
-    right = Lane()
-    uplift_time = Lane()
-    rest_time = Lane()
-    loss = Lane()
-    impacts = LaneInt()
-    cap = Lane()
-    needed = Lane()
-    steps = LaneInt()
+    results, leaves = found.results, found.blocks
+    rotations, sides = found.rotations, found.sides
+    state = rows(State)
+    seen = rows(Seen)
+    reach = rows(Sides)
     for i in range(LANES):
-        theta[i] = starts[first + i].theta
-        place[i] = starts[first + i].place
-        last[i] = starts[first + i].last
-        omega[i] = starts[first + i].omega
-        flat = theta[i] == real(0.0) and omega[i] == real(0.0)
-        mode[i] = wp.where(flat, RESTING, ROCKING)
-        peak[i] = size(theta[i])
-        cap[i] = NEVER
-        uplift_time[i] = wp.where(flat, NEVER, real(0.0))
-        rest_time[i] = wp.where(flat, real(0.0), NEVER)
+        s0, o0 = start_lane(starts[first + i])
+        state[i] = s0
+        seen[i] = o0
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         busy = int(1)
@@ -124,58 +125,41 @@ def run_lanes(
                 if VERTICAL:
                     m = motions[0, first + i]
                     up = motions[1, first + i]
-                    high = sample_index(up, risen[i])
-                    above = Above(up, risen[i], pool[0, high], pool[1, high])
+                    high = sample_index(up, state[i].risen)
+                    above = Above(up, state[i].risen, pool[0, high], pool[1, high])
                 else:
                     m = motions[first + i]
-                body = blocks[first + i]
-                foot = feet[place[i], first + i]
-                at = sample_index(m, segment[i])
-                going = mode[i] < OVERTURNED and time[i] < until
-                steps[i] = steps[i] + wp.where(going, 1, 0)
+                at = sample_index(m, state[i].segment)
+                ground = Ground(pool[0, at], pool[1, at], real(0.0))
+                going = state[i].mode < OVERTURNED and state[i].time < until
                 # The last foot has no edge behind it.
-                behind = edges[wp.min(place[i], last[i] - 1), first + i]
-                th, om, ti, ac, az, upper, pu, hit, lift, ca, ne = advance(
-                    body, foot, behind, last[i], m, pool[0, at], pool[1, at], above, until,
-                    theta[i], omega[i], place[i], time[i], segment[i], mode[i], cap[i], needed[i],
-                )  # fmt: skip
-                number = place[i] - wp.where(upper, 0, 1)
-                edge = edges[wp.min(wp.max(number, 0), last[i] - 1), first + i]
-                th, om, pl, se, hi, mo, pk, pt, ut, rt, lo, im, ne = settle(
-                    body, foot, edge, upper, pu, hit, lift, ac, az, m, above,
-                    th, om, place[i], ti, segment[i], mode[i], peak[i], peak_time[i],
-                    uplift_time[i], rest_time[i], loss[i], impacts[i], ne,
-                )  # fmt: skip
-                # A lane that waits for others takes no step, not even one of length zero.
-                theta[i] = wp.where(going, th, theta[i])
-                left[i] = larger(-theta[i], left[i])
-                right[i] = larger(theta[i], right[i])
-                omega[i] = wp.where(going, om, omega[i])
-                place[i] = wp.where(going, pl, place[i])
-                time[i] = wp.where(going, ti, time[i])
-                segment[i] = wp.where(going, se, segment[i])
-                risen[i] = wp.where(going, hi, risen[i])
-                mo = wp.where(
-                    steps[i] >= blocks[first + i].step_limit and mo < OVERTURNED, STALLED, mo
+                place, last = state[i].place, state[i].last - 1
+                foot = feet[place, first + i]
+                behind = edges[wp.min(place, last), first + i]
+                ahead, ending = advance(
+                    blocks[first + i], foot, behind, m, ground, above, until, state[i]
                 )
-                mode[i] = wp.where(going, mo, mode[i])
-                peak[i] = wp.where(going, pk, peak[i])
-                peak_time[i] = wp.where(going, pt, peak_time[i])
-                uplift_time[i] = wp.where(going, ut, uplift_time[i])
-                rest_time[i] = wp.where(going, rt, rest_time[i])
-                loss[i] = wp.where(going, lo, loss[i])
-                impacts[i] = wp.where(going, im, impacts[i])
-                cap[i] = wp.where(going, ca, cap[i])
-                needed[i] = wp.where(going, ne, needed[i])
+                number = place - wp.where(ending.upper, 0, 1)
+                edge = edges[wp.min(wp.max(number, 0), last), first + i]
+                after, shown = settle(
+                    blocks[first + i], foot, edge, ending, m, above, ahead, seen[i]
+                )
+                # A lane that waits for others takes no step, not even one of length zero.
+                state[i] = wp.where(going, after, state[i])
+                seen[i] = wp.where(going, shown, seen[i])
+                reach[i].left = larger(-state[i].theta, reach[i].left)
+                reach[i].right = larger(state[i].theta, reach[i].right)
             for i in range(LANES):
-                busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
+                runs = state[i].mode < OVERTURNED and state[i].time < until
+                busy = busy + wp.where(runs, 1, 0)
         if rotations.shape[0] > 0:
             for i in range(LANES):
-                rotations[sample, 0, first + i] = theta[i]
+                rotations[sample, 0, first + i] = state[i].theta
     for i in range(LANES):
+        o = seen[i]
         results[first + i] = Result(
-            uplift_time[i], rest_time[i], loss[i], needed[i], impacts[i], mode[i], steps[i]
+            o.uplift_time, o.rest_time, o.loss, state[i].needed, o.impacts, state[i].mode, o.steps
         )
-        sides[0, first + i] = left[i]
-        sides[1, first + i] = right[i]
-        leaves[0, first + i] = BlockResult(peak[i], peak_time[i])
+        sides[0, first + i] = reach[i].left
+        sides[1, first + i] = reach[i].right
+        leaves[0, first + i] = BlockResult(seen[i].peak, seen[i].peak_time)

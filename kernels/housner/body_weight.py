@@ -6,67 +6,64 @@ keeps its height: then a_z is zero, and nothing here leaves a trace in the machi
 
 import warp as wp
 
-from warprock.kernels.motion import Motion, series
+from warprock.kernels.motion import Acceleration, expand
+from warprock.kernels.shape.above import Above
 
 
 @wp.struct
-class Heave:
-    """Taylor coefficients 0 to 8 of the vertical acceleration of the base [m/s^2]."""
+class Sines:
+    """Taylor coefficients of S found so far: sk is the one k before the last, or zero."""
 
-    z0: real
-    z1: real
-    z2: real
-    z3: real
-    z4: real
-    z5: real
-    z6: real
-    z7: real
-    z8: real
+    s0: real
+    s1: real
+    s2: real
+    s3: real
+    s4: real
+    s5: real
+    s6: real
+    s7: real
+    s8: real
+
+
+@wp.func
+def push(s: real, found: Sines) -> Sines:
+    """Adds the next coefficient."""
+    f = found
+    return Sines(s, f.s0, f.s1, f.s2, f.s3, f.s4, f.s5, f.s6, f.s7)
 
 
 if VERTICAL:
 
     @wp.func
-    def heave_at(m: Motion, segment: int, time: real, value: real, slope: real) -> Heave:
-        """The vertical motion of the base about a time; arguments as those of `series`."""
-        z0, z1, z2, z3, z4, z5, z6, z7, z8 = series(m, segment, time, value, slope)
-        return Heave(z0, z1, z2, z3, z4, z5, z6, z7, z8)
+    def expand_above(above: Above, time: real) -> Acceleration:
+        """Vertical acceleration of the base about a time."""
+        return expand(above.motion, above.segment, time, above.value, above.slope)
 
     @wp.func
-    def heave_after(z: Heave, tau: real) -> real:
+    def lift_at(z: Acceleration, tau: real) -> real:
         """Vertical acceleration of the base a time tau later [m/s^2]."""
-        high = z.z4 + tau * (z.z5 + tau * (z.z6 + tau * (z.z7 + tau * z.z8)))
-        return z.z0 + tau * (z.z1 + tau * (z.z2 + tau * (z.z3 + tau * high)))
+        high = z.a4 + tau * (z.a5 + tau * (z.a6 + tau * (z.a7 + tau * z.a8)))
+        return z.a0 + tau * (z.a1 + tau * (z.a2 + tau * (z.a3 + tau * high)))
 
-    # fmt: off
     @wp.func
-    def heavy(
-        p2: real, q: real, z: Heave, s0: real, s1: real, s2: real, s3: real, s4: real, s5: real,
-        s6: real, s7: real, s8: real,
-    ) -> real:
-        """Coefficient of q (g + a_z) S, from those of S: its own first, then the lower ones."""
-        low = z.z0 * s0 + z.z1 * s1 + z.z2 * s2 + z.z3 * s3 + z.z4 * s4
-        return p2 * s0 + q * (low + z.z5 * s5 + z.z6 * s6 + z.z7 * s7 + z.z8 * s8)
-    # fmt: on
+    def weigh(p2: real, q: real, z: Acceleration, s: Sines) -> real:
+        """Coefficient of q (g + a_z) S, of the order of the last one of S."""
+        low = z.a0 * s.s0 + z.a1 * s.s1 + z.a2 * s.s2 + z.a3 * s.s3 + z.a4 * s.s4
+        return p2 * s.s0 + q * (low + z.a5 * s.s5 + z.a6 * s.s6 + z.a7 * s.s7 + z.a8 * s.s8)
 
 else:
 
     @wp.func
-    def heave_at(m: Motion, segment: int, time: real, value: real, slope: real) -> Heave:
+    def expand_above(above: Above, time: real) -> Acceleration:
         """No vertical motion."""
-        return Heave()
+        return Acceleration()
 
     @wp.func
-    def heave_after(z: Heave, tau: real) -> real:
+    def lift_at(z: Acceleration, tau: real) -> real:
         """None either."""
         return real(0.0)
 
-    # fmt: off
     @wp.func
-    def heavy(
-        p2: real, q: real, z: Heave, s0: real, s1: real, s2: real, s3: real, s4: real, s5: real,
-        s6: real, s7: real, s8: real,
-    ) -> real:
+    def weigh(p2: real, q: real, z: Acceleration, s: Sines) -> real:
         """Coefficient of q g S, from that of S."""
-        return p2 * s0
-    # fmt: on
+        return p2 * s.s0

@@ -1,6 +1,6 @@
 """Taylor polynomials of degree 10 in time, and their first root in a step.
 
-A polynomial is eleven scalars, so that the compiler keeps it in registers: a vector argument
+A polynomial is a struct of eleven scalars, so that the compiler keeps it in registers: a vector
 would keep the loop over lanes from being vectorised.
 """
 
@@ -11,33 +11,68 @@ CONVERGED = by_precision(1.0e-8, 3.0e-4)
 """A last Newton change below this part of the root leaves an error of its square: round-off."""
 
 
+@wp.struct
+class Polynomial:
+    """A quantity as a polynomial in time: ck is the coefficient of the k-th power."""
+
+    c0: real
+    c1: real
+    c2: real
+    c3: real
+    c4: real
+    c5: real
+    c6: real
+    c7: real
+    c8: real
+    c9: real
+    c10: real
+
+
 @wp.func
-def value_at(
-    t0: real, t1: real, t2: real, t3: real, t4: real, t5: real,
-    t6: real, t7: real, t8: real, t9: real, t10: real, x: real,
-) -> real:  # fmt: skip
+def scale(s: real, p: Polynomial) -> Polynomial:
+    """The product s p."""
+    return Polynomial(
+        s * p.c0, s * p.c1, s * p.c2, s * p.c3, s * p.c4, s * p.c5, s * p.c6, s * p.c7, s * p.c8,
+        s * p.c9, s * p.c10,
+    )  # fmt: skip
+
+
+@wp.func
+def choose(condition: bool, p: Polynomial, q: Polynomial) -> Polynomial:
+    """The polynomial p where a condition holds, else q."""
+    return Polynomial(
+        wp.where(condition, p.c0, q.c0),
+        wp.where(condition, p.c1, q.c1),
+        wp.where(condition, p.c2, q.c2),
+        wp.where(condition, p.c3, q.c3),
+        wp.where(condition, p.c4, q.c4),
+        wp.where(condition, p.c5, q.c5),
+        wp.where(condition, p.c6, q.c6),
+        wp.where(condition, p.c7, q.c7),
+        wp.where(condition, p.c8, q.c8),
+        wp.where(condition, p.c9, q.c9),
+        wp.where(condition, p.c10, q.c10),
+    )
+
+
+@wp.func
+def value_at(p: Polynomial, x: real) -> real:
     """Value of a polynomial."""
-    high = fused(x, fused(x, fused(x, fused(x, fused(x, t10, t9), t8), t7), t6), t5)
-    return fused(x, fused(x, fused(x, fused(x, fused(x, high, t4), t3), t2), t1), t0)
+    high = fused(x, fused(x, fused(x, fused(x, fused(x, p.c10, p.c9), p.c8), p.c7), p.c6), p.c5)
+    return fused(x, fused(x, fused(x, fused(x, fused(x, high, p.c4), p.c3), p.c2), p.c1), p.c0)
 
 
 @wp.func
-def slope_at(
-    t1: real, t2: real, t3: real, t4: real, t5: real,
-    t6: real, t7: real, t8: real, t9: real, t10: real, x: real,
-) -> real:  # fmt: skip
+def slope_at(p: Polynomial, x: real) -> real:
     """First derivative of a polynomial."""
-    d8 = fused(x, fused(x, real(10.0) * t10, real(9.0) * t9), real(8.0) * t8)
-    d5 = fused(x, fused(x, fused(x, d8, real(7.0) * t7), real(6.0) * t6), real(5.0) * t5)
-    d2 = fused(x, fused(x, fused(x, d5, real(4.0) * t4), real(3.0) * t3), real(2.0) * t2)
-    return fused(x, d2, t1)
+    d8 = fused(x, fused(x, real(10.0) * p.c10, real(9.0) * p.c9), real(8.0) * p.c8)
+    d5 = fused(x, fused(x, fused(x, d8, real(7.0) * p.c7), real(6.0) * p.c6), real(5.0) * p.c5)
+    d2 = fused(x, fused(x, fused(x, d5, real(4.0) * p.c4), real(3.0) * p.c3), real(2.0) * p.c2)
+    return fused(x, d2, p.c1)
 
 
 @wp.func
-def root(
-    g0: real, g1: real, g2: real, g3: real, g4: real, g5: real,
-    g6: real, g7: real, g8: real, g9: real, g10: real, end: real, at_end: real,
-):  # fmt: skip
+def root(g: Polynomial, end: real, at_end: real):
     """Root in (0, end) of a polynomial that changes its sign there.
 
     Newton's method inside a shrinking bracket, from the root of the first three terms where
@@ -47,17 +82,17 @@ def root(
         The root; whether it is exact to round-off; the bracket, a time before and one after it.
     """
     zero = real(0.0)
-    sign = wp.where(g0 < zero, real(-1.0), real(1.0))
-    b = sign * g1
-    square = fused(b, b, real(-4.0) * g0 * g2)
-    x = real(2.0) * sign * g0 / (wp.sqrt(wp.where(square > zero, square, zero)) - b)
-    x = wp.where(square >= zero and x > zero and x < end, x, end * g0 / (g0 - at_end))
+    sign = wp.where(g.c0 < zero, real(-1.0), real(1.0))
+    b = sign * g.c1
+    square = fused(b, b, real(-4.0) * g.c0 * g.c2)
+    x = real(2.0) * sign * g.c0 / (wp.sqrt(wp.where(square > zero, square, zero)) - b)
+    x = wp.where(square >= zero and x > zero and x < end, x, end * g.c0 / (g.c0 - at_end))
     low = zero
     high = end
     change = end
     for _ in range(NEWTON_STEPS):
-        f = value_at(g0, g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, x)
-        d = slope_at(g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, x)
+        f = value_at(g, x)
+        d = slope_at(g, x)
         before = f * sign > zero
         low = wp.where(before, x, low)
         high = wp.where(before, high, x)

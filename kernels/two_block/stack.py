@@ -16,10 +16,9 @@ neither counted nor given their time.
 import warp as wp
 
 from warprock.kernels.modes import BROKEN, OVERTURNED
-from warprock.kernels.two_block.stack_contact import ADMISSIBLE, after_force, after_impulse, settled
+from warprock.kernels.two_block.stack_contact import ADMISSIBLE, after_force, after_impulse, settle
 from warprock.kernels.two_block.stack_mechanics import (
     ROUND_OFF,
-    Block,
     Pair,
     Stack,
     accelerations,
@@ -32,7 +31,7 @@ from warprock.kernels.two_block.stack_series import (
     Series,
     bearing_series,
     closing,
-    derived,
+    derive,
     first_crossing,
     root,
     sure_step,
@@ -86,10 +85,10 @@ def sign_or_zero(x: real) -> real:
 
 
 @wp.func
-def released(lower: Block, upper: Block) -> State:
+def release(stack: Stack) -> State:
     """The state of a stack at its start."""
     s = State()
-    s.rotation = Pair(lower.rotation_start, upper.rotation_start)
+    s.rotation = Pair(stack.lower.rotation_start, stack.upper.rotation_start)
     s.ground = sign_or_zero(s.rotation[0])
     s.interface = sign_or_zero(s.rotation[1] - s.rotation[0])
     flat = s.ground == real(0.0) and s.interface == real(0.0)
@@ -117,7 +116,7 @@ def in_pattern(state: State, s1: real, s2: real) -> State:
 
 
 @wp.func
-def noted(state: State, block: int, rotation: real, time: real) -> State:
+def note_peak(state: State, block: int, rotation: real, time: real) -> State:
     """The state with a rotation of one block as a candidate for its peak."""
     s = state
     if size(rotation) > s.peak[block]:
@@ -127,11 +126,9 @@ def noted(state: State, block: int, rotation: real, time: real) -> State:
 
 
 @wp.func
-def regripped(lower: Block, upper: Block, stack: Stack, state: State, a: real) -> State:
+def regrip(stack: Stack, state: State, a: real) -> State:
     """Lets the forces of this moment open closed contacts."""
-    found = after_force(
-        lower, upper, stack, state.ground, state.interface, state.rotation, state.rate, a
-    )
+    found = after_force(stack, state.ground, state.interface, state.rotation, state.rate, a)
     s = in_pattern(state, found.ground, found.interface)
     s.regrip = 0
     if found.rank < ADMISSIBLE or found.pulls:
@@ -140,33 +137,30 @@ def regripped(lower: Block, upper: Block, stack: Stack, state: State, a: real) -
 
 
 @wp.func
-def shocked(
-    lower: Block, upper: Block, stack: Stack, state: State, shut1: bool, shut2: bool, dv: real,
-    a: real,
-) -> State:  # fmt: skip
+def strike(stack: Stack, state: State, shut1: bool, shut2: bool, dv: real, a: real) -> State:
     """An impact, or a step dv of the base's velocity, at the contacts that touch."""
     s1 = state.ground
     s2 = state.interface
-    before = kinetic_energy(lower, upper, stack, s1, s2, state.rotation, state.rate)
-    found = after_impulse(lower, upper, stack, s1, s2, shut1, shut2, state.rotation, state.rate, dv)
+    before = kinetic_energy(stack, s1, s2, state.rotation, state.rate)
+    found = after_impulse(stack, s1, s2, shut1, shut2, state.rotation, state.rate, dv)
     s = state
     if found.rank < ADMISSIBLE or found.pulls:
         s.outside = s.outside + 1
     # Once a contact is closed, the other one may open too slowly to count.
     for _ in range(2):
-        found = settled(lower, upper, stack, found, shut1, shut2, s.rotation, a)
+        found = settle(stack, found, shut1, shut2, s.rotation, a)
     s.rate = found.motion
     s = in_pattern(s, found.ground, found.interface)
     s.regrip = 1
     if dv == real(0.0):
-        after = kinetic_energy(lower, upper, stack, s.ground, s.interface, s.rotation, s.rate)
+        after = kinetic_energy(stack, s.ground, s.interface, s.rotation, s.rate)
         s.loss = s.loss + before - after
         s.impacts = s.impacts + 1
     return s
 
 
 @wp.func
-def landed(lower: Block, upper: Block, stack: Stack, state: State, event: int, a: real) -> State:
+def land(stack: Stack, state: State, event: int, a: real) -> State:
     """An impact: the gap of the contact that closes is exactly zero from here on."""
     zero = real(0.0)
     s = state
@@ -182,11 +176,11 @@ def landed(lower: Block, upper: Block, stack: Stack, state: State, event: int, a
         s.rotation[0] = zero
     if shut2:
         s.rotation[1] = s.rotation[0]
-    return shocked(lower, upper, stack, s, shut1, shut2, zero, a)
+    return strike(stack, s, shut1, shut2, zero, a)
 
 
 @wp.func
-def pressed(gap: Series, lever: real) -> bool:
+def presses(gap: Series, lever: real) -> bool:
     """Whether a pivoting contact without a gap is about to close."""
     zero = real(0.0)
     falls = gap[1] < zero or (gap[1] == zero and gap[2] <= zero)
@@ -194,17 +188,14 @@ def pressed(gap: Series, lever: real) -> bool:
 
 
 @wp.func
-def first_opening(
-    lower: Block, upper: Block, stack: Stack, state: State, x1: Series, x2: Series, a: Series,
-    h: real,
-) -> real:  # fmt: skip
+def first_opening(stack: Stack, state: State, x1: Series, x2: Series, a: Series, h: real) -> real:
     """First time in a step at which the resultant of a closed contact leaves its width."""
     zero = real(0.0)
     found = NEVER
     s1 = state.ground
     s2 = state.interface
     if s1 == zero or s2 == zero:
-        whole, tilt, normal, moment = bearing_series(lower, upper, stack, s1, s2, x1, x2, a)
+        whole, tilt, normal, moment = bearing_series(stack, s1, s2, x1, x2, a)
         slack = SLACK * stack.reach * stack.gravity
         contact = int(0)
         while contact < 4:
@@ -212,10 +203,10 @@ def first_opening(
             margin = Series()
             if contact < 2 and s1 == zero:
                 margin = stack.ground * whole + side * tilt
-                margin[0] = margin[0] + slack * (lower.mass + upper.mass)
+                margin[0] = margin[0] + slack * (stack.lower.mass + stack.upper.mass)
             if contact >= 2 and s2 == zero:
                 margin = stack.interface * normal + side * moment
-                margin[0] = margin[0] + slack * upper.mass
+                margin[0] = margin[0] + slack * stack.upper.mass
             found = smaller(first_crossing(margin, h), found)
             contact += 1
     return found
@@ -234,34 +225,31 @@ def first_fall(x: Series, h: real) -> real:
 
 
 @wp.func
-def arrived(state: State, x1: Series, x2: Series, tau: real, time: real) -> State:
+def arrive(state: State, x1: Series, x2: Series, tau: real, time: real) -> State:
     """The state after a time tau of a step, turning points noted, snapped to its pattern."""
     s = state
-    v1 = derived(x1)
-    v2 = derived(x2)
+    v1 = derive(x1)
+    v2 = derive(x2)
     w1 = value(v1, tau)
     w2 = value(v2, tau)
     if w1 * v1[0] < real(0.0):
         turn1 = root(v1, real(0.0), tau)
-        s = noted(s, 0, value(x1, turn1), state.time + turn1)
+        s = note_peak(s, 0, value(x1, turn1), state.time + turn1)
     if w2 * v2[0] < real(0.0):
         turn2 = root(v2, real(0.0), tau)
-        s = noted(s, 1, value(x2, turn2), state.time + turn2)
+        s = note_peak(s, 1, value(x2, turn2), state.time + turn2)
     first = value(x1, tau)
     second = value(x2, tau)
     glued = s.interface == real(0.0)
     s.rotation = Pair(first, wp.where(glued, first, second))
     s.rate = Pair(w1, wp.where(glued, w1, w2))
     s.time = time
-    s = noted(s, 0, s.rotation[0], time)
-    return noted(s, 1, s.rotation[1], time)
+    s = note_peak(s, 0, s.rotation[0], time)
+    return note_peak(s, 1, s.rotation[1], time)
 
 
 @wp.func
-def step(
-    lower: Block, upper: Block, stack: Stack, state: State, a: Series, until: real,
-    x1: Series, x2: Series,
-) -> State:  # fmt: skip
+def step(stack: Stack, state: State, a: Series, until: real, x1: Series, x2: Series) -> State:
     """One step of the series x1, x2 to its first event, or at most to `until`."""
     zero = real(0.0)
     s1 = state.ground
@@ -274,13 +262,13 @@ def step(
     gap2 = s2 * (x2 - x1)
     event = int(NOTHING)
     tau = real(h)
-    if pressed(gap1, s1) or pressed(gap2, s2):
+    if presses(gap1, s1) or presses(gap2, s2):
         tau = zero
-        event = wp.where(pressed(gap1, s1), GROUND, INTERFACE)
+        event = wp.where(presses(gap1, s1), GROUND, INTERFACE)
     else:
         lands1 = wp.where(s1 == zero, NEVER, closing(gap1, h))
         lands2 = wp.where(s2 == zero, NEVER, closing(gap2, h))
-        opening = first_opening(lower, upper, stack, state, x1, x2, a, h)
+        opening = first_opening(stack, state, x1, x2, a, h)
         fall = smaller(first_fall(x1, h), first_fall(x2, h))
         first = smaller(smaller(lands1, lands2), smaller(opening, fall))
         if first <= h:
@@ -290,19 +278,19 @@ def step(
             event = wp.where(first == lands1, GROUND, event)
             tau = wp.where(event == OPENING, smaller(tau + OVERSTEP, h), tau)
     time = wp.where(whole and tau >= h, until, state.time + tau)
-    s = arrived(state, x1, x2, tau, time)
+    s = arrive(state, x1, x2, tau, time)
     lands = event < OPENING and event > NOTHING
     if lands:
-        s = landed(lower, upper, stack, s, event, value(a, tau))
+        s = land(stack, s, event, value(a, tau))
     elif event == FALL:
-        s = toppled(s)
+        s = topple(s)
     elif event == OPENING:
         s.regrip = 1
-    return checked(lower, upper, stack, s, value(a, tau))
+    return check(stack, s, value(a, tau))
 
 
 @wp.func
-def toppled(state: State) -> State:
+def topple(state: State) -> State:
     """The state of a lane one block of which has overturned: its rotation is pi/2."""
     s = state
     s.mode = OVERTURNED
@@ -311,20 +299,20 @@ def toppled(state: State) -> State:
         s.rotation[1] = HALF_PI * sign_of(s.rotation[1])
     if not upper_falls or s.interface == real(0.0):
         s.rotation[0] = HALF_PI * sign_of(s.rotation[0])
-    s = noted(s, 0, s.rotation[0], s.time)
-    return noted(s, 1, s.rotation[1], s.time)
+    s = note_peak(s, 0, s.rotation[0], s.time)
+    return note_peak(s, 1, s.rotation[1], s.time)
 
 
 @wp.func
-def checked(lower: Block, upper: Block, stack: Stack, state: State, a: real) -> State:
+def check(stack: Stack, state: State, a: real) -> State:
     """The state, broken if it is not finite; contacts that have to pull are noted."""
     s = state
     total = s.rotation[0] + s.rotation[1] + s.rate[0] + s.rate[1] + s.time + a
     sound = total - total == real(0.0)
     if not sound:
         s.mode = BROKEN
-    bend = accelerations(lower, upper, stack, s.ground, s.interface, s.rotation, s.rate, a)
-    force = reactions(lower, upper, stack, s.ground, s.interface, s.rotation, s.rate, bend, a)
+    bend = accelerations(stack, s.ground, s.interface, s.rotation, s.rate, a)
+    force = reactions(stack, s.ground, s.interface, s.rotation, s.rate, bend, a)
     if ground_pulls(force) or interface_pulls(stack, s.rotation, force):
         s.outside = s.outside + 1
     return s

@@ -13,7 +13,6 @@ corners open. Forces choose by the same conditions, with accelerations for the v
 import warp as wp
 
 from warprock.kernels.two_block.stack_mechanics import (
-    Block,
     Pair,
     Places,
     Stack,
@@ -27,7 +26,8 @@ from warprock.kernels.two_block.stack_mechanics import (
     least_margin,
     of_centres,
     reactions,
-    solved,
+    solve,
+    spins,
 )
 
 NONE, OPENED, ADMISSIBLE = 0, 1, 2
@@ -54,15 +54,12 @@ def corner(place: int) -> real:
 
 
 @wp.func
-def projected(
-    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair,
-    momentum: Places, spin: Pair,
-) -> Pair:  # fmt: skip
+def project(stack: Stack, s1: real, s2: real, rotation: Pair, momentum: Places, spin: Pair) -> Pair:
     """Rates in a pattern after the momenta of the centres [N s] and the spins [N m s]."""
     foot = s1 * stack.ground
     edge = s2 * stack.interface
     across = edge - foot
-    h1 = lower.half_height
+    h1 = stack.lower.half_height
     rise = h1 + h1
     sin1 = sine(rotation[0])
     cos1 = cosine(rotation[0])
@@ -71,22 +68,19 @@ def projected(
     r1 = momentum[0] * (h1 * cos1 + foot * sin1) + momentum[1] * (foot * cos1 - h1 * sin1)
     r1 = r1 + momentum[2] * (rise * cos1 - across * sin1)
     r1 = r1 - momentum[3] * (rise * sin1 + across * cos1) + spin[0]
-    h2 = upper.half_height
+    h2 = stack.upper.half_height
     r2 = momentum[2] * (h2 * cos2 + edge * sin2) + momentum[3] * (edge * cos2 - h2 * sin2)
-    eq = equations(lower, upper, stack, s1, s2)
+    eq = equations(stack, s1, s2)
     m12 = cross_terms(eq, rotation)[0]
-    return solved(inverse(s1, s2, eq.m11, m12, eq.m22), r1, r2 + spin[1])
+    return solve(inverse(s1, s2, eq.m11, m12, eq.m22), r1, r2 + spin[1])
 
 
 @wp.func
-def momenta(
-    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
-    dv: real,
-) -> Places:  # fmt: skip
+def momenta(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, dv: real) -> Places:
     """Momenta of the centres seen from the base, after a step dv of the base's velocity."""
-    v = of_centres(lower, upper, stack, s1, s2, rotation, rate, Pair(real(0.0), real(0.0)))
-    m1 = lower.mass
-    m2 = upper.mass
+    v = of_centres(stack, s1, s2, rotation, rate, Pair(real(0.0), real(0.0)))
+    m1 = stack.lower.mass
+    m2 = stack.upper.mass
     return Places(m1 * (v[0] - dv), m1 * v[1], m2 * (v[2] - dv), m2 * v[3])
 
 
@@ -101,15 +95,13 @@ def opens(s1: real, s2: real, shut1: bool, shut2: bool, motion: Pair) -> bool:
 
 @wp.func
 def after_impulse(
-    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, shut1: bool, shut2: bool,
+    stack: Stack, s1: real, s2: real, shut1: bool, shut2: bool,
     rotation: Pair, rate: Pair, dv: real,
 ) -> Choice:  # fmt: skip
     """Pattern and rates after an impact, or after a step dv [m/s] of the base's velocity.
 
     Args:
-        lower: Lower block.
-        upper: Upper block.
-        stack: Both.
+        stack: The stack.
         s1: Ground pivot before.
         s2: Interface pivot before.
         shut1: Whether the ground contact touches on its whole width.
@@ -118,8 +110,8 @@ def after_impulse(
         rate: Before [rad/s].
         dv: [m/s]; 0 for an impact.
     """
-    before = momenta(lower, upper, stack, s1, s2, rotation, rate, dv)
-    spin = Pair(lower.inertia * rate[0], upper.inertia * rate[1])
+    before = momenta(stack, s1, s2, rotation, rate, dv)
+    spin = spins(stack, rate)
     best = Choice()
     best.ground = s1
     best.interface = s2
@@ -132,13 +124,13 @@ def after_impulse(
         if (shut1 or i1 == 0) and (shut2 or i2 == 0):
             n1 = wp.where(shut1, corner(i1), s1)
             n2 = wp.where(shut2, corner(i2), s2)
-            w = projected(lower, upper, stack, n1, n2, rotation, before, spin)
-            force = momenta(lower, upper, stack, n1, n2, rotation, w, real(0.0)) - before
-            turn = Pair(lower.inertia * (w[0] - rate[0]), upper.inertia * (w[1] - rate[1]))
+            w = project(stack, n1, n2, rotation, before, spin)
+            force = momenta(stack, n1, n2, rotation, w, real(0.0)) - before
+            turn = spins(stack, w - rate)
             pulls1 = ground_pulls(force)
             pulls2 = interface_pulls(stack, rotation, force)
-            margin = least_margin(lower, upper, stack, n1, n2, rotation, force, turn)
-            energy = kinetic_energy(lower, upper, stack, n1, n2, rotation, w)
+            margin = least_margin(stack, n1, n2, rotation, force, turn)
+            energy = kinetic_energy(stack, n1, n2, rotation, w)
             sound = margin >= real(0.0) and not (pulls1 and shut1) and not (pulls2 and shut2)
             rank = wp.where(sound, ADMISSIBLE, OPENED)
             rank = wp.where(opens(n1, n2, shut1, shut2, w), rank, NONE)
@@ -153,10 +145,7 @@ def after_impulse(
 
 
 @wp.func
-def after_force(
-    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
-    a: real,
-) -> Choice:  # fmt: skip
+def after_force(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, a: real) -> Choice:
     """The pattern that the forces lead to, among those that keep the present pivots.
 
     Closed contacts stay closed, or open with an acceleration > 0. The present pattern comes
@@ -172,10 +161,10 @@ def after_force(
         if (shut1 or i1 == 0) and (shut2 or i2 == 0):
             n1 = wp.where(shut1, corner(i1), s1)
             n2 = wp.where(shut2, corner(i2), s2)
-            bend = accelerations(lower, upper, stack, n1, n2, rotation, rate, a)
-            force = reactions(lower, upper, stack, n1, n2, rotation, rate, bend, a)
-            turn = Pair(lower.inertia * bend[0], upper.inertia * bend[1])
-            margin = least_margin(lower, upper, stack, n1, n2, rotation, force, turn)
+            bend = accelerations(stack, n1, n2, rotation, rate, a)
+            force = reactions(stack, n1, n2, rotation, rate, bend, a)
+            turn = spins(stack, bend)
+            margin = least_margin(stack, n1, n2, rotation, force, turn)
             holds = margin >= real(0.0) and opens(n1, n2, shut1, shut2, bend)
             if holds or place == 0:
                 best.ground = n1
@@ -195,10 +184,9 @@ def slow(lever: real, speed: real, bend: real, rest_rotation: real) -> bool:
 
 
 @wp.func
-def settled(
-    lower: Block, upper: Block, stack: Stack, found: Choice, shut1: bool, shut2: bool,
-    rotation: Pair, a: real,
-) -> Choice:  # fmt: skip
+def settle(
+    stack: Stack, found: Choice, shut1: bool, shut2: bool, rotation: Pair, a: real
+) -> Choice:
     """The rest rule: closes touching contacts that open too slowly to count.
 
     Both if both may be closed, else the ground, else the interface; only if what is closed stays
@@ -208,20 +196,20 @@ def settled(
     s1 = found.ground
     s2 = found.interface
     w = found.motion
-    bend = accelerations(lower, upper, stack, s1, s2, rotation, w, a)
-    small1 = shut1 and slow(s1, w[0], s1 * bend[0], lower.rest_rotation)
+    bend = accelerations(stack, s1, s2, rotation, w, a)
+    small1 = shut1 and slow(s1, w[0], s1 * bend[0], stack.lower.rest_rotation)
     gap = s2 * (bend[1] - bend[0])
-    small2 = shut2 and slow(s2, w[1] - w[0], gap, upper.rest_rotation)
-    momentum = momenta(lower, upper, stack, s1, s2, rotation, w, zero)
-    spin = Pair(lower.inertia * w[0], upper.inertia * w[1])
+    small2 = shut2 and slow(s2, w[1] - w[0], gap, stack.upper.rest_rotation)
+    momentum = momenta(stack, s1, s2, rotation, w, zero)
+    spin = spins(stack, w)
     part = int(0)
     while part < 3:
         n1 = wp.where(small1 and part != 2, zero, s1)
         n2 = wp.where(small2 and part != 1, zero, s2)
         part += 1
         if n1 != s1 or n2 != s2:
-            rate = projected(lower, upper, stack, n1, n2, rotation, momentum, spin)
-            kept = after_force(lower, upper, stack, n1, n2, rotation, rate, a)
+            rate = project(stack, n1, n2, rotation, momentum, spin)
+            kept = after_force(stack, n1, n2, rotation, rate, a)
             if kept.rank == ADMISSIBLE and kept.ground == n1 and kept.interface == n2:
                 found.ground = n1
                 found.interface = n2

@@ -49,11 +49,16 @@ class Block:
 
 
 @wp.struct
-class Stack:
-    """What belongs to both blocks.
+class Lane:
+    """What belongs to both blocks of a lane.
 
-    Half widths of the contacts [m]; the size of the stack [m]; whether the narrower face of the
-    interface is the upper block's; longest step [s] and most steps.
+    Attributes:
+        gravity: [m/s^2].
+        ground, interface: Half widths of the contacts [m].
+        reach: Size of the stack [m].
+        upper_narrower: 1 where the narrower face of the interface is the upper block's, else 0.
+        step_length: Longest step [s].
+        step_limit: Most steps.
     """
 
     gravity: real
@@ -63,6 +68,30 @@ class Stack:
     upper_narrower: int
     step_length: real
     step_limit: int
+
+
+@wp.struct
+class Stack:
+    """Two blocks, and what belongs to both of them, see `Lane`."""
+
+    lower: Block
+    upper: Block
+    gravity: real
+    ground: real
+    interface: real
+    reach: real
+    upper_narrower: int
+    step_length: real
+    step_limit: int
+
+
+@wp.func
+def stack_of(lower: Block, upper: Block, lane: Lane) -> Stack:
+    """The stack of a lane."""
+    return Stack(
+        lower, upper, lane.gravity, lane.ground, lane.interface, lane.reach, lane.upper_narrower,
+        lane.step_length, lane.step_limit,
+    )  # fmt: skip
 
 
 @wp.struct
@@ -80,19 +109,19 @@ class Equations:
 
 
 @wp.func
-def equations(lower: Block, upper: Block, stack: Stack, s1: real, s2: real) -> Equations:
+def equations(stack: Stack, s1: real, s2: real) -> Equations:
     """Coefficients in the pattern (s1, s2): m2 K, m2 S, A, B, m2 s2 c and m2 h2 among them."""
     foot = s1 * stack.ground
     corner = s2 * stack.interface
     across = corner - foot
-    h1 = lower.half_height
-    h2 = upper.half_height
-    m1 = lower.mass
-    m2 = upper.mass
+    h1 = stack.lower.half_height
+    h2 = stack.upper.half_height
+    m1 = stack.lower.mass
+    m2 = stack.upper.mass
     eq = Equations()
     rise = real(4.0) * h1 * h1
-    eq.m11 = lower.inertia + m1 * (foot * foot + h1 * h1) + m2 * (across * across + rise)
-    eq.m22 = upper.inertia + m2 * (corner * corner + h2 * h2)
+    eq.m11 = stack.lower.inertia + m1 * (foot * foot + h1 * h1) + m2 * (across * across + rise)
+    eq.m22 = stack.upper.inertia + m2 * (corner * corner + h2 * h2)
     eq.even = m2 * (real(2.0) * h1 * h2 - corner * across)
     eq.odd = m2 * (across * h2 + real(2.0) * h1 * corner)
     eq.arm_1 = m1 * foot - m2 * across
@@ -119,7 +148,7 @@ def inverse(s1: real, s2: real, m11: real, m12: real, m22: real) -> Inverse:
 
 
 @wp.func
-def solved(over: Inverse, r1: real, r2: real) -> Pair:
+def solve(over: Inverse, r1: real, r2: real) -> Pair:
     """Solution for the right sides of both equations; of a glued pair twice the same."""
     return Pair(fused(over[0], r1, over[1] * r2), fused(over[1], r1, over[2] * r2))
 
@@ -137,12 +166,9 @@ def cross_terms(eq: Equations, rotation: Pair) -> Pair:
 
 
 @wp.func
-def accelerations(
-    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
-    a: real,
-) -> Pair:  # fmt: skip
+def accelerations(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, a: real) -> Pair:
     """Second derivatives of both rotations [rad/s^2] in a pattern whose contacts they respect."""
-    eq = equations(lower, upper, stack, s1, s2)
+    eq = equations(stack, s1, s2)
     mixed = cross_terms(eq, rotation)
     sin1 = sine(rotation[0])
     cos1 = cosine(rotation[0])
@@ -153,25 +179,28 @@ def accelerations(
     q2 = g * (eq.height_2 * sin2 - eq.arm_2 * cos2) - a * (eq.arm_2 * sin2 + eq.height_2 * cos2)
     q1 = q1 - mixed[1] * rate[1] * rate[1]
     q2 = q2 + mixed[1] * rate[0] * rate[0]
-    return solved(inverse(s1, s2, eq.m11, mixed[0], eq.m22), q1, q2)
+    return solve(inverse(s1, s2, eq.m11, mixed[0], eq.m22), q1, q2)
 
 
 @wp.func
-def kinetic_energy(
-    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair
-) -> real:
+def kinetic_energy(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair) -> real:
     """Kinetic energy seen from the base [J]."""
-    eq = equations(lower, upper, stack, s1, s2)
+    eq = equations(stack, s1, s2)
     m12 = cross_terms(eq, rotation)[0]
     twice = eq.m11 * rate[0] * rate[0] + eq.m22 * rate[1] * rate[1]
     return real(0.5) * twice + m12 * rate[0] * rate[1]
 
 
 @wp.func
+def spins(stack: Stack, rate: Pair) -> Pair:
+    """Moments of inertia times rates [N m s], or times accelerations [N m], of both blocks."""
+    return Pair(stack.lower.inertia * rate[0], stack.upper.inertia * rate[1])
+
+
+@wp.func
 def of_centres(
-    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
-    square: Pair,
-) -> Places:  # fmt: skip
+    stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, square: Pair
+) -> Places:
     """J rate - levers x square: velocities of the centres [m/s], with squares of zero.
 
     With accelerations for the rates and the squared rates for the squares: accelerations.
@@ -179,8 +208,8 @@ def of_centres(
     foot = s1 * stack.ground
     corner = s2 * stack.interface
     across = corner - foot
-    h1 = lower.half_height
-    h2 = upper.half_height
+    h1 = stack.lower.half_height
+    h2 = stack.upper.half_height
     sin1 = sine(rotation[0])
     cos1 = cosine(rotation[0])
     sin2 = sine(rotation[1])
@@ -201,26 +230,24 @@ def of_centres(
 
 @wp.func
 def reactions(
-    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
-    bend: Pair, a: real,
-) -> Places:  # fmt: skip
+    stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, bend: Pair, a: real
+) -> Places:
     """Forces that the contacts must give: mass times acceleration less gravity [N]."""
     square = Pair(rate[0] * rate[0], rate[1] * rate[1])
-    at = of_centres(lower, upper, stack, s1, s2, rotation, bend, square)
+    at = of_centres(stack, s1, s2, rotation, bend, square)
     g = stack.gravity
     return Places(
-        lower.mass * (at[0] + a),
-        lower.mass * (at[1] + g),
-        upper.mass * (at[2] + a),
-        upper.mass * (at[3] + g),
+        stack.lower.mass * (at[0] + a),
+        stack.lower.mass * (at[1] + g),
+        stack.upper.mass * (at[2] + a),
+        stack.upper.mass * (at[3] + g),
     )
 
 
 @wp.func
 def least_margin(
-    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, force: Places,
-    turn: Pair,
-) -> real:  # fmt: skip
+    stack: Stack, s1: real, s2: real, rotation: Pair, force: Places, turn: Pair
+) -> real:
     """Smallest of N (c -+ e) over the closed contacts [N m], round-off added.
 
     A closed contact holds while its normal force N acts at an e within its half width c. Moments
@@ -230,14 +257,14 @@ def least_margin(
     zero = real(0.0)
     sin2 = sine(rotation[1])
     cos2 = cosine(rotation[1])
-    moment = turn[1] + upper.half_height * (cos2 * force[2] - sin2 * force[3])
+    moment = turn[1] + stack.upper.half_height * (cos2 * force[2] - sin2 * force[3])
     normal = sin2 * force[2] + cos2 * force[3]
     upper_size = size(force[2]) + size(force[3]) + size(turn[1])
     slack = ROUND_OFF * stack.reach
     held = stack.interface * normal - size(moment) + slack * upper_size
     from_above = wp.where(s2 == zero, moment, -s2 * stack.interface * force[3])
-    rise = lower.half_height + lower.half_height
-    tilt = turn[0] + lower.half_height * force[0] + rise * force[2] + from_above
+    rise = stack.lower.half_height + stack.lower.half_height
+    tilt = turn[0] + stack.lower.half_height * force[0] + rise * force[2] + from_above
     whole_size = upper_size + size(force[0]) + size(force[1]) + size(turn[0])
     stands = stack.ground * (force[1] + force[3]) - size(tilt) + slack * whole_size
     return smaller(wp.where(s2 == zero, held, LARGE), wp.where(s1 == zero, stands, LARGE))

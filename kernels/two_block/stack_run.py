@@ -8,9 +8,9 @@ import warp as wp
 
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
-from warprock.kernels.motion import Motion, knot_step, knot_time, sample_index, series
-from warprock.kernels.two_block.stack import checked, regripped, released, shocked, step
-from warprock.kernels.two_block.stack_mechanics import Block, Stack
+from warprock.kernels.motion import Motion, expand, knot_step, knot_time, sample_index
+from warprock.kernels.two_block.stack import check, regrip, release, step, strike
+from warprock.kernels.two_block.stack_mechanics import Block, Lane, stack_of
 from warprock.kernels.two_block.stack_series import Series, motion_series, value
 
 FLAGS = f"{BRANCHES['cpu_compiler_flags']} -fno-slp-vectorize"
@@ -63,15 +63,14 @@ class Found:
 @wp.func
 def base_series(m: Motion, segment: int, time: real, sample: real, slope: real) -> Series:
     """Taylor coefficients of the base's acceleration."""
-    a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, slope)
-    zero = real(0.0)
-    return Series(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero)
+    a, zero = expand(m, segment, time, sample, slope), real(0.0)
+    return Series(a.a0, a.a1, a.a2, a.a3, a.a4, a.a5, a.a6, a.a7, a.a8, zero, zero)
 
 
 @wp.kernel
 def run_lanes(
     blocks: wp.array2d(dtype=Block),
-    lanes: wp.array(dtype=Stack),
+    lanes: wp.array(dtype=Lane),
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
     sample_times: wp.array(dtype=real),
@@ -81,11 +80,9 @@ def run_lanes(
     """Runs one lane a thread."""
     lane = wp.tid()
     m = motions[lane]
-    lower = blocks[0, lane]
-    upper = blocks[1, lane]
-    stack = lanes[lane]
-    s = released(lower, upper)
-    s = checked(lower, upper, stack, s, real(0.0))
+    stack = stack_of(blocks[0, lane], blocks[1, lane], lanes[lane])
+    s = release(stack)
+    s = check(stack, s, real(0.0))
     samples = wp.where(found.rotations.shape[0] > 0, sample_times.shape[0], 0)
     sample = int(0)
     steps = int(0)
@@ -101,16 +98,14 @@ def run_lanes(
                 a = base_series(m, s.segment, s.time, pool[0, place], pool[1, place])
                 flat = s.ground == real(0.0)
                 glued = s.interface == real(0.0)
-                s = shocked(lower, upper, stack, s, flat, glued, dv, a[0])
+                s = strike(stack, s, flat, glued, dv, a[0])
         else:
             a = base_series(m, s.segment, s.time, pool[0, place], pool[1, place])
             if s.regrip == 1:
-                s = regripped(lower, upper, stack, s, a[0])
-            x1, x2 = motion_series(
-                lower, upper, stack, s.ground, s.interface, s.rotation, s.rate, a
-            )
+                s = regrip(stack, s, a[0])
+            x1, x2 = motion_series(stack, s.ground, s.interface, s.rotation, s.rate, a)
             begin = s.time
-            s = step(lower, upper, stack, s, a, smaller(knot, knobs.duration), x1, x2)
+            s = step(stack, s, a, smaller(knot, knobs.duration), x1, x2)
             while sample < samples and sample_times[sample] <= s.time:
                 tau = sample_times[sample] - begin
                 found.rotations[sample, 0, lane] = value(x1, tau)

@@ -13,12 +13,11 @@ import warp as wp
 
 from warprock.kernels.motion import LINEAR
 from warprock.kernels.two_block.stack_mechanics import (
-    Block,
     Pair,
     Stack,
     equations,
     inverse,
-    solved,
+    solve,
 )
 
 DEGREE = 10
@@ -48,7 +47,7 @@ def value(p: Series, x: real) -> real:
 
 
 @wp.func
-def derived(p: Series) -> Series:
+def derive(p: Series) -> Series:
     """Derivative of a series."""
     found = Series()
     for k in range(DEGREE):
@@ -57,7 +56,7 @@ def derived(p: Series) -> Series:
 
 
 @wp.func
-def integrated(first: real, p: Series) -> Series:
+def integrate(first: real, p: Series) -> Series:
     """Integral of a series from a first term."""
     found = Series()
     found[0] = first
@@ -67,7 +66,7 @@ def integrated(first: real, p: Series) -> Series:
 
 
 @wp.func(inline=False)
-def circled(x: Series):
+def expand_circle(x: Series):
     """Sine and cosine of a rotation."""
     s, c = Series(), Series()
     s[0] = sine(x[0])
@@ -84,18 +83,15 @@ def circled(x: Series):
 
 
 @wp.func
-def swung(w: real, s: real, c: real, u: Pair) -> Pair:
+def swing(w: real, s: real, c: real, u: Pair) -> Pair:
     """The pair u + w (c, -s): a term of what a rate w makes of a sine and a cosine."""
     return Pair(fused(w, c, u[0]), fused_less(w, s, u[1]))
 
 
 @wp.func(inline=False)
-def motion_series(
-    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
-    a: Series,
-):  # fmt: skip
+def motion_series(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, a: Series):
     """Both rotations in the pattern (s1, s2), from the series of the base's acceleration."""
-    eq, g = equations(lower, upper, stack, s1, s2), stack.gravity
+    eq, g = equations(stack, s1, s2), stack.gravity
     w1, w2, bend1, bend2 = Series(), Series(), Series(), Series()
     sin1, cos1, sin2, cos2 = Series(), Series(), Series(), Series()
     sind, cosd, mixed, turn = Series(), Series(), Series(), Series()
@@ -115,16 +111,16 @@ def motion_series(
         # What the base pulls and gravity weighs: a sin + g cos and g sin - a cos, of both blocks.
         load1, load2 = Pair(g * cos1[n], g * sin1[n]), Pair(g * cos2[n], g * sin2[n])
         for i in range(wp.static(min(n + 1, GIVEN))):
-            load1 = swung(a[i], cos1[wp.static(n - i)], sin1[wp.static(n - i)], load1)
-            load2 = swung(a[i], cos2[wp.static(n - i)], sin2[wp.static(n - i)], load2)
+            load1 = swing(a[i], cos1[wp.static(n - i)], sin1[wp.static(n - i)], load1)
+            load2 = swing(a[i], cos2[wp.static(n - i)], sin2[wp.static(n - i)], load2)
         # theta' times the cosine is the derivative of the sine.
         u1, u2, ud, square = Pair(), Pair(), Pair(), Pair()
         for i in range(wp.static(n + 1)):
             j = wp.static(n - i)
             square = Pair(fused(w1[i], w1[j], square[0]), fused(w2[i], w2[j], square[1]))
-            u1 = swung(w1[i], sin1[j], cos1[j], u1)
-            u2 = swung(w2[i], sin2[j], cos2[j], u2)
-            ud = swung(w1[i] - w2[i], sind[j], cosd[j], ud)
+            u1 = swing(w1[i], sin1[j], cos1[j], u1)
+            u2 = swing(w2[i], sin2[j], cos2[j], u2)
+            ud = swing(w1[i] - w2[i], sind[j], cosd[j], ud)
         square1[n] = square[0]
         square2[n] = square[1]
         r1 = fused_less(eq.arm_1, load1[0], eq.height_1 * load1[1])
@@ -137,7 +133,7 @@ def motion_series(
             r2 = fused(turn[i], square1[j], r2)
             e1 = fused_less(mixed[j], bend2[i], e1)
             e2 = fused_less(mixed[j], bend1[i], e2)
-        bend = solved(over, r1 + e1, r2 + e2)
+        bend = solve(over, r1 + e1, r2 + e2)
         part = wp.static(real(1.0 / (n + 1)))
         bend1[n] = bend[0]
         bend2[n] = bend[1]
@@ -149,20 +145,15 @@ def motion_series(
         cos2[n + 1] = u2[1] * part
         sind[n + 1] = ud[0] * part
         cosd[n + 1] = ud[1] * part
-    return integrated(rotation[0], w1), integrated(rotation[1], w2)
+    return integrate(rotation[0], w1), integrate(rotation[1], w2)
 
 
 @wp.func
-def bearing_series(
-    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, x1: Series, x2: Series,
-    a: Series,
-):  # fmt: skip
+def bearing_series(stack: Stack, s1: real, s2: real, x1: Series, x2: Series, a: Series):
     """What closed contacts bear: normal force and moment about the middle of each, 0 to degree 8.
 
     Args:
-        lower: Lower block.
-        upper: Upper block.
-        stack: Both.
+        stack: The stack.
         s1: Ground pivot.
         s2: Interface pivot.
         x1: Rotation of the lower block.
@@ -173,18 +164,18 @@ def bearing_series(
         Normal force and moment at the ground, for s1 = 0; the same at the interface, for s2 = 0.
     """
     zero = real(0.0)
-    sin1, cos1 = circled(x1)
-    sin2, cos2 = circled(x2)
+    sin1, cos1 = expand_circle(x1)
+    sin2, cos2 = expand_circle(x2)
     edge = s2 * stack.interface
     across = edge - s1 * stack.ground
-    rise = lower.half_height + lower.half_height
-    h2 = upper.half_height
-    px = derived(derived(across * cos1 + rise * sin1 + h2 * sin2 - edge * cos2))
-    pz = derived(derived(rise * cos1 - across * sin1 + h2 * cos2 + edge * sin2))
+    rise = stack.lower.half_height + stack.lower.half_height
+    h2 = stack.upper.half_height
+    px = derive(derive(across * cos1 + rise * sin1 + h2 * sin2 - edge * cos2))
+    pz = derive(derive(rise * cos1 - across * sin1 + h2 * cos2 + edge * sin2))
     pz[0] = pz[0] + stack.gravity
-    fx = upper.mass * (px + a)
-    fz = upper.mass * pz
-    bend2 = derived(derived(x2))
+    fx = stack.upper.mass * (px + a)
+    fz = stack.upper.mass * pz
+    bend2 = derive(derive(x2))
     normal = Series()
     moment = Series()
     for n in range(ORDERS):
@@ -194,10 +185,10 @@ def bearing_series(
             pressed = fused(sin2[i], fx[j], fused(cos2[i], fz[j], pressed))
             turned = fused(cos2[i], fx[j], fused_less(sin2[i], fz[j], turned))
         normal[n] = pressed
-        moment[n] = fused(upper.inertia, bend2[n], h2 * turned)
+        moment[n] = fused(stack.upper.inertia, bend2[n], h2 * turned)
     whole = Series(fz)
-    whole[0] = whole[0] + lower.mass * stack.gravity
-    tilt = lower.half_height * lower.mass * a + rise * fx
+    whole[0] = whole[0] + stack.lower.mass * stack.gravity
+    tilt = stack.lower.half_height * stack.lower.mass * a + rise * fx
     for k in range(DEGREE - 1):
         tilt[k] = tilt[k] + wp.where(s2 == zero, moment[k], -edge * fz[k])
     return whole, tilt, normal, moment
@@ -206,7 +197,7 @@ def bearing_series(
 @wp.func
 def root(p: Series, low: real, high: real) -> real:
     """Root of a series between two times at which its signs differ: Newton's method, bracketed."""
-    slope = derived(p)
+    slope = derive(p)
     at_low = value(p, low)
     at_high = value(p, high)
     a = real(low)
@@ -249,7 +240,7 @@ def first_crossing(p: Series, h: real) -> real:
 def crossing_in_parts(p: Series, h: real) -> real:
     """`first_crossing`; seen is also one that crosses and comes back within a part of the step."""
     zero = real(0.0)
-    slope = derived(p)
+    slope = derive(p)
     part = PART * h
     low = real(0.0)
     at_low = real(p[0])

@@ -18,12 +18,12 @@ from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.cli.main import main
-from warprock.verification.checks import run_checks
 from warprock.errors import InputError
 from warprock.model import rocking
 from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions
 from warprock.model.response import Response, SampleTimes, Status
 from warprock.oracle.block import oracle_response
+from warprock.verification.checks import run_checks
 
 Array = np.ndarray
 

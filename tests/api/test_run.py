@@ -1,10 +1,6 @@
 """What a run gives: tables, histories, plots, files; and functions that refuse as commands do."""
 
-import inspect
 import json
-import subprocess
-import sys
-import types
 
 import numpy as np
 import pandas as pd
@@ -131,21 +127,6 @@ def test_an_ensemble_has_cells_and_another_run_says_that_it_has_none(run):
     assert list(found.tables) == ["lanes.parquet", "cells.csv"]
     with pytest.raises(ValueError, match="has no ensemble"):
         _ = run.cells
-
-
-def test_the_names_of_commands_are_rooms_and_functions():
-    code = """if 1:
-        import warprock.running.options, warprock.sweep, warprock.compare
-        import warprock as wr
-        assert callable(wr.run) and callable(wr.sweep) and callable(wr.compare)
-        assert wr.run.options.RunOptions
-    """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.stderr == ""
-    assert isinstance(wr.run, types.ModuleType)
-    assert wr.run.case_run.run_case is wr.run_case
-    assert wr.run.__doc__.startswith("Runs every lane of a case with one engine.")
-    assert list(inspect.signature(wr.run).parameters)[:2] == ["case", "engine"]
 
 
 def test_an_accuracy_picks_an_engine_and_says_why():

@@ -10,12 +10,12 @@ from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.cli.main import main
-from warprock.verification.checks import compare
 from warprock.errors import InputError
 from warprock.model.stacking import contact_ends, uplift_ratio
 from warprock.oracle.pair import rock_two_blocks
 from warprock.oracle.pair_mechanics import TwoBlocks
 from warprock.units import GRAVITY
+from warprock.verification.checks import compare
 
 STACK = """
 title = "t"

@@ -36,6 +36,7 @@ def double(x: wp.ref[wp.float64]):
 def run(found: wp.array2d(dtype=wp.float64)):
     state = rows(State)
     slab = rows(State, 3)
+    place = rows(State, lanes=2 * LANES)
     for i in range(LANES):
         state[i].theta = wp.float64(i)
     for k in range(3):
@@ -44,10 +45,13 @@ def run(found: wp.array2d(dtype=wp.float64)):
             state[i] = wp.where(live, after(state[i], wp.float64(0.5)), state[i])
             slab[k, i] = state[i]
             double(slab[k, i].theta)
+    for i in range(2 * LANES):
+        place[i] = slab[2, i // 2]
     for i in range(LANES):
         found[0, i] = state[i].theta
         found[1, i] = wp.float64(state[i].count)
         found[2, i] = slab[2, i].theta
+        found[3, i] = place[i + LANES].theta
 {more}
 """
 
@@ -65,10 +69,10 @@ def module_of(tmp_path, name, more=""):
 
 def test_rows_hold_a_struct_a_lane(tmp_path):
     module = module_of(tmp_path, "rows_of_lanes")
-    found = wp.zeros((3, 4), dtype=wp.float64, device="cpu")
+    found = wp.zeros((4, 4), dtype=wp.float64, device="cpu")
     wp.launch(module.run, 1, [found], device="cpu")
     expected = [[1.5, 2.5, 2.0, 3.0], [3.0, 3.0, 0.0, 0.0], [3.0, 5.0, 4.0, 6.0]]
-    np.testing.assert_array_equal(found.numpy(), expected)
+    np.testing.assert_array_equal(found.numpy(), [*expected, [4.0, 4.0, 6.0, 6.0]])
 
 
 def test_text_has_a_variable_a_field(tmp_path):
@@ -76,6 +80,7 @@ def test_text_has_a_variable_a_field(tmp_path):
     text = rows_module.TEXTS["rows_in_text"]
     assert "state_theta = RealRows()" in text
     assert "slab_count = WholeRows3()" in text
+    assert "place_theta = RealRowsOf8()" in text
     assert "double(slab_theta[k, i])" in text
 
 

@@ -19,16 +19,12 @@ wp.set_module_options(module_options())
 
 @wp.kernel
 def known(
-    lower: mechanics.Block,
-    upper: mechanics.Block,
     stack: mechanics.Stack,
     found: wp.array(dtype=mechanics.Pair),
 ):
     """The accelerations in one state, and the rates after one impact with its pattern."""
     one = wp.float64(1.0)
     found[0] = mechanics.accelerations(
-        lower,
-        upper,
         stack,
         one,
         one,
@@ -37,8 +33,6 @@ def known(
         wp.float64(1.5),
     )
     hit = contact.after_impulse(
-        lower,
-        upper,
         stack,
         one,
         one,
@@ -59,10 +53,11 @@ def test_the_known_accelerations_and_the_known_impact() -> None:
         block.mass = PAIR.mass[place]
         block.inertia = block.mass * (PAIR.width[place] ** 2 + PAIR.height[place] ** 2) / 12.0
         block.half_height = 0.5 * PAIR.height[place]
+    stack.lower, stack.upper = lower, upper
     stack.gravity, stack.reach, stack.upper_narrower = GRAVITY, 1.2, 1
     stack.ground, stack.interface = 0.1, 0.075
     found = wp.zeros(3, dtype=mechanics.Pair, device="cpu")
-    wp.launch(known, dim=1, inputs=[lower, upper, stack, found], device="cpu")
+    wp.launch(known, dim=1, inputs=[stack, found], device="cpu")
     np.testing.assert_allclose(found.numpy()[0], (-4.00917638, -0.77064208), atol=5e-9)
     np.testing.assert_allclose(found.numpy()[1], (-0.37983683, 0.09930024), atol=5e-9)
     np.testing.assert_array_equal(found.numpy()[2], (-1.0, 1.0))

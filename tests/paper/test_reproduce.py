@@ -11,8 +11,6 @@ import pandas as pd
 import pytest
 
 from warprock.case.load import load_case
-from warprock.verification import study
-from warprock.verification.checks import CaseResponses
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing
 from warprock.model.response import (
@@ -30,6 +28,8 @@ from warprock.paper.conflicts import slip_deceleration
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
 from warprock.paper.reproduce import CASES_OF, GROUPS, SENSITIVITY, reproduce
 from warprock.paper.runs import MEMBERS
+from warprock.verification import study
+from warprock.verification.checks import CaseResponses
 
 pytestmark = pytest.mark.usefixtures("nothing_rendered")
 

@@ -7,12 +7,12 @@ import pathlib
 import numpy as np
 import pytest
 
-from warprock.verification.checks import CaseResponses
 from warprock.model.response import LANE_FIELDS, SPATIAL_FIELDS, Outcome, Response, Status
 from warprock.paper import space as reproduce_space
 from warprock.paper.print_space import print_space
 from warprock.paper.reproduce import reproduce
 from warprock.tables.terminal import plain_console
+from warprock.verification.checks import CaseResponses
 
 MEMBERS = 10
 

@@ -20,7 +20,6 @@ from click.testing import CliRunner
 from tests.shared.blocks import make_lanes, sines
 from warprock.case.load import load_case
 from warprock.cli.main import main
-from warprock.verification.checks import compare
 from warprock.errors import InputError
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import Control, SpatialMotions, StillBase, no_motion
@@ -28,6 +27,7 @@ from warprock.model.response import LANE_FIELDS, Response, SampleTimes, Status
 from warprock.programs.table import PROGRAMS, run_program
 from warprock.running.batch import run_batch
 from warprock.settings.programs import PEER_SETTINGS
+from warprock.verification.checks import compare
 
 SHORT = SampleTimes(0.4, 0.01)
 

@@ -17,7 +17,6 @@ from tests.shared.blocks import make_lanes, sines
 from tests.shared.programs import PACKAGES, absent, present
 from warprock.case.load import load_case
 from warprock.cli.main import main
-from warprock.verification.checks import compare
 from warprock.engines import ENGINES
 from warprock.errors import InputError
 from warprock.model.lanes import Lanes, SpatialLanes
@@ -27,6 +26,7 @@ from warprock.programs.table import PROGRAMS, PeerAnswer, run_program
 from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings
 from warprock.settings.programs import PEER_SETTINGS
+from warprock.verification.checks import compare
 
 SHORT = SampleTimes(0.5, 0.01)
 

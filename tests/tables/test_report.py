@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from warprock.verification.checks import CheckRow
 from warprock.figures import study as plots_study
 from warprock.figures.drawing import write_drawings
 from warprock.figures.sheet import style
@@ -26,6 +25,7 @@ from warprock.paper.reproduce import TARGETS
 from warprock.tables import compare as compared
 from warprock.tables import terminal
 from warprock.tables.terminal import plain_console
+from warprock.verification.checks import CheckRow
 
 TIMES = np.linspace(0.0, 10.0, 501)
 READINGS = tuple(READING_NAMES)

@@ -11,10 +11,6 @@ import pytest
 from tests.shared import closed_forms
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.verification import checks
-from warprock.verification import housner as comparison
-from warprock.verification.checks import CaseResponses, run_checks
-from warprock.verification.housner import compare_with_housner
 from warprock.errors import InputError
 from warprock.model import rocking
 from warprock.model.response import (
@@ -26,6 +22,10 @@ from warprock.model.response import (
     Status,
 )
 from warprock.oracle.block_mechanics import PivotingBlock
+from warprock.verification import checks
+from warprock.verification import housner as comparison
+from warprock.verification.checks import CaseResponses, run_checks
+from warprock.verification.housner import compare_with_housner
 
 ROUND_OFF = 1e-12
 

@@ -10,8 +10,8 @@ import pytest
 
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.verification.observations import ObservedTests, read_tests
 from warprock.errors import InputError
+from warprock.verification.observations import ObservedTests, read_tests
 
 MEMBERS = 4
 RECORDS = ["ridgecrest-2019-ccc-090", "ridgecrest-2019-ccc-360"]

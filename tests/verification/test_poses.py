@@ -8,6 +8,9 @@ import pytest
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.case.text import data_folder
+from warprock.errors import InputError
+from warprock.model.pose import product, quaternion
+from warprock.model.response import Response
 from warprock.verification.checks import compare
 from warprock.verification.observed_poses import pose_rows
 from warprock.verification.poses import (
@@ -18,9 +21,6 @@ from warprock.verification.poses import (
     read_poses,
     rotation_between,
 )
-from warprock.errors import InputError
-from warprock.model.pose import product, quaternion
-from warprock.model.response import Response
 
 CASE = "cube-tosses"
 

@@ -11,9 +11,9 @@ from click.testing import CliRunner
 
 from warprock.case.load import load_case
 from warprock.cli.main import main
+from warprock.errors import InputError
 from warprock.verification.checks import compare
 from warprock.verification.settings import case_asked, plain_name
-from warprock.errors import InputError
 
 FINEST = "event@time_step=1e-4"
 SWAYING = [

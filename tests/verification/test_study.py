@@ -14,15 +14,15 @@ from click.testing import CliRunner
 from warprock.case.load import load_case
 from warprock.case.text import case_names
 from warprock.cli.main import main
-from warprock.verification.checks import compare, run_checks
-from warprock.verification.housner import compare_with_housner
-from warprock.verification.study import COLUMNS, run_count, run_study
 from warprock.engines.launching import Form
 from warprock.errors import InputError
 from warprock.running.batch import run_batch
 from warprock.settings.engines import ImpulseSettings
 from warprock.tables.study import print_study, print_study_run
 from warprock.tables.terminal import plain_console
+from warprock.verification.checks import compare, run_checks
+from warprock.verification.housner import compare_with_housner
+from warprock.verification.study import COLUMNS, run_count, run_study
 
 BODY = """
 title = "A block and two solvers"

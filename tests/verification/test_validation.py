@@ -14,15 +14,15 @@ from click.testing import CliRunner
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.cli.main import main
+from warprock.errors import InputError
+from warprock.model.response import INTEGER_FIELDS, LANE_FIELDS, Outcome, Response, Status
+from warprock.running.options import RunOptions
+from warprock.tables.validation import validation_facts, validation_report
 from warprock.verification import checks
 from warprock.verification.checks import run_checks
 from warprock.verification.measured import predicted
 from warprock.verification.observations import read_tests
 from warprock.verification.validation import MEASURES, judge, run_validation, status_rows
-from warprock.errors import InputError
-from warprock.model.response import INTEGER_FIELDS, LANE_FIELDS, Outcome, Response, Status
-from warprock.running.options import RunOptions
-from warprock.tables.validation import validation_facts, validation_report
 
 SHORT = {"check": [], "run.duration": "1 s"}
 SCALES = np.round(np.geomspace(0.2, 2.0, 8), 3).tolist()

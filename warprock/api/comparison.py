@@ -11,11 +11,11 @@ from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
 from warprock.arguments import at_the_door, several
 from warprock.case.load import Overrides
-from warprock.verification.checks import compare as compare_engines
 from warprock.figures.drawing import Drawing
 from warprock.figures.poses import draw_poses
 from warprock.report.chosen import played_of_comparison
 from warprock.tables.comparison import comparison_report
+from warprock.verification.checks import compare as compare_engines
 
 
 @at_the_door

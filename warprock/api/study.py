@@ -11,7 +11,6 @@ from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
 from warprock.arguments import at_the_door
 from warprock.case.load import Overrides
-from warprock.verification import study as studies
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing
 from warprock.figures.study import draw_histories, draw_study
@@ -20,6 +19,7 @@ from warprock.report.chosen import played_of_study
 from warprock.running.options import RunOptions
 from warprock.tables.report import Report
 from warprock.tables.study import print_study_run
+from warprock.verification import study as studies
 
 
 @at_the_door

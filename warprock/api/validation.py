@@ -14,9 +14,9 @@ from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.work import HowHeld, listing_how, working
 from warprock.arguments import at_the_door, several
-from warprock.verification.validation import run_validation
 from warprock.figures.validation import draw_validation
 from warprock.tables.validation import validation_report
+from warprock.verification.validation import run_validation
 
 
 @listing_how

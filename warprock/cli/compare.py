@@ -22,9 +22,9 @@ def check(ctx: click.Context, case_name: str | None, as_json: bool) -> None:
     """Run the checks that a CASE holds, or those of all shipped cases; exit 3 if one fails."""
     from warprock.case.load import load_case
     from warprock.case.text import case_names
-    from warprock.verification import checks
     from warprock.tables.compare import print_checks
     from warprock.tables.terminal import print_json
+    from warprock.verification import checks
 
     rows = []
     for name in case_names() if case_name is None else [case_name]:
@@ -66,12 +66,12 @@ def compare(
     come behind its name: `-e event@time_step=1e-3`.
     """
     from warprock.case.load import load_case
-    from warprock.verification import checks
     from warprock.figures.poses import draw_poses
     from warprock.report.chosen import played_of_comparison
     from warprock.running.results import write_results
     from warprock.tables.comparison import comparison_report
     from warprock.tables.terminal import lane_progress, print_end, print_json, print_written
+    from warprock.verification import checks
 
     case = load_case(case_name, overrides)
     with lane_progress(case.name, None) as progress:

@@ -11,8 +11,8 @@ from warprock.errors import InputError
 
 if TYPE_CHECKING:
     from warprock.case.case import Case
-    from warprock.verification.study import StudyRun
     from warprock.running.options import RunOptions
+    from warprock.verification.study import StudyRun
 
 
 def run_study_of(
@@ -37,9 +37,9 @@ def run_study_of(
     Raises:
         InputError: An option that a study has no use for, or another than those allowed.
     """
-    from warprock.verification import study
     from warprock.tables.study import print_study_run
     from warprock.tables.terminal import lane_progress, print_json
+    from warprock.verification import study
 
     for option, given in refused.items():
         if given is not None and given is not False:
@@ -65,9 +65,9 @@ def run_study_of(
 
 def _write(found: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
     """Writes the table, what ran, and the figures."""
-    from warprock.verification.study import write_study
     from warprock.figures.study import draw_histories, draw_study
     from warprock.report.chosen import played_of_study
+    from warprock.verification.study import write_study
 
     case, last = found.case, found.table["lane_name"].iloc[-1]
     duration = case.sample_times.duration

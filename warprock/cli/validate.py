@@ -77,10 +77,10 @@ def validate(
     cell was not seen. Columns such as peak_rotation_deg and peak_slide_mm are held against peaks.
     """
     from warprock.case.load import load_case
-    from warprock.verification.validation import run_validation
     from warprock.figures.validation import draw_validation
     from warprock.tables.terminal import lane_progress
     from warprock.tables.validation import validation_report
+    from warprock.verification.validation import run_validation
 
     case, options = load_case(case_name, overrides), asked_options(**how)
     choice = engine_for(case, None) if not engines else None

@@ -11,14 +11,14 @@ import numpy.typing as npt
 from warprock.analysis.bands import LEAST_RECORDS
 from warprock.analysis.lognormal import Observations
 from warprock.analysis.scores import reliability
-from warprock.verification.settings import plain_name
-from warprock.verification.validation import Judged, Shaking, Validation
 from warprock.figures.drawing import Drawing
 from warprock.figures.fragility import gathered
 from warprock.figures.palette import DARK, GREY, ORANGE, engine_marks
 from warprock.figures.scales import logarithmic, measure
 from warprock.figures.sheet import headline, legend_below, style, subplots
 from warprock.running.cells import wilson_interval
+from warprock.verification.settings import plain_name
+from warprock.verification.validation import Judged, Shaking, Validation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,8 +5,8 @@ are sound, they are sound but energy grew, or they are absurd although the statu
 The last is a defect of the engine. A launch is cut to `AtlasSize.steps` steps: one at 1e-6 s covers
 20 ms of motion, enough for small blocks and small rotations to come down, not for tall ones.
 
-Every finished part (map, engine, precision) is kept, see `warprock.running.parts`; one whose file holds
-what would be run again is read, not run.
+Every finished part (map, engine, precision) is kept, see `warprock.running.parts`; one whose file
+holds what would be run again is read, not run.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ import pandas as pd
 import pyarrow as pa
 
 import warprock
-from warprock.verification.housner import SLIDE_BOUND
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Target
 from warprock.engines.soundness import energy_gained, exploded
@@ -37,6 +36,7 @@ from warprock.running.case_run import PRECISIONS
 from warprock.running.machine import kernel_hash
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 from warprock.running.parts import State, find_part, read_part, write_part
+from warprock.verification.housner import SLIDE_BOUND
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

@@ -16,10 +16,6 @@ from typing import Any
 
 import pandas as pd
 
-from warprock.verification import checks
-from warprock.verification.checks import CaseResponses, compare_with_housner
-from warprock.verification.plain import plain_row
-from warprock.verification.study import COLUMNS as STUDY_COLUMNS
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing, write_drawings
 from warprock.paper import conflicts, conflicts_stack, figures
@@ -52,6 +48,10 @@ from warprock.paper.stack import STACK_ENGINES_OF, STACK_MAKERS, stack_evidence
 from warprock.paper.study import draw_figures, study_conflict
 from warprock.paper.times import run_times, times_batches
 from warprock.running.files import require_writable
+from warprock.verification import checks
+from warprock.verification.checks import CaseResponses, compare_with_housner
+from warprock.verification.plain import plain_row
+from warprock.verification.study import COLUMNS as STUDY_COLUMNS
 
 ENGINES_OF: dict[str, dict[str, tuple[str, ...]]] = {
     "table6": {PULSE: FAMILIES},

@@ -16,8 +16,6 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case.load import load_case
-from warprock.verification.checks import CaseResponses
-from warprock.verification.study import StudyRun, run_study
 from warprock.engines import engine_class
 from warprock.engines.base import AbstractEngine
 from warprock.engines.launching import Form, Target
@@ -30,6 +28,8 @@ from warprock.running.batch import warm_up_together
 from warprock.running.case_run import require_options
 from warprock.running.files import replacing
 from warprock.running.options import RunOptions
+from warprock.verification.checks import CaseResponses
+from warprock.verification.study import StudyRun, run_study
 
 Array = npt.NDArray[np.float64]
 Row = dict[str, Any]

@@ -17,7 +17,6 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock.verification.checks import CaseResponses
 from warprock.model.response import USABLE, Outcome, Response
 from warprock.paper.conflict_texts import Conflict
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
@@ -31,6 +30,7 @@ from warprock.paper.runs import (
     written_number,
 )
 from warprock.running.cells import wilson_interval
+from warprock.verification.checks import CaseResponses
 
 Array = npt.NDArray[np.float64]
 

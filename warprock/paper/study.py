@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import pandas as pd
 
-from warprock.verification.study import StudyRun
 from warprock.figures import study as plots_study
 from warprock.figures.drawing import Drawing
 from warprock.paper.conflict_texts import Conflict
 from warprock.paper.printed import paper_table
+from warprock.verification.study import StudyRun
 
 
 def draw_figures(study: StudyRun) -> list[Drawing]:

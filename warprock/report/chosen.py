@@ -9,13 +9,13 @@ from typing import Any
 from warprock.analysis.incremental import Analysis, alone_at, telling
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
-from warprock.verification.lane_names import lane_name
-from warprock.verification.settings import case_asked, plain_name
-from warprock.verification.study import StudyRun
 from warprock.report.replays import Replay, played
 from warprock.report.scenes import SOME
 from warprock.running.options import RunOptions
 from warprock.settings.engines import SETTINGS
+from warprock.verification.lane_names import lane_name
+from warprock.verification.settings import case_asked, plain_name
+from warprock.verification.study import StudyRun
 
 Played = Mapping[str, Any] | None
 """`note` and `lanes`, as a page plays them; None where no lane is played."""

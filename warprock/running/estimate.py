@@ -14,11 +14,11 @@ A block beyond its slenderness angle that falls in all runs is compared up to th
 of the fall is estimated, not the end of it. No estimate is below the swing that the rest rule of
 an engine leaves out.
 
-`warprock.running.tolerance`, which refines lanes, estimates otherwise: from a run at twice the step,
-with factors fitted to lanes whose true answer is known. That costs half a run instead of two or
-more, and its estimate is two to five times as large. `run --accuracy` judges a choice of settings
-at one step, on few lanes, with the estimate of this module; with the other it would pass fewer
-settings.
+`warprock.running.tolerance`, which refines lanes, estimates otherwise: from a run at twice the
+step, with factors fitted to lanes whose true answer is known. That costs half a run instead of two
+or more, and its estimate is two to five times as large. `run --accuracy` judges a choice of
+settings at one step, on few lanes, with the estimate of this module; with the other it would pass
+fewer settings.
 
 The estimate cannot see what the runs have in common: what the model leaves out, wrong inputs, or an
 event that all of them miss, such as a base acceleration that would lift a block for less than the

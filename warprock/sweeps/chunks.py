@@ -1,7 +1,7 @@
 """The files of a sweep: its chunks, and the table they make up.
 
-A chunk is a part (see `warprock.running.parts`) whose footer names the plan, the chunk and its lanes,
-and counts what became of them.
+A chunk is a part (see `warprock.running.parts`) whose footer names the plan, the chunk and its
+lanes, and counts what became of them.
 
 The merged table has all lanes in order, in row groups that do not depend on the chunks, and nothing
 in it but what the plan says: its bytes are a function of the plan's content alone.

@@ -10,7 +10,6 @@ from typing import Any
 import pandas as pd
 
 from warprock.case.case import Case
-from warprock.verification.settings import plain_name
 from warprock.running.provenance import case_facts, surroundings
 from warprock.tables.cells import print_cell_comparison
 from warprock.tables.compare import nearest, print_comparison
@@ -19,6 +18,7 @@ from warprock.tables.poses import print_pose_comparison
 from warprock.tables.report import Report
 from warprock.tables.stack import print_stack_comparison
 from warprock.tables.terminal import plain
+from warprock.verification.settings import plain_name
 
 
 def comparison_report(case: Case, found: Mapping[str, Any]) -> Report:

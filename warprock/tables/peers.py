@@ -11,7 +11,7 @@ from warprock.tables.terminal import number, plain_table, print_table, stdout
 
 
 def print_costs(found: Mapping[str, Any], console: Console | None = None) -> None:
-    """Prints the costs in what `verification.checks.compare` returned; nothing where no program ran.
+    """Prints the costs that `verification.checks.compare` found; nothing where no program ran.
 
     Args:
         found: Its return value.

@@ -12,9 +12,9 @@ from rich.table import Table
 from warprock.case.case import Case
 from warprock.case.load import load_case
 from warprock.case.study import Study
-from warprock.verification.housner import EARLY_TIME
 from warprock.tables.compare import reasons
 from warprock.tables.terminal import MISSING, number, plain_table, print_end, print_written, stdout
+from warprock.verification.housner import EARLY_TIME
 
 Row = Mapping[str, Any]
 

@@ -14,14 +14,14 @@ import pandas as pd
 from warprock.analysis.bands import LEAST_RECORDS
 from warprock.analysis.groups import fit_columns
 from warprock.analysis.scores import SCORES, reliability
-from warprock.verification.measured import measured_quantities, measured_rows, predicted, unit_of
-from warprock.verification.settings import plain_name
-from warprock.verification.validation import Judged, Validation, status_rows
 from warprock.model.response import USABLE
 from warprock.running.provenance import case_facts, duration_facts, surroundings
 from warprock.tables.report import Report
 from warprock.tables.terminal import plain
 from warprock.tables.validation_text import markdown_lines, print_validation
+from warprock.verification.measured import measured_quantities, measured_rows, predicted, unit_of
+from warprock.verification.settings import plain_name
+from warprock.verification.validation import Judged, Validation, status_rows
 
 MARKDOWN = "validation.md"
 TABLE, SCORE_TABLE = "validation", "scores.csv"

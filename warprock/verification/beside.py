@@ -8,12 +8,12 @@ from typing import Any
 
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet
-from warprock.verification.settings import OPTION, case_asked, plain_name
 from warprock.engines import ENGINES
 from warprock.errors import DeclinedError, InputError
 from warprock.model.response import Response, SampleTimes
 from warprock.programs.table import PROGRAMS, PeerAnswer, require_scenes, run_program
 from warprock.running.case_run import require_support
+from warprock.verification.settings import OPTION, case_asked, plain_name
 
 ORACLE = "oracle"
 """Name of the SciPy reference in `compare`; not an engine."""

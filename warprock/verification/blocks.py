@@ -12,8 +12,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case.lanes import LaneSet
-from warprock.verification.housner import EARLY_TIME
 from warprock.model.response import Outcome, Response, Status
+from warprock.verification.housner import EARLY_TIME
 
 Array = npt.NDArray[np.float64]
 

@@ -11,6 +11,13 @@ import numpy as np
 from warprock.analysis.boundaries import boundaries_at
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
+from warprock.engines import ENGINES
+from warprock.errors import InputError
+from warprock.model.response import Response, Status
+from warprock.programs.table import PROGRAMS, PeerAnswer
+from warprock.running.case_run import run_case
+from warprock.running.cells import compare_cells
+from warprock.running.options import RunOptions
 from warprock.verification.beside import (
     ORACLE,
     cost_rows,
@@ -27,13 +34,6 @@ from warprock.verification.observed_poses import compare_with_observed, pose_row
 from warprock.verification.outcomes import outcome_rows
 from warprock.verification.plain import plain_row
 from warprock.verification.settings import case_asked, plain_name, require_known
-from warprock.engines import ENGINES
-from warprock.errors import InputError
-from warprock.model.response import Response, Status
-from warprock.programs.table import PROGRAMS, PeerAnswer
-from warprock.running.case_run import run_case
-from warprock.running.cells import compare_cells
-from warprock.running.options import RunOptions
 
 __all__ = ["CHECKS", "ORACLE", "CheckRow", "compare", "compare_with_housner", "run_checks"]
 

@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.analysis.scores import rank_correlation
+from warprock.model.response import FIELDS, USABLE
 from warprock.verification.observations import MEASURED
 from warprock.verification.validation import Judged, Validation
-from warprock.model.response import FIELDS, USABLE
 
 Array = npt.NDArray[np.float64]
 

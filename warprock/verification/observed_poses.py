@@ -9,11 +9,11 @@ import numpy as np
 
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet
+from warprock.model.response import Response
 from warprock.verification.check_row import CheckRow
 from warprock.verification.lane_names import lane_name
 from warprock.verification.plain import plain_row
 from warprock.verification.poses import compare_poses, histories_of_errors, read_poses
-from warprock.model.response import Response
 
 
 class Responses(Protocol):

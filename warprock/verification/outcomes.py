@@ -11,12 +11,12 @@ import numpy.typing as npt
 from warprock.case.case import Case
 from warprock.case.check import OutcomesCheck
 from warprock.case.lanes import LaneSet
-from warprock.verification.check_row import CheckRow
-from warprock.verification.observations import ObservedTests, read_tests
-from warprock.verification.validation import Judged, judge
 from warprock.errors import InputError
 from warprock.model.response import Response, Status
 from warprock.quantity import Said
+from warprock.verification.check_row import CheckRow
+from warprock.verification.observations import ObservedTests, read_tests
+from warprock.verification.validation import Judged, judge
 
 
 def outcome_rows(

@@ -21,9 +21,6 @@ from warprock.case.case import Case
 from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.study import Study, Variation
-from warprock.verification.checks import REFERENCE, compare_with_housner
-from warprock.verification.lane_names import lane_name
-from warprock.verification.plain import plain_row
 from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
 from warprock.errors import InputError
@@ -34,6 +31,9 @@ from warprock.running.case_run import require_options, require_support
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 from warprock.running.provenance import case_facts, surroundings
 from warprock.running.results import write_results
+from warprock.verification.checks import REFERENCE, compare_with_housner
+from warprock.verification.lane_names import lane_name
+from warprock.verification.plain import plain_row
 
 Array = npt.NDArray[np.float64]
 

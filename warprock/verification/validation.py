@@ -29,9 +29,6 @@ from warprock.analysis.lognormal import Fit, Observations, observe
 from warprock.analysis.scores import Paired, Prediction, Scores, compare_pair, score
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
-from warprock.verification.beside import require_programs, require_scene, run_peer
-from warprock.verification.observations import ObservedTests, Source, read_tests
-from warprock.verification.settings import OPTION, case_asked, plain_name, require_known
 from warprock.engines import ENGINES
 from warprock.errors import InputError, listed
 from warprock.model.response import USABLE, Response
@@ -39,6 +36,9 @@ from warprock.programs.table import PROGRAMS
 from warprock.running.case_run import require_options, run_lane_set
 from warprock.running.lane_table import lane_table
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
+from warprock.verification.beside import require_programs, require_scene, run_peer
+from warprock.verification.observations import ObservedTests, Source, read_tests
+from warprock.verification.settings import OPTION, case_asked, plain_name, require_known
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -142,8 +142,8 @@ def run_validation(
     Args:
         case: The case.
         engines: Names of engines and of programs, each with settings of its own or without.
-        observed: The tests, see `warprock.verification.observations`; None takes the label `observed` of
-            the case.
+        observed: The tests, see `warprock.verification.observations`; None takes the label
+            `observed` of the case.
         options: How its lanes are run.
         column: Column of the outcome in the file.
         group: Column of the file or of the lane table that says which tests share a ground motion;
