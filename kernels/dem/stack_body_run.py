@@ -136,7 +136,8 @@ def run_lanes(
             for k in range(1, bodies):
                 o, p, q, r = k - 1, 3 * k - 3, 3 * k - 2, 3 * k - 1
                 for i in range(LANES):
-                    w, f = interface[k, i].window, first + i
+                    w = interface[k, i].window
+                    f = first + i
                     turn = pose[k, i].theta - pose[o, i].theta
                     rate = velocity[k, i].omega - velocity[o, i].omega
                     way = way_of_window(
@@ -155,7 +156,8 @@ def run_lanes(
                     role = 2 * (visit % 2) - 1 + visit // 2
                     row = 3 * o + 1 + role
                     for i in range(LANES):
-                        w, f = interface[k, i].window, first + i
+                        w = interface[k, i].window
+                        f = first + i
                         contact, point, along = find_contact(
                             Window(feet[w - 1, f], feet[w, f], feet[w + 1, f]), role, pose[k, i],
                             pose[o, i], top[o, i], velocity[k, i], velocity[o, i],
@@ -171,7 +173,8 @@ def run_lanes(
                         contacts[i] = see_contact(role, contact, force.held, contacts[i])
                         seat[k, i].place = wp.where(role == 0, along, seat[k, i].place)
                 for i in range(LANES):
-                    w, f = interface[k, i].window, first + i
+                    w = interface[k, i].window
+                    f = first + i
                     shared = overlap_of(
                         feet[o * corners, f], feet[w, f], feet[k * corners - 1, f], pose[k, i],
                         pose[o, i], top[o, i],

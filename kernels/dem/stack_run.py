@@ -245,9 +245,10 @@ def run_lanes(
             for i in range(LANES):
                 past = time_past(until, pace[i].steps, pace[i].dt, seen[i].mode)
                 for k in range(1, bodies):
-                    x, z = pose[k, i].x - past * velocity[k, i].x, pose[k, i].z
+                    x = pose[k, i].x - past * velocity[k, i].x
+                    z = pose[k, i].z - past * velocity[k, i].z
                     found.places[sample, k - 1, 0, first + i] = x
-                    found.places[sample, k - 1, 1, first + i] = z - past * velocity[k, i].z
+                    found.places[sample, k - 1, 1, first + i] = z
     for i in range(LANES):
         account[i].loss = lost_so_far(energy[i])
         pull = pulled(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
