@@ -148,8 +148,8 @@ def run_lanes(
                 if VERTICAL:
                     motion = motions[0, first + i]
                     up = motions[1, first + i]
-                    there = sample_index(up, sample_segment(up, half))
-                    climb = base_velocity(up, half, pool[2, there], pool[0, there], pool[1, there])
+                    line = sample_index(up, sample_segment(up, half))
+                    climb = base_velocity(up, half, pool[2, line], pool[0, line], pool[1, line])
                     move_up(climb, count > 0, base[i].rise, base[i].rising)
                 else:
                     motion = motions[first + i]
