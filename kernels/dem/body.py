@@ -14,13 +14,14 @@ The stresses of the spring stand for an area of the base.
 
 import warp as wp
 
-from warprock.kernels.dem.stack import Knobs, spring
+from warprock.kernels.dem.stack import Knobs, Load, Pace, Spring, solve_spring
 from warprock.kernels.shape.body import turned_x, turned_z
+from warprock.kernels.shape.interface import Pose, Velocity
 
 
 @wp.struct
-class Spring:
-    """A corner of a lane's body, and its spring.
+class Corner:
+    """A corner of a lane's body, with a spring.
 
     Attributes:
         x, z: From the centre of mass at the rotation zero [m].
@@ -36,64 +37,88 @@ class Spring:
     area: real
 
 
-@wp.func
-def find_overlap(
-    number: int, corner_x: real, corner_z: real, raised: real, z: real, s: real, lift: real,
-    u: real, slip: real, overlap: wp.ref[real], deep: wp.ref[real], second: wp.ref[real],
-    deepest: wp.ref[int], busy: wp.ref[int],
-):  # fmt: skip
-    """Finds how deep a corner is in the base, and whether its spring has anything to do.
+@wp.struct
+class Deepest:
+    """The corners of a body that are deepest in the base.
 
-    A spring does nothing that has opened before and is open.
+    Attributes:
+        first, second: The deepest overlap of a corner so far, and the second one [m].
+        corner: Number of the deepest corner so far.
+    """
+
+    first: real
+    second: real
+    corner: int
+
+
+@wp.func
+def depth_of(x: real, z: real, raised: real, height: real, s: real, lift: real) -> real:
+    """How deep a corner is in the base [m].
 
     Args:
-        number: Of the corner.
-        corner_x, corner_z, raised: Fields of `Spring`.
-        z: Height of the centre of mass of the body; s and lift sine of its rotation and 1 - cosine.
-        u, slip: State of the spring, see `spring` in dem/stack.py.
-        overlap: Depth [m]; found.
-        deep, second: The deepest overlap of a corner so far, and the second one [m].
-        deepest: Number of the deepest corner so far.
-        busy: Springs so far that have something to do.
+        x, z, raised: Fields of `Corner`.
+        height: Of the centre of mass of the body over that at rest [m].
+        s: Sine of the rotation of the body, lift 1 - cosine of it.
     """
+    return x * s + z * lift - raised - height
+
+
+@wp.func
+def find_deepest(number: int, depth: real, deep: Deepest) -> Deepest:
+    """The deepest corners, with one more of a number and a depth [m]."""
+    first = depth > deep.first
+    return Deepest(
+        wp.where(first, depth, deep.first),
+        wp.where(first, deep.first, larger(depth, deep.second)),
+        wp.where(first, number, deep.corner),
+    )
+
+
+@wp.func
+def has_work(depth: real, spring: Spring) -> int:
+    """Whether a spring has anything to do, 1 or 0: nothing if it has opened before and is open."""
     zero = real(0.0)
-    depth = corner_x * s + corner_z * lift - raised - z
-    old = real(deep)
-    first = depth > old
-    second = wp.where(first, old, larger(depth, second))
-    deep = wp.where(first, depth, old)
-    deepest = wp.where(first, number, deepest)
-    idle = depth <= zero and u == zero and slip > zero
-    busy = busy + wp.where(idle, 0, 1)
-    overlap = depth
+    return wp.where(depth <= zero and spring.u == zero and spring.slip > zero, 0, 1)
+
+
+@wp.struct
+class Pressed:
+    """What the springs of a body do besides loading it.
+
+    Attributes:
+        stored: Energy in them [J].
+        held: Corners that are pressed and do not slip.
+    """
+
+    stored: real
+    held: int
 
 
 @wp.func
 def press(
-    knobs: Knobs, live: bool, mu: real, dt: real, corner_x: real, corner_z: real, area: real,
-    overlap: real, s: real, c: real, vx: real, vz: real, omega: real,
-    u: wp.ref[real], slip: wp.ref[real], fx: wp.ref[real], fz: wp.ref[real], moment: wp.ref[real],
-    stored: wp.ref[real], held: wp.ref[int],
+    knobs: Knobs, pace: Pace, mu: real, corner: Corner, depth: real, at: Pose, u: Velocity,
+    spring: wp.ref[Spring],
 ):  # fmt: skip
-    """Adds what the spring of a corner does to a body.
+    """What the spring of a corner does to a body: its load, its energy and whether it is held.
 
     Args:
-        knobs: See `spring` in dem/stack.py, as live, mu, dt, overlap, u and slip.
-        corner_x, corner_z, area: Fields of `Spring`.
-        s, c: Sine and cosine of the rotation of the body; vx, vz and omega its velocities.
-        fx, fz: Force on the body so far [N], moment clockwise [N m].
-        stored: Energy in the springs so far [J].
-        held: Corners so far that are pressed and do not slip.
+        knobs: See `solve_spring` in dem/stack.py, as pace, mu and spring.
+        corner: The corner.
+        depth: How deep it is in the base [m].
+        at, u: Where the body is and how it moves.
+        spring: The spring.
     """
-    zero = real(0.0)
-    lever_x = turned_x(corner_x, corner_z, s, c)
-    lever_z = turned_z(corner_x, corner_z, s, c)
-    before = real(slip)
-    normal, shear, energy = spring(
-        knobs, live, mu, dt, overlap, vz - omega * lever_x, vx + omega * lever_z, u, slip
+    lever_x = turned_x(corner.x, corner.z, at.s, at.c)
+    lever_z = turned_z(corner.x, corner.z, at.s, at.c)
+    before = real(spring.slip)
+    normal, shear, energy = solve_spring(
+        knobs, pace, mu, depth, u.z - u.omega * lever_x, u.x + u.omega * lever_z, spring
     )
-    fx = fx + area * shear
-    fz = fz + area * normal
-    moment = moment + area * (shear * lever_z - normal * lever_x)
-    stored = stored + wp.where(live, HALF * area * energy, zero)
-    held = held + wp.where(normal > zero and slip == before, 1, 0)
+    load = Load(
+        corner.area * shear, corner.area * normal,
+        corner.area * (shear * lever_z - normal * lever_x),
+    )  # fmt: skip
+    zero = real(0.0)
+    stored = wp.where(pace.live == 1, HALF * corner.area * energy, zero)
+    held = wp.where(normal > zero and spring.slip == before, 1, 0)
+    return load, Pressed(stored, held)

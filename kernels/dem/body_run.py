@@ -6,19 +6,46 @@ counts as the interface that parts and lands.
 
 import warp as wp
 
-from warprock.kernels.account import book
-from warprock.kernels.dem.body import Spring, find_overlap, press
-from warprock.kernels.dem.stack import Knobs, integrate, rise
-from warprock.kernels.dem.stack_lanes import passes_left, time_past
-from warprock.kernels.dem.stack_run import begin_step, observe_block, observe_interface
+from warprock.kernels.account import Account, keep_account
+from warprock.kernels.dem.body import Corner, Deepest, depth_of, find_deepest, has_work, press
+from warprock.kernels.dem.stack import (
+    Base,
+    Energy,
+    Knobs,
+    Load,
+    Pace,
+    Spring,
+    integrate,
+    rise,
+)
+from warprock.kernels.dem.stack_lanes import (
+    Seat,
+    begin_step,
+    glides,
+    lost_so_far,
+    mode_after,
+    move_base,
+    observe_interface,
+    passes_left,
+    time_past,
+)
 from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import base_velocity, sample_index, sample_segment
+from warprock.kernels.rows import kernel, rows
 from warprock.kernels.shape.above import Motions
 from warprock.kernels.shape.body import turned_x
-from warprock.kernels.shape.body_found import Found
+from warprock.kernels.shape.body_found import Found, Sides, observe_sides
+from warprock.kernels.shape.interface import Mass, Pose, Velocity
 from warprock.kernels.shape.rising import pulled
-from warprock.kernels.shape.stack_found import BlockResult, Result
+from warprock.kernels.shape.stack_found import (
+    Peaks,
+    Seen,
+    block_result,
+    observe_peaks,
+    result_of,
+    start_peaks,
+    start_seen,
+)
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -44,135 +71,158 @@ class Body:
     omega: real
 
 
-Lane = wp.types.vector(length=LANES, dtype=real)
-LaneInt = wp.types.vector(length=LANES, dtype=int)
-Point = wp.types.matrix(shape=(POINTS, LANES), dtype=real)
+@wp.struct
+class Own:
+    """What is known of a body besides its mass: friction coefficient, and height at rest [m]."""
+
+    friction: real
+    height: real
 
 
-@wp.func
-def start_body(
-    body: Body, x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], vx: wp.ref[real],
-    vz: wp.ref[real], omega: wp.ref[real], s: wp.ref[real], c: wp.ref[real], since: wp.ref[real],
-    peak: wp.ref[real],
-):  # fmt: skip
-    """Puts a body where it starts; its interface counts as closed."""
-    x = body.x
-    z = body.z
-    theta = body.theta
-    vx = body.vx
-    vz = body.vz
-    omega = body.omega
-    s = sine(body.theta)
-    c = cosine(body.theta)
-    since = NEVER
-    peak = size(body.theta)
+@wp.struct
+class Step:
+    """A body in a step.
+
+    Attributes:
+        lift: 1 - cosine of its rotation.
+        depth: How deep the corner is that is being looked at [m].
+        held: Corners so far that are pressed and do not slip.
+    """
+
+    lift: real
+    depth: real
+    held: int
 
 
-@wp.kernel
+@kernel
 def run_lanes(
-    blocks: wp.array(dtype=Body), corners: wp.array2d(dtype=Spring),
+    blocks: wp.array(dtype=Body), corners: wp.array2d(dtype=Corner),
     motions: Motions, pool: wp.array2d(dtype=real),
     sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time."""
-    u, slip = Point(), Point()
-    m, j, mu, x, z, theta, s, c = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    vx, vz, omega, fx, fz, moment = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    since, slid, peak, peak_time, slide, peak_slide = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    deep, second, overlap, height, lift = Lane(), Lane(), Lane(), Lane(), Lane()
-    left, right = Lane(), Lane()
-    dt, span, base, dv, loss, spent, stored = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    at_start, given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
-    uplift_time, moved, deepest, jolt, dz, rising = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    live, impacts, mode, steps, held = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    low = LaneInt()
+    spring = rows(Spring, POINTS)
+    own = rows(Own)
+    mass = rows(Mass)
+    pose = rows(Pose)
+    velocity = rows(Velocity)
+    load = rows(Load)
+    deep = rows(Deepest)
+    step = rows(Step)
+    seat = rows(Seat)
+    peaks = rows(Peaks)
+    sides = rows(Sides)
+    pace = rows(Pace)
+    base = rows(Base)
+    energy = rows(Energy)
+    account = rows(Account)
+    seen = rows(Seen)
     # A variable, not a constant: else Warp would unroll the loop over it.
     pack, _one = wp.tid()
     points, first = int(POINTS), pack * LANES
     for i in range(LANES):
         body = blocks[first + i]
-        m[i] = body.inverse_mass
-        j[i] = body.inverse_inertia
-        mu[i] = body.friction
-        height[i] = body.height
-        dt[i] = body.time_step
-        uplift_time[i] = body.uplift_time
-        start_body(
-            body, x[i], z[i], theta[i], vx[i], vz[i], omega[i], s[i], c[i], since[i], peak[i]
-        )  # fmt: skip
-        mode[i] = RUNNING
+        own[i] = Own(body.friction, body.height)
+        mass[i] = Mass(body.inverse_mass, body.inverse_inertia)
+        pose[i] = Pose(body.x, body.z, body.theta, sine(body.theta), cosine(body.theta))
+        velocity[i] = Velocity(body.vx, body.vz, body.omega)
+        seat[i].since = NEVER
+        peaks[i] = start_peaks(body.theta)
+        pace[i].dt = body.time_step
+        seen[i] = start_seen(body.uplift_time)
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         passes = int(0)
         for i in range(LANES):
-            passes = wp.max(passes, passes_left(until, steps[i], dt[i], mode[i]))
+            left = passes_left(until, pace[i].steps, pace[i].dt, seen[i].mode)
+            passes = wp.max(passes, left)
         for _ in range(passes):
             for i in range(LANES):
-                live[i] = wp.where(mode[i] == RUNNING and real(steps[i]) * dt[i] < until, 1, 0)
-                mid = (real(steps[i]) + HALF) * dt[i]
+                mid = (real(pace[i].steps) + HALF) * pace[i].dt
+                clock, spent = pace[i], energy[i]
+                account[i].loss = begin_step(until, seen[i].mode, clock, spent)
+                pace[i] = clock
+                energy[i] = spent
+                climb = real(0.0)
                 if VERTICAL:
                     lane = motions[0, first + i]
                     up = motions[1, first + i]
                     high = sample_index(up, sample_segment(up, mid))
-                    w = base_velocity(up, mid, pool[2, high], pool[0, high], pool[1, high])
-                    dz[i] = w - rising[i]
-                    rising[i] = wp.where(live[i] == 1, w, rising[i])
+                    climb = base_velocity(up, mid, pool[2, high], pool[0, high], pool[1, high])
                 else:
                     lane = motions[first + i]
                 place = sample_index(lane, sample_segment(lane, mid))
                 v = base_velocity(lane, mid, pool[2, place], pool[0, place], pool[1, place])
-                begin_step(v, live[i] == 1, steps[i], dt[i], knobs.gravity * dt[i], dz[i], dv[i],
-                    base[i], span[i], stored[i], at_start[i], loss[i], spent[i], given[i],
-                    jolt[i], supplied[i], taken[i], returned[i])  # fmt: skip
-                lift[i] = rise(s[i], c[i])
-                deep[i] = -NEVER
-                second[i] = -NEVER
+                base[i] = move_base(v, climb, pace[i].live, base[i])
+                pull = pulled(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
+                account[i] = keep_account(pull, account[i])
+                step[i].lift = rise(pose[i].s, pose[i].c)
+                step[i].held = 0
+                deep[i] = Deepest(-NEVER, -NEVER, 0)
             for p in range(points):
-                busy = LaneInt()
-                for i in range(LANES):
-                    find_overlap(p, corners[p, first + i].x, corners[p, first + i].z,
-                        corners[p, first + i].raised, z[i], s[i], lift[i], u[p, i], slip[p, i],
-                        overlap[i], deep[i], second[i], low[i], busy[i])  # fmt: skip
                 works = int(0)
                 for i in range(LANES):
-                    works = works + busy[i]
+                    depth = depth_of(
+                        corners[p, first + i].x, corners[p, first + i].z,
+                        corners[p, first + i].raised, pose[i].z, pose[i].s, step[i].lift,
+                    )  # fmt: skip
+                    step[i].depth = depth
+                    deep[i] = find_deepest(p, depth, deep[i])
+                    works = works + has_work(depth, spring[p, i])
                 if works > 0:
                     for i in range(LANES):
-                        press(knobs, live[i] == 1, mu[i], dt[i], corners[p, first + i].x,
-                            corners[p, first + i].z, corners[p, first + i].area, overlap[i], s[i],
-                            c[i], vx[i], vz[i], omega[i], u[p, i], slip[p, i], fx[i], fz[i],
-                            moment[i], stored[i], held[i])  # fmt: skip
+                        corner = Corner()
+                        corner.x = corners[p, first + i].x
+                        corner.z = corners[p, first + i].z
+                        corner.area = corners[p, first + i].area
+                        one = spring[p, i]
+                        more, pressed = press(
+                            knobs, pace[i], own[i].friction, corner, step[i].depth, pose[i],
+                            velocity[i], one,
+                        )  # fmt: skip
+                        spring[p, i] = one
+                        load[i].x = load[i].x + more.x
+                        load[i].z = load[i].z + more.z
+                        load[i].moment = load[i].moment + more.moment
+                        energy[i].stored = energy[i].stored + pressed.stored
+                        step[i].held = step[i].held + pressed.held
             for i in range(LANES):
-                lowest = corners[low[i], first + i]
-                slid[i] = x[i] + turned_x(lowest.x, lowest.z, s[i], c[i]) - lowest.along
-                middle = HALF * (deep[i] + second[i])
-                speed = vx[i] - omega[i] * (height[i] + z[i])
-                observe_interface(live[i] == 1, real(steps[i] - 1) * dt[i], knobs.gravity,
-                    dt[i], middle, deep[i] - middle, real(1.0), speed, held[i], since[i],
-                    uplift_time[i], moved[i], deepest[i], impacts[i], mode[i])  # fmt: skip
-                integrate(live[i] == 1, dv[i], dz[i], dt[i], span[i], knobs, m[i], j[i], fx[i],
-                    fz[i], moment[i], x[i], z[i], theta[i], s[i], c[i], vx[i], vz[i], omega[i],
-                    loss[i], given[i])  # fmt: skip
-                observe_block(live[i] == 1, real(steps[i]) * dt[i], theta[i],
-                    vx[i] + vz[i] + omega[i], slid[i], peak[i], peak_time[i], slide[i],
-                    peak_slide[i], mode[i])  # fmt: skip
-                left[i] = larger(-theta[i], left[i])
-                right[i] = larger(theta[i], right[i])
+                at, u = pose[i], velocity[i]
+                lowest = corners[deep[i].corner, first + i]
+                slid = at.x + turned_x(lowest.x, lowest.z, at.s, at.c) - lowest.along
+                middle = HALF * (deep[i].first + deep[i].second)
+                speed = u.x - u.omega * (own[i].height + at.z)
+                slips = glides(pace[i], knobs, step[i].held, speed)
+                tilt, sees = size(deep[i].first - middle), seen[i]
+                observe_interface(
+                    pace[i], middle, tilt, real(1.0), slips, seat[i].since, sees
+                )  # fmt: skip
+                work = integrate(knobs, pace[i], base[i], mass[i], load[i], at, u, energy[i].loss)
+                account[i].work = account[i].work - work
+                pose[i] = at
+                velocity[i] = u
+                load[i] = Load()
+                live, time = pace[i].live == 1, real(pace[i].steps) * pace[i].dt
+                peaks[i] = observe_peaks(live, time, at.theta, slid, peaks[i])
+                seat[i].slide = wp.where(live, slid, seat[i].slide)
+                sees.mode = mode_after(live, at.theta, u, slid, sees.mode)
+                seen[i] = sees
+                sides[i] = observe_sides(live, at.theta, sides[i])
         if found.rotations.shape[0] > 0:
             for i in range(LANES):
-                past = time_past(until, steps[i], dt[i], mode[i])
-                found.rotations[sample, 0, first + i] = theta[i] - past * omega[i]
+                past = time_past(until, pace[i].steps, pace[i].dt, seen[i].mode)
+                found.rotations[sample, 0, first + i] = pose[i].theta - past * velocity[i].omega
         if found.places.shape[0] > 0:
             for i in range(LANES):
-                past = time_past(until, steps[i], dt[i], mode[i])
-                found.places[sample, 0, 0, first + i] = x[i] - past * vx[i]
-                found.places[sample, 0, 1, first + i] = z[i] - past * vz[i]
+                past = time_past(until, pace[i].steps, pace[i].dt, seen[i].mode)
+                found.places[sample, 0, 0, first + i] = pose[i].x - past * velocity[i].x
+                found.places[sample, 0, 1, first + i] = pose[i].z - past * velocity[i].z
     for i in range(LANES):
-        lost = spent[i] - (stored[i] - at_start[i])
-        pull = pulled(dv[i], dz[i], knobs.gravity * dt[i])
-        book(pull, given[i], lost, jolt[i], supplied[i], taken[i], returned[i])
-        found.results[first + i] = Result(uplift_time[i], moved[i], lost, jolt[i], supplied[i],
-            returned[i], deepest[i], impacts[i], mode[i], steps[i])  # fmt: skip
-        found.sides[0, first + i] = left[i]
-        found.sides[1, first + i] = right[i]
-        found.blocks[0, first + i] = BlockResult(slide[i], peak[i], peak_time[i], peak_slide[i])
+        account[i].loss = lost_so_far(energy[i])
+        pull = pulled(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
+        account[i] = keep_account(pull, account[i])
+        seen[i].steps = pace[i].steps
+        found.results[first + i] = result_of(seen[i], account[i])
+        found.sides[0, first + i] = sides[i].left
+        found.sides[1, first + i] = sides[i].right
+        found.blocks[0, first + i] = block_result(seat[i].slide, peaks[i])

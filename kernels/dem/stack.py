@@ -38,6 +38,7 @@ Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks.
 
 import warp as wp
 
+from warprock.kernels.shape.interface import Box, Mass, Pose, Velocity
 from warprock.kernels.shape.rising import worked
 
 STEEPEST = real(0.1)
@@ -59,6 +60,147 @@ class Knobs:
     cohesion: real
     tensile_strength: real
     dilatancy: real
+
+
+@wp.struct
+class Pace:
+    """The clock of a lane.
+
+    Attributes:
+        dt: Time step [s].
+        span: Time over which the forces of this step act: half of it in the first, from rest [s].
+        live: 1 where the lane takes this step, else 0.
+        steps: Steps with this one.
+    """
+
+    dt: real
+    span: real
+    live: int
+    steps: int
+
+
+@wp.struct
+class Base:
+    """Velocities of the base along x and upwards, and their changes in the step [m/s]."""
+
+    vx: real
+    dx: real
+    vz: real
+    dz: real
+
+
+@wp.struct
+class Energy:
+    """Energies of a lane [J].
+
+    Attributes:
+        loss: Work of the springs and of mass damping against the blocks so far.
+        spent: The same before this step.
+        stored: Energy in the springs.
+        at_start: That in the first step.
+    """
+
+    loss: real
+    spent: real
+    stored: real
+    at_start: real
+
+
+@wp.struct
+class Spring:
+    """The springs of a point.
+
+    Attributes:
+        u: Stretch of the shear spring [m].
+        slip: Slip so far [m], zero only of a point that never slipped or opened.
+    """
+
+    u: real
+    slip: real
+
+
+@wp.struct
+class Load:
+    """Force on a block [N], and its clockwise moment [N m]."""
+
+    x: real
+    z: real
+    moment: real
+
+
+@wp.struct
+class Stretch:
+    """The stretch that two faces share; names as at the head of this file.
+
+    Attributes:
+        ps, pc: Sine and cosine of the rotation of the plane.
+        rs, rc: Those of the rotation of the upper block against the lower one.
+        side: -1 where the upper block is the slave, else 1.
+        de, dn: Upper centre from the lower one along e and n [m].
+        half: Half length of the stretch along the slave's face [m].
+        pe, pn: Lever of its middle from the slave's centre along e and n [m].
+    """
+
+    ps: real
+    pc: real
+    rs: real
+    rc: real
+    side: real
+    de: real
+    dn: real
+    half: real
+    pe: real
+    pn: real
+
+
+@wp.struct
+class Meeting:
+    """How two faces meet in the middle of the stretch, and what its end at +x has beyond that.
+
+    Attributes:
+        overlap, tilt: Overlap o [m].
+        vn, parting: v_n [m/s].
+        vt, sliding: v_t [m/s].
+    """
+
+    overlap: real
+    tilt: real
+    vn: real
+    parting: real
+    vt: real
+    sliding: real
+
+
+@wp.struct
+class Pair:
+    """Two points of an interface.
+
+    Attributes:
+        share: Part of the area that each of the two stands for.
+        away: Their distance from the middle over the half length.
+    """
+
+    share: real
+    away: real
+
+
+@wp.struct
+class Sums:
+    """What the springs of an interface do.
+
+    Attributes:
+        n, t: Means of N and T [N/m^2].
+        nq, tq: Their first moments over the half length.
+        e: Mean of twice the energy [J/m^2].
+        held: Points that are pressed and do not slip.
+    """
+
+    n: real
+    nq: real
+    t: real
+    tq: real
+    e: real
+    held: int
 
 
 @wp.func
@@ -93,34 +235,24 @@ def shared_stretch(slave: real, plane: real, place: real, cos_turn: real):
 
 
 @wp.func
-def relative_motion(
-    ps: real, pc: real, rs: real, rc: real, side: real, de: real, dn: real, hs: real, middle: real,
-    half: real, wx: real, wz: real, omega: real, lomega: real,
-    pe: wp.ref[real], pn: wp.ref[real], vn: wp.ref[real], vt: wp.ref[real],
-    tilt: wp.ref[real], parting: wp.ref[real], sliding: wp.ref[real],
-):  # fmt: skip
-    """Finds how the upper face moves against the lower one over the stretch that they share.
+def meeting_of(overlap: real, f: Stretch, wx: real, wz: real, omega: real, below: real) -> Meeting:
+    """How the upper face moves against the lower one over the stretch that they share.
 
     Args:
-        ps: See `find_contacts`, as all that is not told here.
-        hs: Half height of the slave [m].
-        middle: Place of the middle of the stretch along the slave's face [m].
-        pe: Lever of that middle from the slave's centre along e [m], pn along n; found.
-        vn: v_n there [m/s], vt likewise; found.
-        tilt: What is to be added to the overlap at the end at +x [m], parting to v_n and sliding
-            to v_t [m/s]; found.
+        overlap: In the middle of the stretch [m].
+        f: The stretch.
+        wx, wz: Velocity of the upper centre from the lower one's [m/s].
+        omega, below: Rates of the rotations of the upper and of the lower block [rad/s].
     """
-    rate = omega - lomega
-    turn = wp.where(side < real(0.0), lomega, omega)
-    a = fused_less(hs, rs, middle * rc)
-    b = side * dot(middle, hs, rs, rc)
-    pe = a
-    pn = b
-    vn = fused_less(rate, a, fused(turn, de, dot(wx, wz, ps, pc)))
-    vt = fused(rate, b, fused_less(turn, dn, fused_less(wz, ps, wx * pc)))
-    tilt = half * rs
-    parting = -half * rc * rate
-    sliding = half * side * rs * rate
+    rate = omega - below
+    turn = wp.where(f.side < real(0.0), below, omega)
+    return Meeting(
+        overlap, f.half * f.rs,
+        fused_less(rate, f.pe, fused(turn, f.de, dot(wx, wz, f.ps, f.pc))),
+        -f.half * f.rc * rate,
+        fused(rate, f.pn, fused_less(turn, f.dn, fused_less(wz, f.ps, wx * f.pc))),
+        f.half * f.side * f.rs * rate,
+    )  # fmt: skip
 
 
 @wp.func
@@ -135,90 +267,68 @@ def depth_of(
 
 @wp.func
 def find_contacts(
-    dv: real, half_width: real, half_height: real, s: real, c: real, omega: real,
-    lhalf_width: real, lhalf_height: real, ls: real, lc: real, lomega: real,
-    dx: real, ez: real, wx: real, wz: real,
-    ps: wp.ref[real], pc: wp.ref[real], rs: wp.ref[real], rc: wp.ref[real],
-    side: wp.ref[real], de: wp.ref[real], dn: wp.ref[real], half: wp.ref[real],
-    slid: wp.ref[real], pe: wp.ref[real], pn: wp.ref[real], overlap: wp.ref[real], vn: wp.ref[real],
-    vt: wp.ref[real], tilt: wp.ref[real], parting: wp.ref[real], sliding: wp.ref[real],
+    dv: real, box: Box, at: Pose, u: Velocity, low_box: Box, below: Pose, v: Velocity
 ):  # fmt: skip
-    """Finds where the springs of an interface are, and how the faces move: ps and all after it.
+    """Finds where the springs of an interface are, and how its faces meet.
 
     Args:
         dv: Change of the base velocity in the step [m/s].
-        half_width, half_height: Half sizes of the upper block [m].
-        s, c, omega: Sine, cosine and rate of its rotation; of the lower one lhalf_width and so on.
-        dx, ez: Upper centre to +x of the lower one, and above it less both half heights [m].
-        wx: Velocity of the upper centre from the lower one's [m/s], wz likewise.
-        ps, pc, rs, rc: Sine and cosine of the rotation of the plane, and of the upper block against
-            the lower one.
-        side: -1 where the upper block is the slave, else 1.
-        de: Upper centre from the lower one along e [m], dn along n.
-        half: Half length of the stretch that the faces share, along the slave's face [m].
-        slid: Place of the upper block along the lower one [m].
-        pe: See `relative_motion`, as all that is not told here.
-        overlap: Overlap o in the middle of that stretch [m].
+        box, at, u: The upper block, where it is and how it moves.
+        low_box, below, v: The lower one. Heights are those over the stack of rigid blocks.
+
+    Returns:
+        The stretch that the faces share, how they meet, and the place of the upper block along the
+        lower one [m].
     """
-    turn = fused_less(c, ls, s * lc)
-    cos_turn = dot(c, s, lc, ls)
-    both = half_height + lhalf_height
+    dx, ez = at.x - below.x, at.z - below.z
+    turn = fused_less(at.c, below.s, at.s * below.c)
+    cos_turn = dot(at.c, at.s, below.c, below.s)
+    both = box.half_height + low_box.half_height
     dz = both + ez
-    lean = lean_of(turn, omega - lomega, dv)
-    corner = fused_less(half_height, turn, fused_less(dz, ls, dx * lc))
-    corner = fused(lean * half_width, cos_turn, corner)
-    upper = lean * corner <= lhalf_width
-    sign = wp.where(upper, real(-1.0), real(1.0))
-    tilted = wp.where(upper, ls, s)
-    across = wp.where(upper, lc, c)
-    tall = wp.where(upper, half_height, lhalf_height)
-    slave = wp.where(upper, half_width, lhalf_width)
-    plane = wp.where(upper, lhalf_width, half_width)
-    along = fused_less(dz, tilted, dx * across)
-    place = fused_less(tall, turn, -sign * along)
+    lean = lean_of(turn, u.omega - v.omega, dv)
+    corner = fused_less(box.half_height, turn, fused_less(dz, below.s, dx * below.c))
+    corner = fused(lean * box.half_width, cos_turn, corner)
+    upper = lean * corner <= low_box.half_width
+    side = wp.where(upper, real(-1.0), real(1.0))
+    ps = wp.where(upper, below.s, at.s)
+    pc = wp.where(upper, below.c, at.c)
+    tall = wp.where(upper, box.half_height, low_box.half_height)
+    slave = wp.where(upper, box.half_width, low_box.half_width)
+    plane = wp.where(upper, low_box.half_width, box.half_width)
+    along = fused_less(dz, ps, dx * pc)
+    place = fused_less(tall, turn, -side * along)
     low, top = shared_stretch(slave, plane, place, cos_turn)
-    middle = real(0.5) * (low + top)
-    length = real(0.5) * (top - low)
-    normal = dot(dx, dz, tilted, across)
-    ps = tilted
-    pc = across
-    rs = turn
-    rc = cos_turn
-    side = sign
-    de = along
-    dn = normal
-    half = length
-    overlap = fused(middle, turn, depth_of(dx, ez, both, tilted, across, tall, turn, cos_turn))
-    slid = -sign * (place - lean * slave * rise(turn, cos_turn))
-    relative_motion(
-        tilted, across, turn, cos_turn, sign, along, normal, tall, middle, length,
-        wx, wz, omega, lomega, pe, pn, vn, vt, tilt, parting, sliding,
+    middle = HALF * (low + top)
+    stretch = Stretch(
+        ps, pc, turn, cos_turn, side, along, dot(dx, dz, ps, pc), HALF * (top - low),
+        fused_less(tall, turn, middle * cos_turn), side * dot(middle, tall, turn, cos_turn),
     )  # fmt: skip
+    overlap = fused(middle, turn, depth_of(dx, ez, both, ps, pc, tall, turn, cos_turn))
+    slid = -side * (place - lean * slave * rise(turn, cos_turn))
+    meeting = meeting_of(overlap, stretch, u.x - v.x, u.z - v.z, u.omega, v.omega)
+    return stretch, meeting, slid
 
 
 @wp.func
-def spring(
-    knobs: Knobs, live: bool, mu: real, dt: real, overlap: real, vn: real, vt: real,
-    u: wp.ref[real], slip: wp.ref[real],
+def solve_spring(
+    knobs: Knobs, pace: Pace, mu: real, overlap: real, vn: real, vt: real, spring: wp.ref[Spring]
 ):  # fmt: skip
-    """Stresses at one point, see the head of this file; updates u and slip.
+    """Stresses at one point, see the head of this file; its springs move on.
 
     Args:
         knobs: The settings.
-        live: Whether the lane still runs.
+        pace: The clock of the lane.
         mu: tan(phi).
-        dt: Time step [s].
         overlap: Depth to which the faces overlap [m].
         vn: Velocity at which they part [m/s], vt at which they slide.
-        u: Stretch of the shear spring [m].
-        slip: Slip so far [m], zero only of a point that never slipped or opened.
+        spring: The springs.
 
     Returns:
         N and T [N/m^2], twice the energy in the springs [J/m^2].
     """
-    zero = real(0.0)
-    old = real(u)
-    slips = real(slip)
+    zero, live = real(0.0), pace.live == 1
+    old = real(spring.u)
+    slips = real(spring.slip)
     intact = slips == zero
     pull = wp.where(intact, knobs.tensile_strength, zero)
     pressed = fused(knobs.dilatancy, slips, overlap)
@@ -228,151 +338,125 @@ def spring(
     normal = wp.where(closed, larger(damped, -pull), zero)
     held = fused(mu, normal, wp.where(intact, knobs.cohesion, zero))
     bound = wp.where(closed, larger(held, zero), zero)
-    stretch = fused(dt, vt, old)
+    stretch = fused(pace.dt, vt, old)
     wanted = -knobs.shear_stiffness * fused(knobs.stiffness_damping, vt, stretch)
     shear = larger(smaller(wanted, bound), -bound)
     kept = wp.where(size(wanted) <= bound, stretch, -knobs.shear_flexibility * shear)
     energy = fused(knobs.shear_stiffness * kept, kept, wp.where(closed, elastic * pressed, zero))
-    u = wp.where(live, kept, old)
+    spring.u = wp.where(live, kept, old)
     moved = wp.where(closed, slips + size(stretch - kept), larger(slips, FAILED))
-    slip = wp.where(live, moved, slips)
+    spring.slip = wp.where(live, moved, slips)
     return normal, shear, energy
 
 
 @wp.func
 def solve_pair(
-    knobs: Knobs, live: bool, mu: real, dt: real, share: real, away: real,
-    overlap: real, tilt: real, vn: real, parting: real, vt: real, sliding: real,
-    u1: wp.ref[real], slip1: wp.ref[real], u2: wp.ref[real], slip2: wp.ref[real],
-    n: wp.ref[real], nq: wp.ref[real], t: wp.ref[real], tq: wp.ref[real], e: wp.ref[real],
-    held: wp.ref[int],
-):  # fmt: skip
-    """Adds a pair of points, -away and +away half lengths from the middle, to an interface.
+    knobs: Knobs, pace: Pace, mu: real, pair: Pair, m: Meeting, one: wp.ref[Spring],
+    two: wp.ref[Spring], sums: Sums,
+) -> Sums:  # fmt: skip
+    """Adds the springs at -away and at +away half lengths from the middle to an interface.
 
     Args:
-        knobs: See `spring`, as all up to dt.
-        share: Part of the area that each of the two stands for.
-        away: Their distance from the middle over the half length.
-        overlap: At the middle [m]; tilt what is to be added at the end, see `find_contacts`; vn and
-            parting, vt and sliding likewise.
-        u1: State of the first point, see `spring`, slip1 likewise; u2, slip2 of the second.
-        n: Mean of N so far [N/m^2], nq its first moment over the half length, t and tq of T,
-            e the mean of twice the energy [J/m^2], held the points that are pressed and do not
-            slip; all are added to.
+        knobs: See `solve_spring`, as pace and mu.
+        pair: The two points.
+        m: How the faces meet.
+        one, two: Springs of the first and of the second point.
+        sums: What the springs of the interface do so far.
     """
-    before1 = real(slip1)
-    before2 = real(slip2)
-    n1, t1, e1 = spring(
-        knobs, live, mu, dt, fused_less(away, tilt, overlap), fused_less(away, parting, vn),
-        fused_less(away, sliding, vt), u1, slip1,
+    away, share = pair.away, pair.share
+    before1 = real(one.slip)
+    before2 = real(two.slip)
+    n1, t1, e1 = solve_spring(
+        knobs, pace, mu, fused_less(away, m.tilt, m.overlap), fused_less(away, m.parting, m.vn),
+        fused_less(away, m.sliding, m.vt), one,
     )  # fmt: skip
-    n2, t2, e2 = spring(
-        knobs, live, mu, dt, fused(away, tilt, overlap), fused(away, parting, vn),
-        fused(away, sliding, vt), u2, slip2,
+    n2, t2, e2 = solve_spring(
+        knobs, pace, mu, fused(away, m.tilt, m.overlap), fused(away, m.parting, m.vn),
+        fused(away, m.sliding, m.vt), two,
     )  # fmt: skip
-    n = fused(share, n1 + n2, n)
-    t = fused(share, t1 + t2, t)
-    nq = fused(share * away, n2 - n1, nq)
-    tq = fused(share * away, t2 - t1, tq)
-    e = fused(share, e1 + e2, e)
-    held = held + wp.where(n1 > real(0.0) and slip1 == before1, 1, 0)
-    held = held + wp.where(n2 > real(0.0) and slip2 == before2, 1, 0)
+    held1 = wp.where(n1 > real(0.0) and one.slip == before1, 1, 0)
+    held2 = wp.where(n2 > real(0.0) and two.slip == before2, 1, 0)
+    return Sums(
+        fused(share, n1 + n2, sums.n), fused(share * away, n2 - n1, sums.nq),
+        fused(share, t1 + t2, sums.t), fused(share * away, t2 - t1, sums.tq),
+        fused(share, e1 + e2, sums.e), sums.held + held1 + held2,
+    )  # fmt: skip
 
 
 @wp.func
 def load_blocks(
-    depth: real, ps: real, pc: real, rs: real, rc: real, side: real, de: real, dn: real,
-    half: real, pe: real, pn: real, n: wp.ref[real], nq: wp.ref[real], t: wp.ref[real],
-    tq: wp.ref[real], e: wp.ref[real],
-    fx: wp.ref[real], fz: wp.ref[real], moment: wp.ref[real],
-    lfx: wp.ref[real], lfz: wp.ref[real], lmoment: wp.ref[real],
-    live: bool, stored: wp.ref[real],
-):  # fmt: skip
-    """Adds the forces of the springs of an interface to those on its two blocks: fx and after.
+    depth: real, f: Stretch, sums: Sums, up: wp.ref[Load], low: wp.ref[Load]
+) -> real:  # fmt: skip
+    """Adds the forces of the springs of an interface to those on its two blocks.
 
     Args:
         depth: Depth of the interface [m].
-        ps: See `find_contacts`, as all up to half.
-        pe: See `find_contacts`, pn likewise.
-        n: See `solve_pair`, as all up to e; set to zero for the next interface.
-        fx: Force on the upper block [N], fz and its clockwise moment [N m]; lfx and so on, of the
-            lower one.
-        live: Whether the lane still runs.
-        stored: Energy in the springs [J].
+        f: The stretch that its faces share.
+        sums: What its springs do.
+        up, low: Loads of the upper and of the lower block.
+
+    Returns:
+        Energy in the springs [J].
     """
     zero = real(0.0)
-    area = real(2.0) * larger(half, zero) * depth
-    normal = area * n
-    shear = area * t
-    spread = fused_less(rc, nq, side * rs * tq)
-    about = fused(area * half, spread, fused_less(pe, normal, pn * shear))
-    across = fused_less(de, normal, dn * shear)
-    px = dot(normal, shear, ps, pc)
-    pz = fused_less(shear, ps, normal * pc)
-    fx = fx + px
-    fz = fz + pz
-    moment = moment + about - wp.where(side < zero, zero, across)
-    lfx = lfx - px
-    lfz = lfz - pz
-    lmoment = lmoment - about - wp.where(side < zero, across, zero)
-    stored = stored + wp.where(live, real(0.5) * area * e, zero)
-    n = zero
-    nq = zero
-    t = zero
-    tq = zero
-    e = zero
+    area = real(2.0) * larger(f.half, zero) * depth
+    normal = area * sums.n
+    shear = area * sums.t
+    spread = fused_less(f.rc, sums.nq, f.side * f.rs * sums.tq)
+    about = fused(area * f.half, spread, fused_less(f.pe, normal, f.pn * shear))
+    across = fused_less(f.de, normal, f.dn * shear)
+    px = dot(normal, shear, f.ps, f.pc)
+    pz = fused_less(shear, f.ps, normal * f.pc)
+    up.x = up.x + px
+    up.z = up.z + pz
+    up.moment = up.moment + about - wp.where(f.side < zero, zero, across)
+    low.x = low.x - px
+    low.z = low.z - pz
+    low.moment = low.moment - about - wp.where(f.side < zero, across, zero)
+    return HALF * area * sums.e
 
 
 @wp.func
 def integrate(
-    live: bool, dv: real, dz: real, dt: real, span: real, knobs: Knobs, m: real, j: real,
-    fx: wp.ref[real], fz: wp.ref[real], moment: wp.ref[real],
-    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real], loss: wp.ref[real],
-    given: wp.ref[real],
-):  # fmt: skip
+    knobs: Knobs, pace: Pace, base: Base, mass: Mass, load: Load, at: wp.ref[Pose],
+    u: wp.ref[Velocity], loss: wp.ref[real],
+) -> real:  # fmt: skip
     """Moves a block by a step.
 
     Args:
-        live: Whether the lane still runs.
-        dv: Change of the base velocity in the step [m/s]; dz that upwards.
-        dt: Time step [s].
-        span: Time over which the forces act: half of it in the first step, from rest [s].
         knobs: The settings.
-        m: Inverse mass [1/kg], j inverse moment of inertia [1/(kg m^2)].
-        fx: Force [N], fz likewise, moment clockwise [N m]; set to zero for the next step.
-        x: Centre of the block, z likewise; theta its rotation, s and c sine and cosine of it, vx,
-            vz and omega its velocities. All move on.
-        loss: Work of the springs and of mass damping against the blocks so far [J], given that of
-            the base on them.
+        pace: The clock of its lane.
+        base: How the base moves.
+        mass: Of the block.
+        load: The forces on it.
+        at, u: Where the block is and how it moves.
+        loss: Work of the springs and of mass damping against the blocks so far [J].
+
+    Returns:
+        Work of the block on the base in the step [J].
     """
-    half = real(0.5)
-    old_x = real(vx)
-    old_z = real(vz)
-    old_o = real(omega)
+    live = pace.live == 1
     drag = knobs.mass_damping
-    px = fused_less(drag, old_x, m * fx)
-    pz = fused_less(drag, old_z, m * fz)
-    po = fused_less(drag, old_o, j * moment)
-    new_x = fused(span, px, old_x) - dv
-    new_z = fused(span, pz - knobs.gravity, old_z)
+    px = fused_less(drag, u.x, mass.m * load.x)
+    pz = fused_less(drag, u.z, mass.m * load.z)
+    po = fused_less(drag, u.omega, mass.j * load.moment)
+    new_x = fused(pace.span, px, u.x) - base.dx
+    new_z = fused(pace.span, pz - knobs.gravity, u.z)
     if VERTICAL:
-        new_z = new_z - dz
-    new_o = fused(span, po, old_o)
-    mass = real(1.0) / m
-    work = fused(mass, dot(px, pz, old_x + new_x, old_z + new_z), po * (old_o + new_o) / j)
-    loss = loss - wp.where(live, half * span * work, real(0.0))
-    given = given - wp.where(live, mass * worked(dv, dz, old_x + new_x, old_z + new_z), real(0.0))
-    vx = wp.where(live, new_x, old_x)
-    vz = wp.where(live, new_z, old_z)
-    omega = wp.where(live, new_o, old_o)
-    x = wp.where(live, fused(dt, new_x, x), x)
-    z = wp.where(live, fused(dt, new_z, z), z)
-    angle = wp.where(live, fused(dt, new_o, theta), theta)
-    theta = angle
+        new_z = new_z - base.dz
+    new_o = fused(pace.span, po, u.omega)
+    sum_x, sum_z, sum_o = u.x + new_x, u.z + new_z, u.omega + new_o
+    own = real(1.0) / mass.m
+    work = fused(own, dot(px, pz, sum_x, sum_z), po * sum_o / mass.j)
+    loss = loss - wp.where(live, HALF * pace.span * work, real(0.0))
+    u.x = wp.where(live, new_x, u.x)
+    u.z = wp.where(live, new_z, u.z)
+    u.omega = wp.where(live, new_o, u.omega)
+    at.x = wp.where(live, fused(pace.dt, new_x, at.x), at.x)
+    at.z = wp.where(live, fused(pace.dt, new_z, at.z), at.z)
+    angle = wp.where(live, fused(pace.dt, new_o, at.theta), at.theta)
+    at.theta = angle
     turned = in_range(angle)
-    s = sine(turned)
-    c = cosine(turned)
-    fx = real(0.0)
-    fz = real(0.0)
-    moment = real(0.0)
+    at.s = sine(turned)
+    at.c = cosine(turned)
+    return wp.where(live, own * worked(base.dx, base.dz, sum_x, sum_z), real(0.0))

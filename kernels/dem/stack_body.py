@@ -8,94 +8,152 @@ that comes into view has opened before.
 
 import warp as wp
 
-from warprock.kernels.dem.stack import FAILED, Knobs, spring
+from warprock.kernels.dem.stack import FAILED, Knobs, Load, Pace, Spring, solve_spring
 from warprock.kernels.shape.body_seen import moved_along
-from warprock.kernels.shape.interface import Pose
-from warprock.kernels.shape.stack_body import Foot, Top, Window, find_foot, way_of_window
+from warprock.kernels.shape.interface import Point, Pose, Velocity
+from warprock.kernels.shape.stack_body import Top, Window, find_foot
+
+
+@wp.struct
+class Interface:
+    """The interface below a block.
+
+    Attributes:
+        friction: tan(phi).
+        area: That each of its points stands for [m^2].
+        aside: Place of the block along what it stands on where it has not slid [m].
+        window: Row of the corner with the role 0.
+    """
+
+    friction: real
+    area: real
+    aside: real
+    window: int
+
+
+@wp.struct
+class Contact:
+    """A point of an interface.
+
+    Attributes:
+        there: 1 where there is such a point, else 0.
+        overlap: How deep it is [m].
+        vn: Velocity at which it parts [m/s], vt at which it slides.
+    """
+
+    there: int
+    overlap: real
+    vn: real
+    vt: real
+
+
+@wp.struct
+class Force:
+    """What the springs of a point do.
+
+    Attributes:
+        n, t: Normal and tangential force [N].
+        stored: Energy in them [J].
+        held: 1 where the point is pressed and does not slip, else 0.
+    """
+
+    n: real
+    t: real
+    stored: real
+    held: int
+
+
+@wp.struct
+class Contacts:
+    """What is seen of the points of an interface.
+
+    Attributes:
+        first, second: The deepest overlap of a point so far, and the second one [m].
+        speed: At which the point with the role 0 slides [m/s].
+        held: Points so far that are pressed and do not slip.
+    """
+
+    first: real
+    second: real
+    speed: real
+    held: int
 
 
 @wp.func
-def move_window(
-    dv: real, turn: real, rate: real, before: Foot, middle: Foot, after: Foot,
-    s: real, c: real, ls: real, lc: real, low: real, high: real, dx: real, dz: real,
-    window: wp.ref[int], u1: wp.ref[real], slip1: wp.ref[real], u2: wp.ref[real],
-    slip2: wp.ref[real], u3: wp.ref[real], slip3: wp.ref[real],
-    deep: wp.ref[real], second: wp.ref[real],
+def move_springs(
+    way: int, one: wp.ref[Spring], two: wp.ref[Spring], three: wp.ref[Spring]
 ):  # fmt: skip
-    """Moves the window of an interface, and the springs of its three points from -x to +x with it.
+    """Moves the springs of three points from -x to +x along with their window."""
+    a, b, d = moved_along(way, one.u, two.u, three.u)
+    e, f, g = moved_along(way, one.slip, two.slip, three.slip)
+    one.u = a
+    two.u = b
+    three.u = d
+    one.slip = wp.where(way < 0, FAILED, e)
+    two.slip = f
+    three.slip = wp.where(way > 0, FAILED, g)
+
+
+@wp.func
+def find_contact(
+    window: Window, role: int, at: Pose, below: Pose, top: Top, u: Velocity, v: Velocity
+):  # fmt: skip
+    """A point of an interface, see `find_foot`, and how it moves.
 
     Args:
-        dv: Change of the base velocity in the step [m/s].
-        turn: Rotation of the block against what it stands on [rad], rate that of it [rad/s].
-        before: See `way_of_window`, as all up to dz.
-        window: Row of the corner with the role 0.
-        u1: Stretch of a shear spring [m], slip1 its slip; see `spring` in dem/stack.py.
-        deep, second: The deepest overlap of a point and the second one; none is known yet.
+        window: See `find_foot`, as all up to top.
+        u, v: Velocities of the block and of what it stands on.
+
+    Returns:
+        How it meets; the point; the place of the block along what it touches [m].
     """
-    zero = real(0.0)
-    lean = sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, -dv)))
-    at, below, top = Pose(dx, dz, turn, s, c), Pose(zero, zero, zero, ls, lc), Top(low, high, zero)
-    way = way_of_window(Window(before, middle, after), lean, at, below, top)
-    window = window + way
-    a, b, d = moved_along(way, u1, u2, u3)
-    e, f, g = moved_along(way, slip1, slip2, slip3)
-    u1 = a
-    u2 = b
-    u3 = d
-    slip1 = wp.where(way < 0, FAILED, e)
-    slip2 = f
-    slip3 = wp.where(way > 0, FAILED, g)
-    deep = -NEVER
-    second = -NEVER
+    there, point, gap, place = find_foot(window, role, at, below, top)
+    wx, wz = u.x - v.x, u.z - v.z
+    contact = Contact(
+        wp.where(there, 1, 0), wp.where(there, -gap, -NEVER),
+        wx * point.nx + wz * point.nz - point.au * u.omega + point.al * v.omega,
+        wx * point.nz - wz * point.nx + point.bu * u.omega - point.bl * v.omega,
+    )  # fmt: skip
+    return contact, point, place
 
 
 @wp.func
 def press(
-    knobs: Knobs, live: bool, mu: real, dt: real, area: real, before: Foot, middle: Foot,
-    after: Foot, role: int, s: real, c: real, ls: real, lc: real, low: real, high: real, top: real,
-    dx: real, dz: real, wx: real, wz: real, omega: real, lomega: real,
-    u: wp.ref[real], slip: wp.ref[real], fx: wp.ref[real], fz: wp.ref[real],
-    moment: wp.ref[real], lfx: wp.ref[real], lfz: wp.ref[real], lmoment: wp.ref[real],
-    stored: wp.ref[real], held: wp.ref[int], deep: wp.ref[real], second: wp.ref[real],
-    slid: wp.ref[real], sliding: wp.ref[real],
-):  # fmt: skip
-    """Adds what the spring of a point does to its two blocks.
-
-    Args:
-        knobs: See `spring` in dem/stack.py, as live, mu, dt, u and slip.
-        area: That the point stands for [m^2].
-        before: See `find_foot`, as all up to dz.
-        wx: Velocity of the block from what it stands on [m/s], wz likewise.
-        omega, lomega: Rates of their rotations [rad/s].
-        fx: Force on the block so far [N], fz likewise, moment clockwise [N m]; lfx and so on, on
-            what it stands on.
-        stored: Energy in the springs so far [J].
-        held: Points so far that are pressed and do not slip.
-        deep, second: The deepest overlap of a point so far, and the second one [m].
-        slid: Slide up to a constant [m], and sliding its rate [m/s], of the point with the role 0.
-    """
-    zero = real(0.0)
-    at, below, face = Pose(dx, dz, zero, s, c), Pose(zero, zero, zero, ls, lc), Top(low, high, top)
-    there, point, gap, place = find_foot(Window(before, middle, after), role, at, below, face)
-    overlap = wp.where(there, -gap, -NEVER)
-    vn = wx * point.nx + wz * point.nz - point.au * omega + point.al * lomega
-    vt = wx * point.nz - wz * point.nx + point.bu * omega - point.bl * lomega
-    kept = real(slip)
-    normal, shear, energy = spring(knobs, live, mu, dt, overlap, vn, vt, u, slip)
+    knobs: Knobs, pace: Pace, interface: Interface, contact: Contact, spring: wp.ref[Spring]
+) -> Force:  # fmt: skip
+    """What the springs of a point do, see `solve_spring` in dem/stack.py; they move on."""
+    zero, there, area = real(0.0), contact.there == 1, interface.area
+    before = real(spring.slip)
+    normal, shear, energy = solve_spring(
+        knobs, pace, interface.friction, contact.overlap, contact.vn, contact.vt, spring
+    )
     n = wp.where(there, area * normal, zero)
-    t = wp.where(there, area * shear, zero)
+    stored = wp.where(pace.live == 1 and there, HALF * area * energy, zero)
+    held = wp.where(n > zero and spring.slip == before, 1, 0)
+    return Force(n, wp.where(there, area * shear, zero), stored, held)
+
+
+@wp.func
+def load_blocks(point: Point, force: Force, up: wp.ref[Load], low: wp.ref[Load]):
+    """Adds the force of a point to the loads of the block and of what it stands on."""
+    n, t = force.n, force.t
     px = point.nx * n + point.nz * t
     pz = point.nz * n - point.nx * t
-    fx = fx + px
-    fz = fz + pz
-    moment = moment + point.bu * t - point.au * n
-    lfx = lfx - px
-    lfz = lfz - pz
-    lmoment = lmoment - point.bl * t + point.al * n
-    stored = stored + wp.where(live and there, HALF * area * energy, zero)
-    held = held + wp.where(n > zero and slip == kept, 1, 0)
-    first = overlap > deep
-    second = wp.where(first, deep, larger(overlap, second))
-    deep = wp.where(first, overlap, deep)
-    slid = wp.where(role == 0, place, slid)
-    sliding = wp.where(role == 0, vt, sliding)
+    up.x = up.x + px
+    up.z = up.z + pz
+    up.moment = up.moment + point.bu * t - point.au * n
+    low.x = low.x - px
+    low.z = low.z - pz
+    low.moment = low.moment - point.bl * t + point.al * n
+
+
+@wp.func
+def see_contact(role: int, contact: Contact, held: int, all: Contacts) -> Contacts:
+    """What is seen of the points of an interface, with one more that has a role."""
+    first, depth = contact.overlap > all.first, contact.overlap
+    return Contacts(
+        wp.where(first, depth, all.first),
+        wp.where(first, all.first, larger(depth, all.second)),
+        wp.where(role == 0, contact.vt, all.speed),
+        all.held + held,
+    )

@@ -7,36 +7,57 @@ With one lane a thread the same text is the plain form.
 
 import warp as wp
 
-from warprock.kernels.account import book
-from warprock.kernels.impulse.block import Block, Knobs, step
+from warprock.kernels.account import Account, keep_account
+from warprock.kernels.impulse.block import Block, Impulses, Knobs, step
 from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import watch
-from warprock.kernels.shape.block import glides, height_of, limit_of, observe, slide_of
-from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
+from warprock.kernels.parting import Bearing, Parting, observe_ends
+from warprock.kernels.rows import kernel, rows
+from warprock.kernels.shape.block import (
+    Base,
+    State,
+    glides,
+    height_of,
+    limit_of,
+    mode_of,
+    slide_of,
+)
+from warprock.kernels.shape.stack_found import (
+    Found,
+    Peaks,
+    Seen,
+    at_sample,
+    block_result,
+    observe_lane,
+    observe_peaks,
+    result_of,
+    start_peaks,
+    start_seen,
+)
 
 
 @wp.func
-def carried(lean: real, knobs: Knobs) -> real:
+def share_of(lean: real, knobs: Knobs) -> real:
     """First guess of a corner's share of half a step of gravity; lean > 0 is towards it."""
     share = wp.where(lean > real(0.0), HALF, wp.where(lean < real(0.0), real(0.0), real(0.25)))
     return share * knobs.time_step * knobs.gravity
 
 
-Lane = wp.types.vector(length=LANES, dtype=real)
-LaneInt = wp.types.vector(length=LANES, dtype=int)
+@wp.func
+def start(block: Block, knobs: Knobs, theta: real):
+    """A block where it starts, and first guesses of what its corners carry."""
+    zero = real(0.0)
+    x, z = -slide_of(block, zero, theta), height_of(block, theta)
+    fall = HALF * knobs.time_step * knobs.gravity
+    state = State(x, z, theta, zero, fall, zero)
+    return state, Impulses(share_of(-theta, knobs), zero, share_of(theta, knobs), zero)
 
 
-@wp.kernel
+@kernel
 def run_lanes(
-    blocks: wp.array(dtype=Block),
-    motions: wp.array(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    starts: wp.array(dtype=real),
-    sample_times: wp.array(dtype=real),
-    knobs: Knobs,
-    found: Found,
-):
+    blocks: wp.array(dtype=Block), motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
+    starts: wp.array(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
     first = wp.tid() * LANES
     # By names of their own: read off the struct they would keep the loop over lanes scalar.
@@ -44,24 +65,20 @@ def run_lanes(
     leaves = found.blocks
     rotations = found.rotations
     places = found.places
-    x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    n1, f1, n2, f2, loss, base = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
-    peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
-    uplift_time, moved, since = Lane(), Lane(), Lane()
-    impacts, mode, steps, apart1, apart2 = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
+    state = rows(State)
+    impulses = rows(Impulses)
+    base = rows(Base)
+    account = rows(Account)
+    parting = rows(Parting)
+    peaks = rows(Peaks)
+    seen = rows(Seen)
     for i in range(LANES):
-        block = blocks[first + i]
-        th = starts[first + i]
-        theta[i] = th
-        x[i] = -slide_of(block, real(0.0), th)
-        z[i] = height_of(block, th)
-        vz[i] = HALF * knobs.time_step * knobs.gravity
-        n1[i] = carried(-th, knobs)
-        n2[i] = carried(th, knobs)
-        peak[i] = size(th)
-        uplift_time[i] = wp.where(th == real(0.0), NEVER, real(0.0))
-        mode[i] = RUNNING
+        theta = starts[first + i]
+        after, pushed = start(blocks[first + i], knobs, theta)
+        state[i] = after
+        impulses[i] = pushed
+        peaks[i] = start_peaks(theta)
+        seen[i] = start_seen(wp.where(theta == real(0.0), NEVER, real(0.0)))
     k = int(0)
     time = real(0.0)
     for sample in range(sample_times.shape[0]):
@@ -80,53 +97,42 @@ def run_lanes(
                 block.friction = blocks[first + i].friction
                 place = sample_index(m, sample_segment(m, half))
                 moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
-                qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo, gap, gap1, gap2 = step(
-                    block, knobs, moving - base[i], x[i], z[i], theta[i], vx[i], vz[i], omega[i],
-                    n1[i], f1[i], n2[i], f2[i], loss[i],
+                dv = moving - base[i].vx
+                loss = account[i].loss
+                after, pushed, gaps = step(block, knobs, dv, state[i], impulses[i], loss)
+                slide = slide_of(block, after.x, after.theta)
+                ends, sees = parting[i], seen[i]
+                live = sees.mode == RUNNING
+                peaks[i] = observe_peaks(live, time, after.theta, slide, peaks[i])
+                observe_ends(
+                    live, time, limit_of(block, knobs, after.omega),
+                    glides(block, knobs, after.vx, after.omega),
+                    Bearing(pushed.n1, gaps.left), Bearing(pushed.n2, gaps.right), ends, sees,
                 )  # fmt: skip
-                mo, pk, pt, ps = observe(
-                    mode[i], time, qt, uo, slide_of(block, qx, qt), peak[i], peak_time[i],
-                    peak_slide[i],
-                )  # fmt: skip
-                live = mode[i] == RUNNING
-                watch(
-                    live, time, limit_of(block, knobs, uo), p1, gap1, p2, gap2,
-                    glides(block, knobs, ux, uo), since[i], apart1[i], apart2[i], uplift_time[i],
-                    moved[i], impacts[i],
-                )  # fmt: skip
-                x[i] = wp.where(live, qx, x[i])
-                z[i] = wp.where(live, qz, z[i])
-                theta[i] = wp.where(live, qt, theta[i])
-                dv = moving - base[i]
-                given[i] = given[i] - wp.where(live, HALF * dv * (vx[i] + ux), real(0.0))
-                vx[i] = wp.where(live, ux, vx[i])
-                vz[i] = wp.where(live, uz, vz[i])
-                omega[i] = wp.where(live, uo, omega[i])
-                n1[i] = wp.where(live, p1, n1[i])
-                f1[i] = wp.where(live, t1, f1[i])
-                n2[i] = wp.where(live, p2, n2[i])
-                f2[i] = wp.where(live, t2, f2[i])
-                loss[i] = wp.where(live, lo, loss[i])
-                base[i] = moving
-                book(dv, given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
-                peak[i] = wp.where(live, pk, peak[i])
-                peak_time[i] = wp.where(live, pt, peak_time[i])
-                peak_slide[i] = wp.where(live, ps, peak_slide[i])
-                deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
-                steps[i] = steps[i] + wp.where(live, 1, 0)
-                mode[i] = wp.where(live, mo, mode[i])
+                mode = mode_of(RUNNING, after.theta, after.omega, slide)
+                observe_lane(live, mode, -gaps.lowest, sees)
+                parting[i] = ends
+                seen[i] = sees
+                work = HALF * dv * (state[i].vx + after.vx)
+                account[i].work = account[i].work - wp.where(live, work, real(0.0))
+                account[i].loss = wp.where(live, loss, account[i].loss)
+                account[i] = keep_account(dv, account[i])
+                base[i].vx = moving
+                state[i] = wp.where(live, after, state[i])
+                impulses[i] = wp.where(live, pushed, impulses[i])
         past = time - until
         if rotations.shape[0] > 0:
             for i in range(LANES):
-                rotations[sample, 0, first + i] = at_sample(mode[i], past, theta[i], omega[i])
+                mode = seen[i].mode
+                rotations[sample, 0, first + i] = at_sample(
+                    mode, past, state[i].theta, state[i].omega
+                )
         if places.shape[0] > 0:
             for i in range(LANES):
-                places[sample, 0, 0, first + i] = at_sample(mode[i], past, x[i], vx[i])
-                places[sample, 0, 1, first + i] = at_sample(mode[i], past, z[i], vz[i])
+                mode = seen[i].mode
+                places[sample, 0, 0, first + i] = at_sample(mode, past, state[i].x, state[i].vx)
+                places[sample, 0, 1, first + i] = at_sample(mode, past, state[i].z, state[i].vz)
     for i in range(LANES):
-        results[first + i] = Result(
-            uplift_time[i], moved[i], loss[i], jolt[i], supplied[i], returned[i], deepest[i],
-            impacts[i], mode[i], steps[i],
-        )  # fmt: skip
-        slide = slide_of(blocks[first + i], x[i], theta[i])
-        leaves[0, first + i] = BlockResult(slide, peak[i], peak_time[i], peak_slide[i])
+        results[first + i] = result_of(seen[i], account[i])
+        slide = slide_of(blocks[first + i], state[i].x, state[i].theta)
+        leaves[0, first + i] = block_result(slide, peaks[i])

@@ -14,6 +14,9 @@ import warp as wp
 
 from warprock.kernels.cone import alone
 from warprock.kernels.impulse.block import ENDS_EARLY, Knobs, wish
+from warprock.kernels.shape.block import State
+from warprock.kernels.shape.body_seen import Corners
+from warprock.kernels.shape.interface import Velocity
 from warprock.kernels.shape.rising import fall_in, sunk_in
 
 
@@ -34,237 +37,260 @@ class Body:
     omega: real
 
 
+@wp.struct
+class Feet:
+    """The lowest corner of a body and its neighbours to -x and to +x, from the centre of mass [m].
+
+    `has_left` and `has_right` are 1 where there is that neighbour, else 0.
+    """
+
+    x: real
+    z: real
+    left_x: real
+    left_z: real
+    right_x: real
+    right_z: real
+    has_left: int
+    has_right: int
+
+
+@wp.struct
+class Impulses:
+    """Normal and tangential impulses of three corners, from -x to +x [m/s]; 2 is the lowest."""
+
+    n1: real
+    f1: real
+    n2: real
+    f2: real
+    n3: real
+    f3: real
+
+
+@wp.struct
+class Contact:
+    """A corner that may be a contact.
+
+    Attributes:
+        on: One where it is a contact, else zero.
+        x, z: From the centre of mass [m].
+        gap: Of the corner at the start of the step [m].
+        wish: Least normal velocity after it [m/s].
+        dn, dt: 1 / K_nn and 1 / K_tt, zero of a corner that is no contact.
+    """
+
+    on: real
+    x: real
+    z: real
+    gap: real
+    wish: real
+    dn: real
+    dt: real
+
+
+@wp.func
+def find_contact(knobs: Knobs, w: real, has: int, height: real, x: real, z: real) -> Contact:
+    """A corner, if there is one (`has`), of a body whose centre of mass is at a height [m]."""
+    one, gap = real(1.0), height + z
+    on = wp.where(has > 0 and gap <= knobs.collision_margin, one, real(0.0))
+    dn, dt = on / fused(w * x, x, one), on / fused(w * z, z, one)
+    return Contact(on, x, z, gap, wish(gap, knobs), dn, dt)
+
+
 @wp.func
 def visit(
-    mu: real, w: real, x: real, z: real, dn: real, dt: real, wished: real,
-    n: real, f: real, vx: real, vz: real, vo: real,
+    mu: real, w: real, c: Contact, n: wp.ref[real], f: wp.ref[real], v: wp.ref[Velocity]
 ):  # fmt: skip
-    """Impulses of a corner [m/s] and velocities after it has been visited.
+    """Updates the impulses of a corner and the velocity of the body with them in it.
 
     Args:
         mu: Friction coefficient.
         w: Inverse inertia for unit mass [1/m^2].
-        x, z: Corner from the centre of mass [m].
-        dn, dt: 1 / K_nn and 1 / K_tt, zero of a corner that is no contact.
-        wished: Least normal velocity [m/s].
-        n, f: Its impulses before.
-        vx, vz, vo: Velocities of the body, with them in it.
+        c: The corner.
+        n, f: Its impulses [m/s].
+        v: Velocity of the body.
     """
-    n1 = larger(fused_less(dn, fused_less(vo, x, vz - wished), n), real(0.0))
-    vz1 = vz + (n1 - n)
-    vo1 = fused_less(w * x, n1 - n, vo)
+    n1 = larger(fused_less(c.dn, fused_less(v.omega, c.x, v.z - c.wish), n), real(0.0))
+    v.z = v.z + (n1 - n)
+    v.omega = fused_less(w * c.x, n1 - n, v.omega)
     bound = mu * n1
-    f1 = larger(smaller(fused_less(dt, fused(vo1, z, vx), f), bound), -bound)
-    return n1, f1, vx + (f1 - f), vz1, fused(w * z, f1 - f, vo1)
-
-
-@wp.struct
-class Rows:
-    """The rows of three corners, each as `visit` takes it."""
-
-    mu: real
-    w: real
-    x1: real
-    z1: real
-    dn1: real
-    dt1: real
-    wish1: real
-    x2: real
-    z2: real
-    dn2: real
-    dt2: real
-    wish2: real
-    x3: real
-    z3: real
-    dn3: real
-    dt3: real
-    wish3: real
+    f1 = larger(smaller(fused_less(c.dt, fused(v.omega, c.z, v.x), f), bound), -bound)
+    v.x = v.x + (f1 - f)
+    v.omega = fused(w * c.z, f1 - f, v.omega)
+    n = n1
+    f = f1
 
 
 @wp.func
 def sweep(
-    r: Rows, n1: real, f1: real, n2: real, f2: real, n3: real, f3: real,
-    vx: real, vz: real, vo: real,
+    mu: real, w: real, one: Contact, two: Contact, three: Contact, p: wp.ref[Impulses],
+    v: wp.ref[Velocity],
 ):  # fmt: skip
-    """Impulses of three corners [m/s] and velocities of the body after one sweep."""
-    n1, f1, vx, vz, vo = visit(r.mu, r.w, r.x1, r.z1, r.dn1, r.dt1, r.wish1, n1, f1, vx, vz, vo)
-    n2, f2, vx, vz, vo = visit(r.mu, r.w, r.x2, r.z2, r.dn2, r.dt2, r.wish2, n2, f2, vx, vz, vo)
-    n3, f3, vx, vz, vo = visit(r.mu, r.w, r.x3, r.z3, r.dn3, r.dt3, r.wish3, n3, f3, vx, vz, vo)
-    return n1, f1, n2, f2, n3, f3, vx, vz, vo
+    """Visits the three corners once."""
+    visit(mu, w, one, p.n1, p.f1, v)
+    visit(mu, w, two, p.n2, p.f2, v)
+    visit(mu, w, three, p.n3, p.f3, v)
 
 
 @wp.func
-def sweeps(
-    r: Rows, n1: real, f1: real, n2: real, f2: real, n3: real, f3: real,
-    vx: real, vz: real, vo: real,
-):  # fmt: skip
-    """All sweeps from the impulses n1 to f3 [m/s] and velocities with them."""
-    if ENDS_EARLY:
-        for _ in range(ITERATIONS):
-            o1, p1, o2 = real(n1), real(f1), real(n2)
-            p2, o3, p3 = real(f2), real(n3), real(f3)
-            n1, f1, n2, f2, n3, f3, vx, vz, vo = sweep(r, n1, f1, n2, f2, n3, f3, vx, vz, vo)
-            if n1 == o1 and f1 == p1 and n2 == o2 and f2 == p2 and n3 == o3 and f3 == p3:
-                break
-    else:
-        for _ in range(ITERATIONS):
-            n1, f1, n2, f2, n3, f3, vx, vz, vo = sweep(r, n1, f1, n2, f2, n3, f3, vx, vz, vo)
-    return n1, f1, n2, f2, n3, f3
+def same(p: Impulses, q: Impulses) -> bool:
+    """Whether impulses are equal."""
+    middle = p.n2 == q.n2 and p.f2 == q.f2
+    return p.n1 == q.n1 and p.f1 == q.f1 and middle and p.n3 == q.n3 and p.f3 == q.f3
 
 
 @wp.func
-def lonely(
-    mu: real, w: real, x: real, z: real, dn: real, dt: real, wished: real,
-    vx: real, vz: real, vo: real,
-):  # fmt: skip
-    """Impulses [m/s] of a corner that is the only contact, exactly."""
-    cross = -w * x * z
-    return alone(
-        mu, dn * cross, dt * cross, -dn * (vz - vo * x - wished), -dt * (vx + vo * z)
-    )  # fmt: skip
+def add_impulses(
+    w: real, one: Contact, two: Contact, three: Contact, p: Impulses, u: Velocity
+) -> Velocity:
+    """The velocity of a body after the impulses of its corners, from the one before them."""
+    turn = wedge(one.z, one.x, p.n1, p.f1) + wedge(two.z, two.x, p.n2, p.f2)
+    turn = turn + wedge(three.z, three.x, p.n3, p.f3)
+    return Velocity(u.x + p.f1 + p.f2 + p.f3, u.z + p.n1 + p.n2 + p.n3, fused(w, turn, u.omega))
 
 
 @wp.func
 def solve(
-    mu: real, w: real, x1: real, z1: real, x2: real, z2: real, x3: real, z3: real,
-    on1: real, on2: real, on3: real, wish1: real, wish2: real, wish3: real,
-    ux: real, uz: real, uo: real,
-    n1: real, f1: real, n2: real, f2: real, n3: real, f3: real,
-):  # fmt: skip
+    mu: real, w: real, one: Contact, two: Contact, three: Contact, u: Velocity, guess: Impulses
+) -> Impulses:
     """Impulses of three corners by projected Gauss-Seidel; of one alone, exactly.
 
     Args:
         mu: Friction coefficient.
         w: Inverse inertia for unit mass [1/m^2].
-        x1: Corner 1 from the centre of mass [m]; all up to z3 likewise.
-        on1: One where corner 1 is a contact, else zero; on2 and on3 likewise.
-        wish1: Least normal velocity of corner 1 [m/s]; wish2 and wish3 likewise.
-        ux, uz, uo: Velocities without contact.
-        n1: First guess of the normal impulse of corner 1 [m/s]; all up to f3 likewise.
+        one, two, three: The corners.
+        u: Velocity of the body without contact.
+        guess: First guess of the impulses.
     """
-    one = real(1.0)
-    dn1, dt1 = on1 / fused(w * x1, x1, one), on1 / fused(w * z1, z1, one)
-    dn2, dt2 = on2 / fused(w * x2, x2, one), on2 / fused(w * z2, z2, one)
-    dn3, dt3 = on3 / fused(w * x3, x3, one), on3 / fused(w * z3, z3, one)
-    n1, f1, n2, f2, n3, f3 = on1 * n1, on1 * f1, on2 * n2, on2 * f2, on3 * n3, on3 * f3
-    count = on1 + on2 + on3
-    first, last = on1 > on2 + on3, on3 > on1 + on2
-    n, f = lonely(
-        mu, w,
-        wp.where(first, x1, wp.where(last, x3, x2)), wp.where(first, z1, wp.where(last, z3, z2)),
-        dn1 + dn2 + dn3, dt1 + dt2 + dt3,
-        wp.where(first, wish1, wp.where(last, wish3, wish2)), ux, uz, uo,
+    p = Impulses(
+        one.on * guess.n1, one.on * guess.f1, two.on * guess.n2, two.on * guess.f2,
+        three.on * guess.n3, three.on * guess.f3,
     )  # fmt: skip
-    vx = ux + f1 + f2 + f3
-    vz = uz + n1 + n2 + n3
-    turn = wedge(z1, x1, n1, f1) + wedge(z2, x2, n2, f2) + wedge(z3, x3, n3, f3)
-    vo = fused(w, turn, uo)
-    r = Rows(
-        mu, w, x1, z1, dn1, dt1, wish1, x2, z2, dn2, dt2, wish2, x3, z3, dn3, dt3, wish3
-    )  # fmt: skip
-    n1, f1, n2, f2, n3, f3 = sweeps(r, n1, f1, n2, f2, n3, f3, vx, vz, vo)
-    alone_now = count == one
-    return (
-        wp.where(alone_now, on1 * n, n1), wp.where(alone_now, on1 * f, f1),
-        wp.where(alone_now, on2 * n, n2), wp.where(alone_now, on2 * f, f2),
-        wp.where(alone_now, on3 * n, n3), wp.where(alone_now, on3 * f, f3),
+    first, last = one.on > two.on + three.on, three.on > one.on + two.on
+    x = wp.where(first, one.x, wp.where(last, three.x, two.x))
+    z = wp.where(first, one.z, wp.where(last, three.z, two.z))
+    wished = wp.where(first, one.wish, wp.where(last, three.wish, two.wish))
+    dn, dt = one.dn + two.dn + three.dn, one.dt + two.dt + three.dt
+    cross = -w * x * z
+    n, f = alone(
+        mu, dn * cross, dt * cross, -dn * (u.z - u.omega * x - wished), -dt * (u.x + u.omega * z)
+    )
+    v = add_impulses(w, one, two, three, p, u)
+    if ENDS_EARLY:
+        for _ in range(ITERATIONS):
+            old = Impulses(p.n1, p.f1, p.n2, p.f2, p.n3, p.f3)
+            sweep(mu, w, one, two, three, p, v)
+            if same(p, old):
+                break
+    else:
+        for _ in range(ITERATIONS):
+            sweep(mu, w, one, two, three, p, v)
+    is_alone = one.on + two.on + three.on == real(1.0)
+    return Impulses(
+        wp.where(is_alone, one.on * n, p.n1), wp.where(is_alone, one.on * f, p.f1),
+        wp.where(is_alone, two.on * n, p.n2), wp.where(is_alone, two.on * f, p.f2),
+        wp.where(is_alone, three.on * n, p.n3), wp.where(is_alone, three.on * f, p.f3),
     )  # fmt: skip
 
 
 @wp.func
-def lean_of(theta: real, omega: real, slip: real, xl: real, xm: real, xr: real) -> real:
+def lean_of(state: State, slip: real, feet: Feet) -> real:
     """A number of the sign of the side to which a body leans; 0 if it is its own mirror image.
 
     One that stands still and upright leans to the side to which its base reaches further.
     """
     zero = real(0.0)
-    reaches = xr + wp.where(xm == zero, xl, xm)
+    reaches = feet.right_x + wp.where(feet.x == zero, feet.left_x, feet.x)
     still = wp.where(slip != zero, slip, reaches)
-    return wp.where(theta != zero, theta, wp.where(omega != zero, omega, still))
+    moving = wp.where(state.omega != zero, state.omega, still)
+    return wp.where(state.theta != zero, state.theta, moving)
 
 
 @wp.func
-def balanced(
-    even: bool, amid: bool, n1: real, f1: real, n2: real, f2: real, n3: real, f3: real
-):  # fmt: skip
+def balance(even: bool, amid: bool, p: Impulses) -> Impulses:
     """Impulses of three points, of what is its own mirror image (`even`) the mean of both orders.
 
     Each point has its image: the last one that of the first where the second lies `amid`, else
     that of the second.
     """
     zero, outer, inner = real(0.0), even and amid, even and not amid
-    n, f = HALF * (wp.where(amid, n1, n2) + n3), HALF * (wp.where(amid, f1, f2) - f3)
-    return (
-        wp.where(outer, n, n1), wp.where(outer, f, f1),
-        wp.where(inner, n, n2), wp.where(inner, f, wp.where(outer, zero, f2)),
-        wp.where(even, n, n3), wp.where(even, -f, f3),
+    n = HALF * (wp.where(amid, p.n1, p.n2) + p.n3)
+    f = HALF * (wp.where(amid, p.f1, p.f2) - p.f3)
+    return Impulses(
+        wp.where(outer, n, p.n1), wp.where(outer, f, p.f1),
+        wp.where(inner, n, p.n2), wp.where(inner, f, wp.where(outer, zero, p.f2)),
+        wp.where(even, n, p.n3), wp.where(even, -f, p.f3),
     )  # fmt: skip
 
 
 @wp.func
-def work(x: real, z: real, n: real, f: real, vx: real, vz: real, vo: real) -> real:
+def mirror(side: real, p: Impulses) -> Impulses:
+    """Impulses as seen in a mirror where `side` is -1; as they are where it is 1."""
+    swap = side < real(0.0)
+    return Impulses(
+        wp.where(swap, p.n3, p.n1), side * wp.where(swap, p.f3, p.f1), p.n2, side * p.f2,
+        wp.where(swap, p.n1, p.n3), side * wp.where(swap, p.f1, p.f3),
+    )  # fmt: skip
+
+
+@wp.func
+def work(c: Contact, n: real, f: real, v: Velocity) -> real:
     """Work of the impulses of a corner [J/kg] at a velocity of the body."""
-    return dot(n, f, fused_less(vo, x, vz), fused(vo, z, vx))
+    return dot(n, f, fused_less(v.omega, c.x, v.z), fused(v.omega, c.z, v.x))
+
+
+@wp.func
+def gap_after(dt: real, c: Contact, v: Velocity) -> real:
+    """Gap of a corner after a step, along its velocity [m]."""
+    return fused(dt, fused_less(v.omega, c.x, v.z), c.gap)
 
 
 @wp.func
 def step(
-    body: Body, knobs: Knobs, dv: real, dz: real,
-    xl: real, zl: real, xm: real, zm: real, xr: real, zr: real, has_l: bool, has_r: bool,
-    x: real, z: real, theta: real, vx: real, vz: real, omega: real,
-    nl: real, fl: real, nm: real, fm: real, nr: real, fr: real, loss: real,
+    body: Body, knobs: Knobs, dv: real, dz: real, feet: Feet, state: State, before: Impulses,
+    loss: wp.ref[real],
 ):  # fmt: skip
     """One step of one lane, in which the base velocity changes by dv along and dz upwards [m/s].
 
-    The corners are seen from the centre of mass [m]: l is the neighbour of the lowest one to -x, if
-    there is one (`has_l`), m the lowest one, r that to +x. nl to fr are their impulses in the last
-    step [m/s].
-
-    Returns:
-        All from `x` on after the step; the gap of the lowest corner at its start [m], and the gaps
-        after it of the three, along their velocities [m].
+    `before` are the impulses of the corners in the last step; to the loss [J/kg] the step adds its
+    own. Returns the state, the impulses, what the corners carry and how they gape, and the gap of
+    the lowest corner at the start [m].
     """
-    zero, one = real(0.0), real(1.0)
     w, dt = body.inverse_inertia, knobs.time_step
-    slip = vx - dv
-    lean = lean_of(theta, omega, slip, xl, xm, xr)
+    slip = state.vx - dv
+    lean = lean_of(state, slip, feet)
     m = sign_of(lean)
-    left = m < zero
-    x1, z1 = m * wp.where(left, xr, xl), wp.where(left, zr, zl)
-    x2, z2 = m * xm, zm
-    x3, z3 = m * wp.where(left, xl, xr), wp.where(left, zl, zr)
-    has1, has3 = wp.where(left, has_r, has_l), wp.where(left, has_l, has_r)
-    gap1, gap2, gap3 = z + z1, z + z2, z + z3
-    on1 = wp.where(has1 and gap1 <= knobs.collision_margin, one, zero)
-    on2 = wp.where(gap2 <= knobs.collision_margin, one, zero)
-    on3 = wp.where(has3 and gap3 <= knobs.collision_margin, one, zero)
-    ux, uz, uo = m * slip, vz - fall_in(dt, knobs.gravity, dz), m * omega
-    p1, t1, p2, t2, p3, t3 = solve(
-        body.friction, w, x1, z1, x2, z2, x3, z3, on1, on2, on3,
-        wish(gap1, knobs), wish(gap2, knobs), wish(gap3, knobs), ux, uz, uo,
-        wp.where(left, nr, nl), m * wp.where(left, fr, fl), nm, m * fm,
-        wp.where(left, nl, nr), m * wp.where(left, fl, fr),
-    )  # fmt: skip
-    p1, t1, p2, t2, p3, t3 = balanced(lean == zero, xm == zero, p1, t1, p2, t2, p3, t3)
-    vx1 = ux + t1 + t2 + t3
-    vz1 = uz + p1 + p2 + p3
-    turn = wedge(z1, x1, p1, t1) + wedge(z2, x2, p2, t2) + wedge(z3, x3, p3, t3)
-    vo1 = fused(w, turn, uo)
+    left = m < real(0.0)
+    has1 = wp.where(left, feet.has_right, feet.has_left)
+    has3 = wp.where(left, feet.has_left, feet.has_right)
+    x1 = m * wp.where(left, feet.right_x, feet.left_x)
+    x3 = m * wp.where(left, feet.left_x, feet.right_x)
+    z1 = wp.where(left, feet.right_z, feet.left_z)
+    z3 = wp.where(left, feet.left_z, feet.right_z)
+    one = find_contact(knobs, w, has1, state.z, x1, z1)
+    two = find_contact(knobs, w, 1, state.z, m * feet.x, feet.z)
+    three = find_contact(knobs, w, has3, state.z, x3, z3)
+    u = Velocity(m * slip, state.vz - fall_in(dt, knobs.gravity, dz), m * state.omega)
+    p = solve(body.friction, w, one, two, three, u, mirror(m, before))
+    p = balance(lean == real(0.0), feet.x == real(0.0), p)
+    v = add_impulses(w, one, two, three, p, u)
     # Of the contact impulses on the mean velocity of their corners, a loss.
-    mx, mz, mo = HALF * (m * vx + vx1), HALF * (vz + vz1), HALF * (uo + vo1)
-    done = work(x1, z1, p1, t1, mx, mz, mo) + work(x2, z2, p2, t2, mx, mz, mo)
-    done = done + work(x3, z3, p3, t3, mx, mz, mo)
-    lowest = smaller(gap2, smaller(gap1, gap3))
-    lift = -knobs.erp * smaller(lowest + sunk_in(dt, knobs.gravity, dz), zero)
-    ahead1 = fused(dt, fused_less(vo1, x1, vz1), gap1)
-    ahead2 = fused(dt, fused_less(vo1, x2, vz1), gap2)
-    ahead3 = fused(dt, fused_less(vo1, x3, vz1), gap3)
-    vx1 = m * vx1
-    vo1 = m * vo1
-    return (
-        fused(dt, vx1, x), fused(dt, vz1, z) + lift, fused(dt, vo1, theta), vx1, vz1, vo1,
-        wp.where(left, p3, p1), m * wp.where(left, t3, t1), p2, m * t2,
-        wp.where(left, p1, p3), m * wp.where(left, t1, t3),
-        fused_less(knobs.gravity, lift, loss - done), lowest,
-        wp.where(left, ahead3, ahead1), ahead2, wp.where(left, ahead1, ahead3),
+    mean = Velocity(
+        HALF * (m * state.vx + v.x), HALF * (state.vz + v.z), HALF * (u.omega + v.omega)
+    )
+    done = work(one, p.n1, p.f1, mean) + work(two, p.n2, p.f2, mean)
+    done = done + work(three, p.n3, p.f3, mean)
+    lowest = smaller(two.gap, smaller(one.gap, three.gap))
+    lift = -knobs.erp * smaller(lowest + sunk_in(dt, knobs.gravity, dz), real(0.0))
+    loss = fused_less(knobs.gravity, lift, loss - done)
+    ahead1, ahead3 = gap_after(dt, one, v), gap_after(dt, three, v)
+    pushed = mirror(m, p)
+    corners = Corners(
+        feet.has_left, feet.has_right, pushed.n1, pushed.n2, pushed.n3,
+        wp.where(left, ahead3, ahead1), gap_after(dt, two, v), wp.where(left, ahead1, ahead3),
     )  # fmt: skip
+    vx, omega = m * v.x, m * v.omega
+    after = State(
+        fused(dt, vx, state.x), fused(dt, v.z, state.z) + lift, fused(dt, omega, state.theta),
+        vx, v.z, omega,
+    )  # fmt: skip
+    return after, pushed, corners, lowest

@@ -1,6 +1,6 @@
 """A single block in the plane, as the time-stepping schemes share it.
 
-Where it stands, when a corner has parted, and what a step shows of it. `block` is the struct
+Its state, when a corner has parted, and how its lane goes on. `block` is the struct
 `Block` of a scheme and `knobs` its `Knobs`: they have the fields that are named here.
 """
 
@@ -34,9 +34,10 @@ class State:
 
 @wp.struct
 class Base:
-    """Velocity of a lane's base along x [m/s]."""
+    """Velocity of a lane's base along x and upwards [m/s]."""
 
     vx: real
+    vz: real
 
 
 @wp.struct
@@ -96,34 +97,3 @@ def mode_of(mode: int, theta: real, omega: real, slide: real) -> int:
     over = size(theta) >= HALF_PI
     sound = theta - theta == zero and omega - omega == zero and slide - slide == zero
     return wp.where(sound, wp.where(over, OVERTURNED, mode), BROKEN)
-
-
-@wp.func
-def observe(
-    mode: int, time: real, theta: real, omega: real, slide: real,
-    peak: real, peak_time: real, peak_slide: real,
-):  # fmt: skip
-    """What a step adds to the response of one lane; what its ends tell is left to `watch`.
-
-    Args:
-        mode: How the lane goes on, as far as its scheme knows.
-        time: End of the step [s].
-        theta: Rotation [rad].
-        omega: Angular velocity [rad/s].
-        slide: Slide along the base [m].
-        peak, peak_time: Largest |theta| so far [rad] and its time [s].
-        peak_slide: Largest |slide| so far [m].
-
-    Returns:
-        mode, peak, peak_time, peak_slide.
-    """
-    zero = real(0.0)
-    higher = size(theta) > peak
-    over = size(theta) >= HALF_PI
-    sound = theta - theta == zero and omega - omega == zero and slide - slide == zero
-    return (
-        wp.where(sound, wp.where(over, OVERTURNED, mode), BROKEN),
-        wp.where(higher, smaller(size(theta), HALF_PI), peak),
-        wp.where(higher, time, peak_time),
-        larger(size(slide), peak_slide),
-    )

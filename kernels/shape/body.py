@@ -44,3 +44,9 @@ def turned_x(x: real, z: real, s: real, c: real) -> real:
 def turned_z(x: real, z: real, s: real, c: real) -> real:
     """Z of the same [m]."""
     return z * c - x * s
+
+
+@wp.func
+def turn_corner(x: real, z: real, s: real, c: real):
+    """X and z of the same [m]."""
+    return turned_x(x, z, s, c), turned_z(x, z, s, c)

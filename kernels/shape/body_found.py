@@ -6,6 +6,23 @@ from warprock.kernels.shape.stack_found import BlockResult, Result
 
 
 @wp.struct
+class Sides:
+    """Largest rotations so far to -x and to +x [rad], neither negative."""
+
+    left: real
+    right: real
+
+
+@wp.func
+def observe_sides(live: bool, theta: real, sides: Sides) -> Sides:
+    """Those after a step, if the lane still runs, to a rotation [rad]."""
+    return Sides(
+        wp.where(live, larger(-theta, sides.left), sides.left),
+        wp.where(live, larger(theta, sides.right), sides.right),
+    )
+
+
+@wp.struct
 class Found:
     """As that of stacks, and `sides`: largest rotations to -x and to +x [rad], shape [2, lane]."""
 

@@ -28,16 +28,15 @@ wp.set_module_options(module_options())
 def solve_all(problems: Numbers, found: Numbers):
     """The engine's solve, problem by problem."""
     i = wp.tid()
-    n1, f1, n2, f2 = impulse.solve(
-        problems[i, 0], problems[i, 1], problems[i, 2], problems[i, 3], problems[i, 4],
-        problems[i, 5], problems[i, 6], problems[i, 7], problems[i, 8], problems[i, 9],
-        problems[i, 10], problems[i, 11], problems[i, 12], problems[i, 13], problems[i, 14],
-        problems[i, 15],
-    )  # fmt: skip
-    found[i, 0] = n1
-    found[i, 1] = f1
-    found[i, 2] = n2
-    found[i, 3] = f2
+    row = problems[i]
+    one = impulse.Corner(row[2], row[3], row[6], row[8], row[9])
+    two = impulse.Corner(row[4], row[5], row[7], row[10], row[11])
+    guess = impulse.Impulses(row[12], row[13], row[14], row[15])
+    p = impulse.solve(row[0], row[1], one, two, guess)
+    found[i, 0] = p.n1
+    found[i, 1] = p.f1
+    found[i, 2] = p.n2
+    found[i, 3] = p.f2
 
 
 def random_problems(count: int) -> Array:

@@ -63,7 +63,7 @@ class CornerSprings:
 
     @property
     def columns(self) -> dict[str, Array]:
-        """Fields of the struct `Spring` of kernels/dem/body.py, shape [lane, row]."""
+        """Fields of the struct `Corner` of kernels/dem/body.py, shape [lane, row]."""
         corners = self.corners
         rows = corner_rows(self.body.most_points)
         beyond = ((0, 0), (0, rows - corners.x.shape[1]))
