@@ -115,6 +115,9 @@ class _WriteOut(ast.NodeTransformer):
         lanes = next((self._number(k.value) for k in value.keywords if k.arg == "lanes"), None)
         struct = value.args[0].id
         fields = self.names[struct].vars
+        hidden = {f"{target.id}_{part}" for part in (*fields, "after")} & set(self.names)
+        if hidden:
+            raise SyntaxError(f"line {value.lineno}: {target.id} hides {', '.join(sorted(hidden))}")
         self.structs[target.id] = struct, list(fields)
         lines = [
             f"{target.id}_{field} = {self._type(variable.type, count, lanes)}()"
