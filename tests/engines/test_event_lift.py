@@ -12,7 +12,7 @@ from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, HarmonicMotions, UprightMotions
 from warprock.model.response import SOUND, SampleTimes
-from warprock.run.batch import run_batch
+from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
 
