@@ -47,26 +47,3 @@ def keep_account(dv: real, account: Account) -> Account:
         larger(size(dv), account.jolt), larger(account.work, account.supplied),
         taken, larger(taken - account.loss, account.returned),
     )  # fmt: skip
-
-
-@wp.func
-def book(
-    dv: real, work: real, loss: real,
-    jolt: wp.ref[real], supplied: wp.ref[real], taken: wp.ref[real], returned: wp.ref[real],
-):  # fmt: skip
-    """Keeps the account of a lane after a step.
-
-    Args:
-        dv: Change of the base velocity in the step [m/s].
-        work: Of the base on the blocks so far [J].
-        loss: What the contacts have taken so far [J].
-        jolt: The largest |dv| so far.
-        supplied: The largest work so far.
-        taken: The largest loss so far.
-        returned: The most that the contacts have given back of a loss.
-    """
-    most = larger(loss, taken)
-    jolt = larger(size(dv), jolt)
-    supplied = larger(work, supplied)
-    taken = most
-    returned = larger(most - loss, returned)

@@ -404,12 +404,3 @@ def series(m: Motion, segment: int, time: real, value: real, slope: real):
     """Taylor coefficients 0 to 8 of `expand`, one by one."""
     a = expand(m, segment, time, value, slope)
     return a.a0, a.a1, a.a2, a.a3, a.a4, a.a5, a.a6, a.a7, a.a8
-
-
-@wp.func
-def acceleration_after(
-    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
-    tau: real,
-) -> real:  # fmt: skip
-    """`acceleration_at` of Taylor coefficients one by one."""
-    return acceleration_at(Acceleration(a0, a1, a2, a3, a4, a5, a6, a7, a8), tau)

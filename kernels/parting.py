@@ -103,42 +103,6 @@ def observe_ends(
 
 
 @wp.func
-def watch(
-    live: bool, time: real, limit: real, n1: real, gap1: real, n2: real, gap2: real,
-    slips: bool, since: wp.ref[real], apart1: wp.ref[int], apart2: wp.ref[int],
-    uplift_time: wp.ref[real], moved: wp.ref[real], impacts: wp.ref[int],
-):  # fmt: skip
-    """What a step shows of the two ends of an interface.
-
-    Args:
-        live: Whether the lane still runs.
-        time: End of the step [s].
-        limit: Gap beyond which an end has parted [m], see `slack`.
-        n1, n2: What the one and the other end carry in this step.
-        gap1, gap2: How wide they gape after it [m].
-        slips: Whether the interface slides, see `slides`.
-        since: Time since which the one or the other has carried nothing [s], or NEVER; 0 at first.
-        apart1, apart2: 1 where an end has parted and not landed since, else 0.
-        uplift_time: Time at which the lane first lifted [s], or NEVER.
-        moved: Last time at which it moved [s].
-        impacts: Ends that have landed.
-    """
-    zero = real(0.0)
-    waits = wp.where(n1 <= zero or n2 <= zero, smaller(since, time), NEVER)
-    lands1 = wp.where(live and apart1 > 0 and n1 > zero, 1, 0)
-    lands2 = wp.where(live and apart2 > 0 and n2 > zero, 1, 0)
-    now1 = wp.where(gap1 > limit or (apart1 > 0 and n1 <= zero), 1, 0)
-    now2 = wp.where(gap2 > limit or (apart2 > 0 and n2 <= zero), 1, 0)
-    gapes = live and now1 + now2 > 0
-    uplift_time = wp.where(gapes, smaller(uplift_time, smaller(waits, time)), uplift_time)
-    moved = wp.where(gapes or (live and slips), time, moved)
-    impacts = impacts + lands1 + lands2
-    since = waits
-    apart1 = now1
-    apart2 = now2
-
-
-@wp.func
 def slides(way: real, dt: real, gravity: real) -> bool:
     """Whether an interface that slips by a way [m] in a step slides."""
     return size(way) > CREEP * gravity * dt * dt

@@ -205,25 +205,6 @@ def solve_contacts(c: Problem) -> Impulses:
 
 
 @wp.func
-def residual(
-    mu: real, bound: real, k11: real, k12: real, k22: real, k13: real, k23: real, k33: real,
-    q1: real, q2: real, q3: real, n1: real, n2: real, f: real,
-) -> real:  # fmt: skip
-    """`residual_of` by numbers."""
-    return residual_of(Problem(mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3), n1, n2, f)
-
-
-@wp.func
-def solve(
-    mu: real, bound: real, k11: real, k12: real, k22: real, k13: real, k23: real, k33: real,
-    q1: real, q2: real, q3: real,
-):  # fmt: skip
-    """`solve_contacts` by numbers."""
-    p = solve_contacts(Problem(mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3))
-    return p.miss, p.n1, p.n2, p.f
-
-
-@wp.func
 def corners(block: Block, s: real, c: real):
     """Where the -x and the +x corner are from the centre of mass: x, z, x, z [m]."""
     b, deep, aside = block.half_width, block.half_height * c, block.half_height * s
