@@ -20,6 +20,7 @@ from warprock.kernels.impulse_space.block import (
     warm_start,
 )
 from warprock.kernels.impulse_space.block_hold import hold
+from warprock.kernels.impulse_space.block_plane import find_plane, level, solve_in_plane
 from warprock.kernels.impulse_space.block_seen import (
     glides,
     lifted_since,
@@ -209,7 +210,7 @@ def run_lanes(
     lowest, deepest, jxx, jxy, jxz, jyy, jyz, jzz = R(), R(), R(), R(), R(), R(), R(), R()
     lean_x, lean_y, landed, lifted, slide_x, slide_y, peak = R(), R(), R(), R(), R(), R(), R()
     peak_time, peak_across, peak_tilt, peak_yaw, peak_slide = R(), R(), R(), R(), R()
-    uplift_time, moved, since = R(), R(), R()
+    uplift_time, moved, since, plane = R(), R(), R(), R()
     fx, fy, n, on, apart, aim = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     rx, ry, rz, kx, ky, pn = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     p1, p2, p3, h11, h12, h13 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
@@ -250,6 +251,14 @@ def run_lanes(
                         apart[c, i], lowest[i], lifted[i], landed[i],
                     )  # fmt: skip
             for i in range(LANES):
+                plane[i] = find_plane(
+                    knobs, half_h[i], cx[i], cy[i], qx[i], qy[i], qz[i], qw[i], ux[i], uy[i],
+                    ox[i], oy[i], oz[i],
+                )  # fmt: skip
+                level(
+                    plane[i], aim[0, i], aim[1, i], aim[2, i], aim[3, i], on[0, i], on[1, i],
+                    on[2, i], on[3, i],
+                )  # fmt: skip
                 hold(
                     knobs, lean_x[i], lean_y[i], half_w[i], half_d[i], half_h[i], cx[i], cy[i],
                     mu[i], qx[i], qy[i], qz[i], qw[i], ix[i], iy[i], iz[i], lx[i], ly[i], lz[i],
@@ -258,6 +267,21 @@ def run_lanes(
                     fy[3, i], n[0, i], n[1, i], n[2, i], n[3, i], ux[i], uy[i], uz[i], ox[i], oy[i],
                     oz[i],
                 )  # fmt: skip
+            planar = int(0)
+            for i in range(LANES):
+                left = on[0, i] + on[1, i] + on[2, i] + on[3, i]
+                planar += wp.where(plane[i] * left > zero, 1, 0)
+            if planar > 0:
+                for i in range(LANES):
+                    solve_in_plane(
+                        plane[i], knobs, lean_x[i], lean_y[i], mu[i], qx[i], qy[i], qz[i], qw[i],
+                        ix[i], iy[i], rx[0, i], rx[1, i], rx[2, i], rx[3, i], ry[0, i], ry[1, i],
+                        ry[2, i], ry[3, i], rz[0, i], rz[1, i], rz[2, i], rz[3, i], aim[0, i],
+                        aim[1, i], aim[2, i], aim[3, i], on[0, i], on[1, i], on[2, i], on[3, i],
+                        fx[0, i], fx[1, i], fx[2, i], fx[3, i], fy[0, i], fy[1, i], fy[2, i],
+                        fy[3, i], n[0, i], n[1, i], n[2, i], n[3, i], ux[i], uy[i], uz[i], ox[i],
+                        oy[i], oz[i],
+                    )  # fmt: skip
             for c in range(corners):
                 busy[c] = 0
                 for i in range(LANES):

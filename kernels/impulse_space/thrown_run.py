@@ -19,6 +19,7 @@ from warprock.kernels.impulse_space.block import (
     warm_start,
 )
 from warprock.kernels.impulse_space.block_hold import hold
+from warprock.kernels.impulse_space.block_plane import find_plane, level, solve_in_plane
 from warprock.kernels.impulse_space.block_run import attitude_to_store, reorder
 from warprock.kernels.impulse_space.block_seen import (
     glides,
@@ -242,9 +243,19 @@ def advance(
             fx[c], fy[c], n[c], apart[c], lowest, lifted, landed,
         )  # fmt: skip
         aim[c] = bounce(knobs, rx[c], ry[c], uz, ox, oy, on[c], aim[c])
+    plane = find_plane(
+        knobs, own.half_height, own.centre_x, own.centre_y, qx, qy, qz, qw, ux, uy, ox, oy, oz
+    )
+    level(plane, aim[0], aim[1], aim[2], aim[3], on[0], on[1], on[2], on[3])
     hold(
         knobs, lean_x, lean_y, own.half_width, own.half_depth, own.half_height, own.centre_x,
         own.centre_y, own.friction, qx, qy, qz, qw, ix, iy, iz, lx, ly, lz, aim[0], aim[1], aim[2],
+        aim[3], on[0], on[1], on[2], on[3], fx[0], fx[1], fx[2], fx[3], fy[0], fy[1], fy[2], fy[3],
+        n[0], n[1], n[2], n[3], ux, uy, uz, ox, oy, oz,
+    )  # fmt: skip
+    solve_in_plane(
+        plane, knobs, lean_x, lean_y, own.friction, qx, qy, qz, qw, ix, iy, rx[0], rx[1], rx[2],
+        rx[3], ry[0], ry[1], ry[2], ry[3], rz[0], rz[1], rz[2], rz[3], aim[0], aim[1], aim[2],
         aim[3], on[0], on[1], on[2], on[3], fx[0], fx[1], fx[2], fx[3], fy[0], fy[1], fy[2], fy[3],
         n[0], n[1], n[2], n[3], ux, uy, uz, ox, oy, oz,
     )  # fmt: skip
