@@ -12,7 +12,8 @@ block (see impulse/block.py), with three rows a corner:
        Coulomb's bound |f| <= mu n;
     3. where all contacts can be stopped together, their impulses p = (f_x, f_y, n) pushing and
        with friction within the bound, they are (see impulse_space/block_hold.py): a fixed point of
-       what follows, at which it need not begin. Else
+       what follows, at which it need not begin. Else, where the block moves in a plane of its
+       symmetry, that planar problem is solved exactly (see impulse_space/block_plane.py). Else
     4. projected Gauss-Seidel on the impulses, started from those of the last step, one corner
        after the other. With K the 3 x 3 matrix of velocity for impulse
        at the corner, p - K^-1 u stops it: if that pushes and its friction is within the bound, the
