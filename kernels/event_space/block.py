@@ -71,8 +71,8 @@ from warprock.kernels.event_space.block_trial import (
 )
 from warprock.kernels.modes import BROKEN, OVERTURNED, UNSOLVED
 from warprock.kernels.motion import Motion
-from warprock.kernels.shape.stack import Three
 from warprock.kernels.shape_space.block import Block
+from warprock.kernels.vectors import Vector
 
 if FRICTION == "box":
     from warprock.kernels.event_space.block_box_friction import (
@@ -133,7 +133,7 @@ def closed(block: Block, s: State, body: Body, closes: int, slow: real) -> State
     n.v = v1
     n.w = w1
     n.lost = s.lost + kinetic_energy(body, s.v, s.w) - kinetic_energy(now, n.v, n.w)
-    n.turn = Three()
+    n.turn = Vector()
     n.swing = n.w
     n.cap = NEVER
     n.taken = True
@@ -295,7 +295,7 @@ def integrate(block: Block, s: State, b: Base, body0: Body, middle: Body, h: Hel
     raw = n.x[2]
     if h.slip == 0 and held != 0:
         pinned = foot(body0, held) - foot(body, held)
-        n.x = Three(s.x[0] + pinned[0], s.x[1] + pinned[1], raw)
+        n.x = Vector(s.x[0] + pinned[0], s.x[1] + pinned[1], raw)
     n.x = placed(body, held, n.x)
     n.v = TWO * h.v - s.v
     n.w = body.inverse * (TWO * (middle.inertia * h.w) - momentum)
@@ -320,7 +320,7 @@ def integrate(block: Block, s: State, b: Base, body0: Body, middle: Body, h: Hel
 
 @wp.func
 def step(
-    block: Block, limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three,
+    block: Block, limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector,
     end: real, s: State,
 ) -> State:  # fmt: skip
     """One trial step of one lane, at most to its next knot or to `end`.
@@ -336,7 +336,7 @@ def step(
     if flying:
         q = flown(block, s.q, momentum, HALF * d)
     middle = body_at(block, q)
-    v = s.v - HALF * b.change - Three(real(0.0), real(0.0), HALF * d * limits.gravity)
+    v = s.v - HALF * b.change - Vector(real(0.0), real(0.0), HALF * d * limits.gravity)
     w = middle.inverse * momentum
     speed = (
         wp.length(s.v) + wp.length(s.w) * block.half_height + limits.gravity * limits.longest_step

@@ -44,19 +44,19 @@ from warprock.kernels.event_space.block_contact import (
     sticking,
     stuck,
 )
-from warprock.kernels.shape.stack import Three
+from warprock.kernels.vectors import Vector
 
 LOOSELY = by_precision(1.0e6, 10.0)
 """Multiple of round-off within which the law counts as obeyed where nothing else is found."""
 
 
 @wp.func
-def directions(body: Body, v: Three, w: Three) -> Corners:
+def directions(body: Body, v: Vector, w: Vector) -> Corners:
     """Sides, -1 or 1, to which the corners move along x and y; 0 where they do not."""
     dirs = Corners()
     for k in range(4):
         u = corner_velocity(body, v, w, k)
-        dirs[k] = Three(side_of(u[0]), side_of(u[1]), real(0.0))
+        dirs[k] = Vector(side_of(u[0]), side_of(u[1]), real(0.0))
     return dirs
 
 
@@ -72,7 +72,7 @@ def kept(slip: int, dirs: Corners) -> Corners:
 
 @wp.func(inline=False)
 def solve_as_before(
-    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
+    body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
     """The motion if nothing changes in what touches and slides; whether it obeys the law.
 
@@ -88,7 +88,7 @@ def solve_as_before(
 
 
 @wp.func(inline=False)
-def solve_any_corner(body: Body, mask: int, v: Three, w: Three, dust: real) -> Held:
+def solve_any_corner(body: Body, mask: int, v: Vector, w: Vector, dust: real) -> Held:
     """The motion if some edge, or some corner, holds on in any way; whether it obeys the law."""
     best = Held()
     for number in range(8):
@@ -108,15 +108,15 @@ def solve_any_corner(body: Body, mask: int, v: Three, w: Three, dust: real) -> H
 
 
 @wp.func
-def side_by(number: int) -> Three:
+def side_by(number: int) -> Vector:
     """One of nine ways to stick or to slide along x and y, to stick first."""
     x, y = number % 3, number // 3
-    return Three(real(x - 3 * (x // 2)), real(y - 3 * (y // 2)), real(0.0))
+    return Vector(real(x - 3 * (x // 2)), real(y - 3 * (y // 2)), real(0.0))
 
 
 @wp.func(inline=False)
 def solve(
-    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
+    body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
     """The motion that obeys the contact law; see `solve` in event_space/block_law.py."""
     mask = mask_of(stance)
@@ -146,7 +146,7 @@ def solve(
 
 
 @wp.func(inline=False)
-def projected(body: Body, stance: int, slip: int, v: Three, w: Three):
+def projected(body: Body, stance: int, slip: int, v: Vector, w: Vector):
     """Velocities projected on the contacts, along their force."""
     v1 = v
     w1 = w
@@ -159,10 +159,10 @@ def projected(body: Body, stance: int, slip: int, v: Three, w: Three):
         for k in range(4):
             x = wp.where((slip & (1 << k)) != 0, real(0.0), enough)
             y = wp.where((slip & (16 << k)) != 0, real(0.0), enough)
-            most[k] = Three(x, y, real(0.0))
-        z, _f = dragged(body, most, Three(v[0], v[1], w[2]))
-        v1 = Three(z[0], z[1], real(0.0))
-        w1 = Three(real(0.0), real(0.0), z[2])
+            most[k] = Vector(x, y, real(0.0))
+        z, _f = dragged(body, most, Vector(v[0], v[1], w[2]))
+        v1 = Vector(z[0], z[1], real(0.0))
+        w1 = Vector(real(0.0), real(0.0), z[2])
     elif stance < FLAT:
         i, j = ends_of(stance)
         v1, w1 = pushed(body, i, j, told(body, i, j, kept(slip, dirs), v, w), v, w)
@@ -176,7 +176,7 @@ def sliding_bits(mask: int) -> int:
 
 
 @wp.func
-def moving_bits(k: int, u: Three, slow: real) -> int:
+def moving_bits(k: int, u: Vector, slow: real) -> int:
     """`slip` of a corner of a velocity, see event_space/block_law.py."""
     return wp.where(size(u[0]) > slow, 1 << k, 0) | wp.where(size(u[1]) > slow, 16 << k, 0)
 
@@ -190,7 +190,7 @@ def holds_both_ends(stance: int, slip: int) -> bool:
 @wp.func
 def slip_after(
     k: int, mu: real, gravity: real, longest: real, near: real, s: int, n: int, stance: int,
-    u0: Three, u1: Three, d: real,
+    u0: Vector, u1: Vector, d: real,
 ):  # fmt: skip
     """What becomes of a touching corner's slip in a step; see event_space/block_law.py.
 

@@ -25,7 +25,7 @@ from warprock.kernels.event_space.block_contact import (
     mask_of,
     sinks,
 )
-from warprock.kernels.shape.stack import Three
+from warprock.kernels.vectors import Vector
 
 ROUNDS = 200
 """Rounds in which the pressure under a face follows its friction..."""
@@ -53,7 +53,7 @@ def side_of(u: real) -> real:
 
 
 @wp.func
-def slips_of(k: int, fx: real, fy: real, most_x: real, most_y: real, u: Three, dust: real) -> int:
+def slips_of(k: int, fx: real, fy: real, most_x: real, most_y: real, u: Vector, dust: real) -> int:
     """Bits of `slip` of a corner: where its friction is used up and it moves."""
     x = size(fx) >= FULL * most_x and size(u[0]) > dust
     y = size(fy) >= FULL * most_y and size(u[1]) > dust
@@ -65,7 +65,7 @@ def gains_of(body: Body, i: int, j: int) -> Gains:
     """Velocities that unit impulses at corners i and j give to both; i = j stands for one alone."""
     a = Gains()
     for column in range(6):
-        one = Three()
+        one = Vector()
         one[column % 3] = real(1.0)
         source = wp.where(column < 3, i, j)
         first = answer(body, source, one, i)
@@ -105,7 +105,7 @@ def solved(lu: Gains, right: Six) -> Six:
 
 
 @wp.func
-def told(body: Body, i: int, j: int, sides: Corners, v: Three, w: Three) -> Six:
+def told(body: Body, i: int, j: int, sides: Corners, v: Vector, w: Vector) -> Six:
     """Impulses of two corners that stay on the base and stick or slide as given.
 
     Args:
@@ -141,10 +141,10 @@ def told(body: Body, i: int, j: int, sides: Corners, v: Three, w: Three) -> Six:
 
 
 @wp.func
-def pushed(body: Body, i: int, j: int, p: Six, v: Three, w: Three):
+def pushed(body: Body, i: int, j: int, p: Six, v: Vector, w: Vector):
     """Velocities after impulses at two corners, or at one, of which the first three count."""
-    first = Three(p[0], p[1], p[2])
-    second = Three(p[3], p[4], p[5])
+    first = Vector(p[0], p[1], p[2])
+    second = Vector(p[3], p[4], p[5])
     v1 = v + first
     w1 = w + body.inverse * wp.cross(body.corners[i], first)
     if i != j:
@@ -162,7 +162,7 @@ def ends_of(stance: int):
 
 @wp.func(inline=False)
 def obeying(
-    body: Body, stance: int, mask: int, sides: Corners, v: Three, w: Three, dust: real
+    body: Body, stance: int, mask: int, sides: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
     """The motion if corners of an edge, or a corner, stick or slide as given; if it is lawful."""
     h = Held()
@@ -191,9 +191,9 @@ def obeying(
 
 
 @wp.func
-def flat_velocity(body: Body, z: Three, k: int) -> Three:
+def flat_velocity(body: Body, z: Vector, k: int) -> Vector:
     """Velocity of corner k in a flat block's motion (v_x, v_y, w_z)."""
-    return Three(z[0] - z[2] * body.corners[k, 1], z[1] + z[2] * body.corners[k, 0], real(0.0))
+    return Vector(z[0] - z[2] * body.corners[k, 1], z[1] + z[2] * body.corners[k, 0], real(0.0))
 
 
 @wp.func
@@ -239,7 +239,7 @@ def held_back(body: Body, most: Corners, free: real, axis: int, spin: real, side
 
 
 @wp.func(inline=False)
-def spun(body: Body, most: Corners, free: Three, spin: real, side: real):
+def spun(body: Body, most: Corners, free: Vector, spin: real, side: real):
     """What `held_back` makes of both directions, and what the spin is too large by; its slope."""
     lighter = real(1.0) / body.inertia[2, 2]
     x, fx, bend_x = held_back(body, most, free[0], 0, spin, side)
@@ -247,13 +247,13 @@ def spun(body: Body, most: Corners, free: Three, spin: real, side: real):
     f = Corners()
     over = spin - free[2]
     for k in range(4):
-        f[k] = Three(fx[k], fy[k], real(0.0))
+        f[k] = Vector(fx[k], fy[k], real(0.0))
         over -= lighter * (arm_of(body, 0, k) * fx[k] + arm_of(body, 1, k) * fy[k])
-    return Three(x, y, spin), f, over, real(1.0) + lighter * (bend_x + bend_y)
+    return Vector(x, y, spin), f, over, real(1.0) + lighter * (bend_x + bend_y)
 
 
 @wp.func(inline=False)
-def dragged(body: Body, most: Corners, free: Three):
+def dragged(body: Body, most: Corners, free: Vector):
     """What friction leaves of a flat block's motion (v_x, v_y, w_z).
 
     The spin is the root of a rising function that is straight by parts: Newton's method, bracketed.
@@ -308,7 +308,7 @@ def borne(shares: Shares) -> Shares:
 
 
 @wp.func(inline=False)
-def sliding(body: Body, v: Three, w: Three, dust: real) -> Held:
+def sliding(body: Body, v: Vector, w: Vector, dust: real) -> Held:
     """The motion of a flat block that slides, or stops; whether it obeys the contact law."""
     zero = real(0.0)
     h = Held()
@@ -316,7 +316,7 @@ def sliding(body: Body, v: Three, w: Three, dust: real) -> Held:
     push = -v[2]
     spin = body.inertia * w
     low = -body.corners[0, 2]
-    free = Three(v[0], v[1], w[2])
+    free = Vector(v[0], v[1], w[2])
     n = Shares(real(0.25), real(0.25), real(0.25), real(0.25)) * larger(push, zero)
     z = free
     f = Corners()
@@ -327,9 +327,9 @@ def sliding(body: Body, v: Three, w: Three, dust: real) -> Held:
     change = larger(push, zero)
     tries = int(0)
     while change > enough and tries < ROUNDS:
-        total = Three()
+        total = Vector()
         for k in range(4):
-            most[k] = body.friction * Three(n[k], n[k], zero)
+            most[k] = body.friction * Vector(n[k], n[k], zero)
         z1, f1 = dragged(body, most, free)
         z = z1
         f = f1
@@ -341,8 +341,8 @@ def sliding(body: Body, v: Three, w: Three, dust: real) -> Held:
         change = wp.length(more)
         n = n + more * wp.where(tries < STRAIGHT, real(1.0), real(0.5))
         tries += 1
-    h.v = Three(z[0], z[1], zero)
-    h.w = Three(zero, zero, z[2])
+    h.v = Vector(z[0], z[1], zero)
+    h.w = Vector(zero, zero, z[2])
     for k in range(4):
         u = flat_velocity(body, z, k)
         h.slip = h.slip | slips_of(k, f[k, 0], f[k, 1], most[k, 0], most[k, 1], u, dust)

@@ -25,7 +25,7 @@ is taken: sticking before sliding before leaving.
 
 import warp as wp
 
-from warprock.kernels.shape.stack import Matrix, Three
+from warprock.kernels.vectors import Matrix, Vector
 
 BOX = FRICTION == "box"
 """Whether friction is bound as a box along x and y, else as a cone."""
@@ -66,8 +66,8 @@ class Held:
     the edge has to let go of one end alone.
     """
 
-    v: Three
-    w: Three
+    v: Vector
+    w: Vector
     stance: int
     slip: int
     work: real
@@ -100,13 +100,13 @@ def stance_of(mask: int) -> int:
 
 
 @wp.func
-def corner_velocity(body: Body, v: Three, w: Three, k: int) -> Three:
+def corner_velocity(body: Body, v: Vector, w: Vector, k: int) -> Vector:
     """Velocity of a corner [m/s]."""
     return v + wp.cross(w, body.corners[k])
 
 
 @wp.func
-def answer(body: Body, k: int, p: Three, at: int) -> Three:
+def answer(body: Body, k: int, p: Vector, at: int) -> Vector:
     """Velocity that an impulse at corner k gives to corner `at`."""
     return p + wp.cross(body.inverse * wp.cross(body.corners[k], p), body.corners[at])
 
@@ -115,14 +115,14 @@ def answer(body: Body, k: int, p: Three, at: int) -> Three:
 def corner_matrix(body: Body, k: int) -> Matrix:
     """Velocities of corner k by unit impulses there, column by column."""
     zero, one = real(0.0), real(1.0)
-    x = answer(body, k, Three(one, zero, zero), k)
-    y = answer(body, k, Three(zero, one, zero), k)
-    z = answer(body, k, Three(zero, zero, one), k)
+    x = answer(body, k, Vector(one, zero, zero), k)
+    y = answer(body, k, Vector(zero, one, zero), k)
+    z = answer(body, k, Vector(zero, zero, one), k)
     return Matrix(x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
 
 
 @wp.func
-def along(u: Three) -> Two:
+def along(u: Vector) -> Two:
     """Direction of a velocity along the base, zero where it has none."""
     length = wp.sqrt(u[0] * u[0] + u[1] * u[1])
     over = wp.where(length > TINY, real(1.0) / larger(length, TINY), real(0.0))
@@ -130,10 +130,10 @@ def along(u: Three) -> Two:
 
 
 @wp.func
-def stuck(body: Body, stance: int, v: Three, w: Three):
+def stuck(body: Body, stance: int, v: Vector, w: Vector):
     """Velocities of a block whose stance sticks: the motion projected on those that it allows."""
-    v1 = Three()
-    w1 = Three()
+    v1 = Vector()
+    w1 = Vector()
     if stance < FLAT:
         k = stance % 4
         a = -body.corners[k]
@@ -158,7 +158,7 @@ def drawn(x: real, y: real) -> real:
 
 
 @wp.func
-def edge_shares(body: Body, k: int, p: Three, twist: Three):
+def edge_shares(body: Body, k: int, p: Vector, twist: Vector):
     """Impulses of both ends of an edge, from their sum and angular impulse about the centre.
 
     Across the edge they differ by 2 q. Along the edge only their sum matters: each takes what its
@@ -190,7 +190,7 @@ def left_along(most: real, room: real) -> real:
 
 
 @wp.func
-def chord(most: real, p: Three, e: Three):
+def chord(most: real, p: Vector, e: Vector):
     """Least and largest friction that a box still allows along an edge, beside that across it."""
     least = real(-1.0e30)
     largest = real(1.0e30)
@@ -206,7 +206,7 @@ def chord(most: real, p: Three, e: Three):
 
 
 @wp.func
-def edge_carries(body: Body, k: int, p: Three, twist: Three):
+def edge_carries(body: Body, k: int, p: Vector, twist: Vector):
     """Whether an edge can take an impulse p and an angular impulse about the centre of mass.
 
     Returns:
@@ -235,7 +235,7 @@ def edge_carries(body: Body, k: int, p: Three, twist: Three):
 
 
 @wp.func
-def begun(body: Body, stance: int, v: Three, w: Three) -> Corners:
+def begun(body: Body, stance: int, v: Vector, w: Vector) -> Corners:
     """Directions in which corners that cannot stick begin to slide: against what would hold them.
 
     The ends of an edge both have all of their cones used up then.
@@ -245,7 +245,7 @@ def begun(body: Body, stance: int, v: Three, w: Three) -> Corners:
     v1, w1 = stuck(body, stance, v, w)
     d = along(v - v1)
     for k in range(4):
-        dirs[k] = Three(d[0], d[1], zero)
+        dirs[k] = Vector(d[0], d[1], zero)
     if stance >= EDGE and stance < FLAT:
         k = stance - EDGE
         p = v1 - v
@@ -255,8 +255,8 @@ def begun(body: Body, stance: int, v: Three, w: Three) -> Corners:
         left2 = left_along(body.friction * other[2], room2)
         d1 = along(one + way * left1 - e * wp.dot(one, e))
         d2 = along(other + way * left2 - e * wp.dot(other, e))
-        dirs[k] = Three(-d1[0], -d1[1], zero)
-        dirs[(k + 1) % 4] = Three(-d2[0], -d2[1], zero)
+        dirs[k] = Vector(-d1[0], -d1[1], zero)
+        dirs[(k + 1) % 4] = Vector(-d2[0], -d2[1], zero)
     return dirs
 
 
@@ -285,7 +285,7 @@ def inside(body: Body, x: real, y: real) -> bool:
 
 
 @wp.func
-def face_carries(body: Body, p: Three, twist: Three, dust: real) -> bool:
+def face_carries(body: Body, p: Vector, twist: Vector, dust: real) -> bool:
     """Whether a flat block can take an impulse and an angular impulse about its centre of mass."""
     fits = wp.length(p) <= dust and wp.length(twist) <= dust * size(body.corners[0, 2])
     if p[2] > dust:
@@ -310,7 +310,7 @@ def face_carries(body: Body, p: Three, twist: Three, dust: real) -> bool:
 
 
 @wp.func
-def sinks(body: Body, v: Three, w: Three, mask: int, dust: real) -> bool:
+def sinks(body: Body, v: Vector, w: Vector, mask: int, dust: real) -> bool:
     """Whether one of some corners moves into the base."""
     found = bool(False)
     for k in range(4):
@@ -320,7 +320,7 @@ def sinks(body: Body, v: Three, w: Three, mask: int, dust: real) -> bool:
 
 
 @wp.func(inline=False)
-def sticking(body: Body, stance: int, mask: int, v: Three, w: Three, dust: real) -> Held:
+def sticking(body: Body, stance: int, mask: int, v: Vector, w: Vector, dust: real) -> Held:
     """The motion if a stance sticks, some corners touching; whether its cones can carry that."""
     h = Held()
     v1, w1 = stuck(body, stance, v, w)

@@ -26,7 +26,7 @@ from warprock.kernels.event_space.block_contact import (
 )
 from warprock.kernels.event_space.block_moves import stop_event
 from warprock.kernels.event_space.block_slide import slid, sliding_corner, slipping, swinging, swung
-from warprock.kernels.shape.stack import Matrix, Three
+from warprock.kernels.vectors import Matrix, Vector
 
 SWERVE = real(0.95)
 """Cosine of the angle by which a sliding corner's way may turn in a step..."""
@@ -39,9 +39,9 @@ SETTLED = by_precision(1.0e-13, 1.0e-6)
 
 
 @wp.func
-def corner_law(m: Matrix, u: Three, mu: real, d0: Two) -> Three:
+def corner_law(m: Matrix, u: Vector, mu: real, d0: Two) -> Vector:
     """Impulse of one corner that obeys the contact law, given its velocity without it."""
-    p = Three()
+    p = Vector()
     if u[2] < real(0.0):
         p = -(wp.inverse(m) * u)
         push = wp.sqrt(p[0] * p[0] + p[1] * p[1])
@@ -51,12 +51,12 @@ def corner_law(m: Matrix, u: Three, mu: real, d0: Two) -> Three:
             if not sound:
                 n, d, sound = sliding_corner(m, u, mu, -along(p))
             # What can neither stick nor slide jams.
-            p = wp.where(sound, n * Three(-mu * d[0], -mu * d[1], real(1.0)), p)
+            p = wp.where(sound, n * Vector(-mu * d[0], -mu * d[1], real(1.0)), p)
     return p
 
 
 @wp.func(inline=False)
-def solve_by_sweeps(body: Body, mask: int, v: Three, w: Three, dust: real) -> Held:
+def solve_by_sweeps(body: Body, mask: int, v: Vector, w: Vector, dust: real) -> Held:
     """The motion that obeys the contact law at some corners, found by Gauss-Seidel sweeps."""
     zero = real(0.0)
     h = Held()
@@ -80,7 +80,7 @@ def solve_by_sweeps(body: Body, mask: int, v: Three, w: Three, dust: real) -> He
                 h.w = h.w + body.inverse * wp.cross(body.corners[k], more)
                 change = larger(change, wp.length(m * more))
                 d = along(corner_velocity(body, h.v, h.w, k))
-                dirs[k] = Three(d[0], d[1], zero)
+                dirs[k] = Vector(d[0], d[1], zero)
         tries += 1
     held = int(0)
     for k in range(4):
@@ -98,7 +98,7 @@ def solve_by_sweeps(body: Body, mask: int, v: Three, w: Three, dust: real) -> He
 
 @wp.func(inline=False)
 def solve_as_before(
-    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
+    body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
     """The motion if nothing changes in what touches and slides; whether it obeys the law."""
     mask = mask_of(stance)
@@ -121,7 +121,7 @@ def solve_as_before(
 
 @wp.func(inline=False)
 def solve_any_stance(
-    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
+    body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
     """The motion that obeys the contact law, see `solve`, of all that may be."""
     mask = mask_of(stance)
@@ -157,7 +157,7 @@ def solve_any_stance(
 
 @wp.func(inline=False)
 def solve(
-    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
+    body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
     """The motion that obeys the contact law.
 
@@ -183,17 +183,17 @@ def solve(
 
 
 @wp.func
-def directions(body: Body, v: Three, w: Three) -> Corners:
+def directions(body: Body, v: Vector, w: Vector) -> Corners:
     """Directions in which the corners move along the base."""
     dirs = Corners()
     for k in range(4):
         d = along(corner_velocity(body, v, w, k))
-        dirs[k] = Three(d[0], d[1], real(0.0))
+        dirs[k] = Vector(d[0], d[1], real(0.0))
     return dirs
 
 
 @wp.func(inline=False)
-def projected(body: Body, stance: int, slip: int, v: Three, w: Three):
+def projected(body: Body, stance: int, slip: int, v: Vector, w: Vector):
     """Velocities projected on the contacts, along their force."""
     v1 = v
     w1 = w
@@ -215,8 +215,8 @@ def projected(body: Body, stance: int, slip: int, v: Three, w: Three):
         side = wp.where(way[0] * u[1] < way[1] * u[0], real(-1.0), real(1.0))
         v1, w1, _m, _d, _good = swung(body, pinned, slides, side, v, w)
     elif stance == FLAT:
-        v1 = Three(v[0], v[1], real(0.0))
-        w1 = Three(real(0.0), real(0.0), w[2])
+        v1 = Vector(v[0], v[1], real(0.0))
+        w1 = Vector(real(0.0), real(0.0), w[2])
     return v1, w1
 
 
@@ -227,7 +227,7 @@ def sliding_bits(mask: int) -> int:
 
 
 @wp.func
-def moving_bits(k: int, u: Three, slow: real) -> int:
+def moving_bits(k: int, u: Vector, slow: real) -> int:
     """`slip` of a corner of a velocity, none where it moves along the base by at most `slow`."""
     return wp.where(u[0] * u[0] + u[1] * u[1] > slow * slow, 1 << k, 0)
 
@@ -239,7 +239,7 @@ def holds_both_ends(stance: int, slip: int) -> bool:
 
 
 @wp.func
-def swerves(mu: real, gravity: real, longest: real, u0: Three, u1: Three, d: real) -> bool:
+def swerves(mu: real, gravity: real, longest: real, u0: Vector, u1: Vector, d: real) -> bool:
     """Whether a sliding corner's way turns so sharply in a step that a shorter one pays."""
     shortest = SHORTEST * longest
     swift = larger(wp.length(u0), wp.length(u1)) > mu * gravity * shortest
@@ -249,7 +249,7 @@ def swerves(mu: real, gravity: real, longest: real, u0: Three, u1: Three, d: rea
 @wp.func
 def slip_after(
     k: int, mu: real, gravity: real, longest: real, near: real, s: int, n: int, stance: int,
-    u0: Three, u1: Three, d: real,
+    u0: Vector, u1: Vector, d: real,
 ):  # fmt: skip
     """What becomes of a touching corner's slip in a step.
 

@@ -8,8 +8,8 @@ import warp as wp
 
 from warprock.kernels.event.block import first_root
 from warprock.kernels.event_space.block_contact import BOX, EDGE, FLAT, Body, Two, along
-from warprock.kernels.shape.stack import Matrix, Three
 from warprock.kernels.shape_space.block import Block, matrix_of, turn_freely
+from warprock.kernels.vectors import Matrix, Quaternion, Vector
 
 SIDES = 6 if BOX else 5
 """Ways in which a resting block may begin to move, see `lack_of`."""
@@ -18,17 +18,16 @@ GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the half height."""
 LEVEL = by_precision(1.0e-17, 1.0e-9)
 """Slope of an edge that is level."""
-Four = wp.types.vector(length=4, dtype=real)
 
 
 @wp.func
-def swung_by(q: Four, turn: Three) -> Four:
+def swung_by(q: Quaternion, turn: Vector) -> Quaternion:
     """As `turned`, but for the round-off of its length."""
     half = HALF * wp.length(turn)
     ratio = HALF * wp.where(half > TINY, sine(half) / larger(half, TINY), real(1.0))
     a = turn * ratio
     c = cosine(half)
-    return Four(
+    return Quaternion(
         c * q[0] + a[0] * q[3] + a[1] * q[2] - a[2] * q[1],
         c * q[1] + a[1] * q[3] + a[2] * q[0] - a[0] * q[2],
         c * q[2] + a[2] * q[3] + a[0] * q[1] - a[1] * q[0],
@@ -37,74 +36,74 @@ def swung_by(q: Four, turn: Three) -> Four:
 
 
 @wp.func
-def turned(q: Four, turn: Three) -> Four:
+def turned(q: Quaternion, turn: Vector) -> Quaternion:
     """An attitude after a turn about an axis of the base by that axis' length [rad]."""
     return wp.normalize(swung_by(q, turn))
 
 
 @wp.func
-def body_at(block: Block, q: Four) -> Body:
+def body_at(block: Block, q: Quaternion) -> Body:
     """The block in an attitude."""
     one = real(1.0)
     body = Body()
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(q[0], q[1], q[2], q[3])
     turn = Matrix(r11, r12, r13, r21, r22, r23, r31, r32, r33)
     back = wp.transpose(turn)
-    inverse = Three(block.inverse_x, block.inverse_y, block.inverse_z)
+    inverse = Vector(block.inverse_x, block.inverse_y, block.inverse_z)
     body.inverse = turn * wp.diag(inverse) * back
     body.inertia = (
-        turn * wp.diag(Three(one / inverse[0], one / inverse[1], one / inverse[2])) * back
+        turn * wp.diag(Vector(one / inverse[0], one / inverse[1], one / inverse[2])) * back
     )
     for k in range(4):
         x = wp.where(k == 1 or k == 2, block.half_width, -block.half_width) - block.centre_x
         y = wp.where(k >= 2, block.half_depth, -block.half_depth) - block.centre_y
-        body.corners[k] = turn * Three(x, y, -block.half_height)
+        body.corners[k] = turn * Vector(x, y, -block.half_height)
     body.friction = block.friction
     return body
 
 
 @wp.func
-def flown(block: Block, q: Four, momentum: Three, d: real) -> Four:
+def flown(block: Block, q: Quaternion, momentum: Vector, d: real) -> Quaternion:
     """Attitude after free rotation."""
     qx, qy, qz, qw = turn_freely(
         q[0], q[1], q[2], q[3], momentum[0], momentum[1], momentum[2],
         block.inverse_x, block.inverse_y, block.inverse_z, d,
     )  # fmt: skip
-    return Four(qx, qy, qz, qw)
+    return Quaternion(qx, qy, qz, qw)
 
 
 @wp.func
-def upright(q: Four) -> Three:
+def upright(q: Quaternion) -> Vector:
     """The block's axis."""
     _11, _12, r13, _21, _22, r23, _31, _32, r33 = matrix_of(q[0], q[1], q[2], q[3])
-    return Three(r13, r23, r33)
+    return Vector(r13, r23, r33)
 
 
 @wp.func
-def levelled(q: Four, stance: int) -> Four:
+def levelled(q: Quaternion, stance: int) -> Quaternion:
     """The attitude without the round-off, or drift, by which an edge or a face is not level."""
     zero, one = real(0.0), real(1.0)
     new = q
     if stance == FLAT:
         for _again in range(2):
             up = upright(new)
-            new = turned(new, Three(up[1], -up[0], zero))
+            new = turned(new, Vector(up[1], -up[0], zero))
     elif stance >= EDGE and stance < FLAT:
         for _again in range(2):
             r11, r12, _13, r21, r22, _23, r31, r32, _33 = matrix_of(new[0], new[1], new[2], new[3])
             # Edges 0 and 2 lie along the width, 1 and 3 along the depth.
             wide = (stance - EDGE) % 2 == 0
-            way = Three(wp.where(wide, r11, r12), wp.where(wide, r21, r22), zero)
+            way = Vector(wp.where(wide, r11, r12), wp.where(wide, r21, r22), zero)
             rise = wp.where(wide, r31, r32)
             if size(rise) > LEVEL:
-                new = turned(new, Three(-way[1], way[0], zero) * (rise / (one - rise * rise)))
+                new = turned(new, Vector(-way[1], way[0], zero) * (rise / (one - rise * rise)))
     return new
 
 
 @wp.func
-def foot(body: Body, mask: int) -> Three:
+def foot(body: Body, mask: int) -> Vector:
     """Mean of some corners, from the centre of mass [m]; of none, zero."""
-    total = Three()
+    total = Vector()
     count = real(0.0)
     for k in range(4):
         if (mask & (1 << k)) != 0:
@@ -114,14 +113,14 @@ def foot(body: Body, mask: int) -> Three:
 
 
 @wp.func
-def placed(body: Body, mask: int, x: Three) -> Three:
+def placed(body: Body, mask: int, x: Vector) -> Vector:
     """The centre of mass at the height at which some corners touch; where it is if none does."""
     down = foot(body, mask)
-    return Three(x[0], x[1], wp.where(mask == 0, x[2], -down[2]))
+    return Vector(x[0], x[1], wp.where(mask == 0, x[2], -down[2]))
 
 
 @wp.func
-def lack_of(body: Body, side: int, pull: Two, gravity: real, a: Three) -> real:
+def lack_of(body: Body, side: int, pull: Two, gravity: real, a: Vector) -> real:
     """What an acceleration of the base lacks to move a resting block [m/s^2].
 
     Args:
@@ -137,14 +136,14 @@ def lack_of(body: Body, side: int, pull: Two, gravity: real, a: Three) -> real:
     if side < 4:
         first = body.corners[side]
         way = body.corners[(side + 1) % 4] - first
-        out = along(Three(way[1], -way[0], real(0.0)))
+        out = along(Vector(way[1], -way[0], real(0.0)))
         arm = out[0] * first[0] + out[1] * first[1]
         found = -weight * arm / first[2] + out[0] * a[0] + out[1] * a[1]
     return found
 
 
 @wp.func
-def least_lack(body: Body, gravity: real, a0: Three, a1: Three):
+def least_lack(body: Body, gravity: real, a0: Vector, a1: Vector):
     """`lack_of` at both ends of a step, of what moves a resting block first."""
     larger0 = a0[0] * a0[0] + a0[1] * a0[1] > a1[0] * a1[0] + a1[1] * a1[1]
     pull = along(a1)
@@ -208,7 +207,7 @@ def cut_to(event: real, d: real, near: real) -> real:
 
 
 @wp.func
-def stop_event(u0: Three, u1: Three, d: real, near: real):
+def stop_event(u0: Vector, u1: Vector, d: real, near: real):
     """Whether a sliding corner stops in a step, from its velocities at both ends.
 
     Returns:

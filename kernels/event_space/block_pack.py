@@ -14,10 +14,10 @@ import warp as wp
 
 from warprock.kernels.event_space.block import NEARLY
 from warprock.kernels.event_space.block_contact import EDGE, FLAT
-from warprock.kernels.event_space.block_moves import GRAIN, Four, corner_event, cut_to, swung_by
+from warprock.kernels.event_space.block_moves import GRAIN, corner_event, cut_to, swung_by
 from warprock.kernels.event_space.block_trial import Base, Limits
-from warprock.kernels.shape.stack import Matrix, Three
 from warprock.kernels.shape_space.block import Block, in_axes, matrix_of
+from warprock.kernels.vectors import Matrix, Quaternion, Vector
 
 SPARE = by_precision(1.0e-3, 1.0e-1)
 """Part of its friction that an end of an edge must have left at the end of a step for it not to let
@@ -37,12 +37,12 @@ class Hinge:
     not, along the width and the depth [m].
     """
 
-    lever: Three
-    mobility: Three
-    mixed: Three
-    way: Three
+    lever: Vector
+    mobility: Vector
+    mixed: Vector
+    way: Vector
     over: real
-    open: Three
+    open: Vector
 
 
 @wp.struct
@@ -53,12 +53,12 @@ class Rolled:
     whether a corner lands inside, and nothing else before; cut, the length of the step to there.
     """
 
-    q: Four
-    x: Three
-    v: Three
-    w: Three
-    turn: Three
-    swing: Three
+    q: Quaternion
+    x: Vector
+    v: Vector
+    w: Vector
+    turn: Vector
+    swing: Vector
     deep: real
     clear: bool
     met: bool
@@ -78,58 +78,58 @@ def hinge_of(block: Block, stance: int) -> Hinge:
     y = wp.where(k >= 2, block.half_depth, -block.half_depth)
     x = wp.where(wide or stance >= FLAT, zero, x)
     y = wp.where(deep or stance >= FLAT, zero, y)
-    a = Three(block.centre_x - x, block.centre_y - y, block.half_height)
-    inertia = Three(one / block.inverse_x, one / block.inverse_y, one / block.inverse_z)
+    a = Vector(block.centre_x - x, block.centre_y - y, block.half_height)
+    inertia = Vector(one / block.inverse_x, one / block.inverse_y, one / block.inverse_z)
     h.lever = a
-    h.open = Three(-x - x, -y - y, zero)
+    h.open = Vector(-x - x, -y - y, zero)
     if stance < EDGE:
         about = wp.diag(inertia) + wp.dot(a, a) * wp.identity(n=3, dtype=real) - wp.outer(a, a)
         m = wp.inverse(about)
-        h.mobility = Three(m[0, 0], m[1, 1], m[2, 2])
-        h.mixed = Three(m[0, 1], m[0, 2], m[1, 2])
+        h.mobility = Vector(m[0, 0], m[1, 1], m[2, 2])
+        h.mixed = Vector(m[0, 1], m[0, 2], m[1, 2])
     if wide:
-        h.way = Three(block.half_width, zero, zero)
+        h.way = Vector(block.half_width, zero, zero)
         h.over = HALF / block.half_width
-        h.mobility = Three(one / (inertia[0] + a[1] * a[1] + a[2] * a[2]), zero, zero)
+        h.mobility = Vector(one / (inertia[0] + a[1] * a[1] + a[2] * a[2]), zero, zero)
     if deep:
-        h.way = Three(zero, block.half_depth, zero)
+        h.way = Vector(zero, block.half_depth, zero)
         h.over = HALF / block.half_depth
-        h.mobility = Three(zero, one / (inertia[1] + a[0] * a[0] + a[2] * a[2]), zero)
+        h.mobility = Vector(zero, one / (inertia[1] + a[0] * a[0] + a[2] * a[2]), zero)
     return h
 
 
 @wp.func(inline=True)
-def frame(q: Four) -> Matrix:
+def frame(q: Quaternion) -> Matrix:
     """Rotation matrix of an attitude."""
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(q[0], q[1], q[2], q[3])
     return Matrix(r11, r12, r13, r21, r22, r23, r31, r32, r33)
 
 
 @wp.func(inline=True)
-def in_base(r: Matrix, v: Three) -> Three:
+def in_base(r: Matrix, v: Vector) -> Vector:
     """A vector of the body's own axes in those of the base."""
     x, y, z = in_axes(
         r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2],
         v[0], v[1], v[2],
     )  # fmt: skip
-    return Three(x, y, z)
+    return Vector(x, y, z)
 
 
 @wp.func(inline=True)
-def in_body(r: Matrix, v: Three) -> Three:
+def in_body(r: Matrix, v: Vector) -> Vector:
     """A vector of the base's axes in those of the body."""
     return in_base(wp.transpose(r), v)
 
 
 @wp.func(inline=True)
-def scaled(r: Matrix, d: Three, v: Three) -> Three:
+def scaled(r: Matrix, d: Vector, v: Vector) -> Vector:
     """A vector times a diagonal matrix of the body's own axes."""
     b = in_body(r, v)
-    return in_base(r, Three(d[0] * b[0], d[1] * b[1], d[2] * b[2]))
+    return in_base(r, Vector(d[0] * b[0], d[1] * b[1], d[2] * b[2]))
 
 
 @wp.func(inline=True)
-def moved(h: Hinge, r: Matrix, spin: Three) -> Three:
+def moved(h: Hinge, r: Matrix, spin: Vector) -> Vector:
     """Angular velocity about a hinge, of the angular momentum about it."""
     b = in_body(r, spin)
     m = h.mobility
@@ -137,14 +137,14 @@ def moved(h: Hinge, r: Matrix, spin: Three) -> Three:
     wx, wy, wz = in_axes(
         m[0], n[0], n[1], n[0], m[1], n[2], n[1], n[2], m[2], b[0], b[1], b[2]
     )  # fmt: skip
-    return in_base(r, Three(wx, wy, wz))
+    return in_base(r, Vector(wx, wy, wz))
 
 
 @wp.func(inline=True)
-def levelled(q: Four, rise: Three) -> Four:
+def levelled(q: Quaternion, rise: Vector) -> Quaternion:
     """An attitude in which the edge along `rise`, a unit vector, is level to round-off."""
-    a = Three(-rise[1], rise[0], real(0.0)) * (HALF * rise[2])
-    n = Four(
+    a = Vector(-rise[1], rise[0], real(0.0)) * (HALF * rise[2])
+    n = Quaternion(
         q[0] + a[0] * q[3] + a[1] * q[2],
         q[1] + a[1] * q[3] - a[0] * q[2],
         q[2] + a[0] * q[1] - a[1] * q[0],
@@ -154,7 +154,7 @@ def levelled(q: Four, rise: Three) -> Four:
 
 
 @wp.func(inline=True)
-def ends(mu: real, p: Three, twist: Three, arm: Three, e: Three, over: real):
+def ends(mu: real, p: Vector, twist: Vector, arm: Vector, e: Vector, over: real):
     """What both ends of an edge have left of their friction, see `edge_carries`.
 
     Over is one by the edge's length [1/m]. A corner counts as two that share its impulse by halves,
@@ -177,8 +177,8 @@ def ends(mu: real, p: Three, twist: Three, arm: Three, e: Three, over: real):
 
 @wp.func(inline=True)
 def keeps_end(
-    h: Hinge, mu: real, r: Matrix, arm: Three, e: Three, over: real, inertia: Three, w: Three,
-    pull: Three,
+    h: Hinge, mu: real, r: Matrix, arm: Vector, e: Vector, over: real, inertia: Vector, w: Vector,
+    pull: Vector,
 ) -> bool:  # fmt: skip
     """Whether an edge keeps hold of both of its ends in the next moment, the base pulling."""
     bend = moved(h, r, wp.cross(pull, arm))
@@ -188,7 +188,7 @@ def keeps_end(
 
 
 @wp.func(inline=True)
-def lies(block: Block, gravity: real, r: Matrix, a: Three) -> bool:
+def lies(block: Block, gravity: real, r: Matrix, a: Vector) -> bool:
     """Whether a flat block at rest stays so under an acceleration of the base, see `lack_of`."""
     weight = gravity + a[2]
     along = r[0, 0] * a[0] + r[1, 0] * a[1]
@@ -204,15 +204,15 @@ def lies(block: Block, gravity: real, r: Matrix, a: Three) -> bool:
 
 
 @wp.func(inline=True)
-def rise_rate(v: Three, w: Three, c: Three) -> real:
+def rise_rate(v: Vector, w: Vector, c: Vector) -> real:
     """Vertical velocity of a point of the block [m/s]."""
     return fused_less(w[1], c[0], fused(w[0], c[1], v[2]))
 
 
 @wp.func(inline=True)
 def open_event(
-    limits: Limits, d: real, grain: real, away: Three, r0: Matrix, a0: Three, v0: Three, w0: Three,
-    r1: Matrix, a1: Three, v1: Three, w1: Three,
+    limits: Limits, d: real, grain: real, away: Vector, r0: Matrix, a0: Vector, v0: Vector,
+    w0: Vector, r1: Matrix, a1: Vector, v1: Vector, w1: Vector,
 ):  # fmt: skip
     """What a corner does in a step that lies away from those that touch, see `corner_event`.
 
@@ -233,7 +233,7 @@ def open_event(
 
 @wp.func(inline=True)
 def mean_motion(
-    block: Block, h: Hinge, inertia: Three, free: Three, momentum: Three, middle: Matrix
+    block: Block, h: Hinge, inertia: Vector, free: Vector, momentum: Vector, middle: Matrix
 ):
     """The mean motion of a step about a hinge.
 
@@ -257,8 +257,8 @@ def mean_motion(
 @wp.func(inline=True)
 def events(
     block: Block, limits: Limits, b: Base, h: Hinge, flat: bool, upright: bool, r0: Matrix,
-    a0: Three, v0: Three, w0: Three, r1: Matrix, a1: Three, v1: Three, w1: Three, inertia: Three,
-    w: Three,
+    a0: Vector, v0: Vector, w0: Vector, r1: Matrix, a1: Vector, v1: Vector, w1: Vector,
+    inertia: Vector, w: Vector,
 ):  # fmt: skip
     """What happens in a step about a hinge, 0 at its start, 1 at its end; as `after_events` says.
 
@@ -270,14 +270,14 @@ def events(
     near = NEARLY * limits.longest_step
     grain = GRAIN * block.half_height
     # Of three open corners the farthest is higher than one of the others.
-    x = Three(h.open[0], zero, zero)
-    y = Three(zero, h.open[1], zero)
+    x = Vector(h.open[0], zero, zero)
+    y = Vector(zero, h.open[1], zero)
     cut_x, any_x, closes_x = open_event(limits, b.d, grain, x, r0, a0, v0, w0, r1, a1, v1, w1)
     cut_y, any_y, closes_y = open_event(limits, b.d, grain, y, r0, a0, v0, w0, r1, a1, v1, w1)
     cut = smaller(cut_x, cut_y)
     inside = cut < NEVER
     e = in_base(r1, h.way) * (h.over + h.over)
-    pull = b.last + Three(zero, zero, limits.gravity)
+    pull = b.last + Vector(zero, zero, limits.gravity)
     keeps = h.over == zero or keeps_end(
         h, block.friction, r1, a1, e, h.over, inertia, w, pull
     )  # fmt: skip
@@ -289,19 +289,19 @@ def events(
 
 @wp.func(inline=True)
 def rolled(
-    block: Block, inertia: Three, limits: Limits, b: Base, h: Hinge, flat: bool, x: Three, q: Four,
-    v: Three, w: Three,
+    block: Block, inertia: Vector, limits: Limits, b: Base, h: Hinge, flat: bool, x: Vector,
+    q: Quaternion, v: Vector, w: Vector,
 ) -> Rolled:  # fmt: skip
     """The step of a block about a hinge, of the inertia about its own axes for unit mass [m^2]."""
     zero = real(0.0)
     n = Rolled()
     d = b.d
-    inverse = Three(block.inverse_x, block.inverse_y, block.inverse_z)
+    inverse = Vector(block.inverse_x, block.inverse_y, block.inverse_z)
     r0 = frame(q)
     a0 = in_base(r0, h.lever)
     momentum = scaled(r0, inertia, w)
     middle = frame(swung_by(q, w * (HALF * d)))
-    free = v - HALF * b.change - Three(zero, zero, HALF * d * limits.gravity)
+    free = v - HALF * b.change - Vector(zero, zero, HALF * d * limits.gravity)
     v1, w1, spun, holds = mean_motion(block, h, inertia, free, momentum, middle)
     n.turn = d * w1
     n.q = swung_by(q, n.turn)
@@ -310,7 +310,7 @@ def rolled(
     r = frame(n.q)
     a1 = in_base(r, h.lever)
     n.deep = a1[2] - x[2] - d * v1[2]
-    n.x = Three(x[0] + a1[0] - a0[0], x[1] + a1[1] - a0[1], a1[2])
+    n.x = Vector(x[0] + a1[0] - a0[0], x[1] + a1[1] - a0[1], a1[2])
     if flat:
         n.q = q
         n.x = x

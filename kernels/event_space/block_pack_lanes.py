@@ -7,13 +7,12 @@ would make no vector code.
 
 import warp as wp
 
-from warprock.kernels.event_space.block_moves import Four
 from warprock.kernels.event_space.block_pack import Hinge
 from warprock.kernels.event_space.block_run import Seen
 from warprock.kernels.event_space.block_trial import State
-from warprock.kernels.shape.stack import Three
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import BlockResult
+from warprock.kernels.vectors import Quaternion, Vector
 
 X, Q, V, W, TURN, Q0, W0, BASE = 0, 3, 7, 10, 13, 16, 20, 23
 LEVER, MOBILITY, MIXED, WAY, OPEN = 26, 29, 32, 35, 38
@@ -50,15 +49,15 @@ def mark(entry: wp.ref[int]) -> int:
 
 
 @wp.func(inline=True)
-def three(m: wp.ref[Numbers], row: int, i: int) -> Three:
-    """Three rows of a lane."""
-    return Three(at(m[row, i]), at(m[row + 1, i]), at(m[row + 2, i]))
+def three(m: wp.ref[Numbers], row: int, i: int) -> Vector:
+    """Vector, as rows of a lane."""
+    return Vector(at(m[row, i]), at(m[row + 1, i]), at(m[row + 2, i]))
 
 
 @wp.func(inline=True)
-def four(m: wp.ref[Numbers], row: int, i: int) -> Four:
-    """Four rows of a lane."""
-    return Four(at(m[row, i]), at(m[row + 1, i]), at(m[row + 2, i]), at(m[row + 3, i]))
+def four(m: wp.ref[Numbers], row: int, i: int) -> Quaternion:
+    """Attitude, as rows of a lane."""
+    return Quaternion(at(m[row, i]), at(m[row + 1, i]), at(m[row + 2, i]), at(m[row + 3, i]))
 
 
 @wp.func(inline=True)
@@ -68,7 +67,7 @@ def put(m: wp.ref[Numbers], row: int, i: int, ok: bool, value: real):
 
 
 @wp.func(inline=True)
-def put_three(m: wp.ref[Numbers], row: int, i: int, ok: bool, v: Three):
+def put_three(m: wp.ref[Numbers], row: int, i: int, ok: bool, v: Vector):
     """Puts three rows of a lane where `ok` says so."""
     put(m, row, i, ok, v[0])
     put(m, row + 1, i, ok, v[1])
@@ -76,7 +75,7 @@ def put_three(m: wp.ref[Numbers], row: int, i: int, ok: bool, v: Three):
 
 
 @wp.func(inline=True)
-def put_four(m: wp.ref[Numbers], row: int, i: int, ok: bool, v: Four):
+def put_four(m: wp.ref[Numbers], row: int, i: int, ok: bool, v: Quaternion):
     """Puts four rows of a lane where `ok` says so."""
     put(m, row, i, ok, v[0])
     put(m, row + 1, i, ok, v[1])

@@ -13,7 +13,7 @@ import warp as wp
 
 from warprock.kernels.event_space.block import TOGETHER, step
 from warprock.kernels.event_space.block_contact import FLAT, FLYING
-from warprock.kernels.event_space.block_moves import Four, swung_by
+from warprock.kernels.event_space.block_moves import swung_by
 from warprock.kernels.event_space.block_pack import Rolled, frame, hinge_of, rolled
 from warprock.kernels.event_space.block_pack_lanes import (
     BASE,
@@ -75,9 +75,9 @@ from warprock.kernels.event_space.lane import Knobs, Lane
 from warprock.kernels.instance import LOOPS_STAY, ONE_VECTOR
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
-from warprock.kernels.shape.stack import Three
 from warprock.kernels.shape_space.block import Block, slide_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result  # noqa: F401
+from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(ONE_VECTOR | LOOPS_STAY)
 
@@ -98,8 +98,8 @@ def observe_hinge_step(block: Block, before: BlockResult, s: State, n: Rolled, d
     zero = real(0.0)
     r0 = frame(s.q)
     r = frame(n.q)
-    axis0 = Three(r0[0, 2], r0[1, 2], r0[2, 2])
-    axis = Three(r[0, 2], r[1, 2], r[2, 2])
+    axis0 = Vector(r0[0, 2], r0[1, 2], r0[2, 2])
+    axis = Vector(r[0, 2], r[1, 2], r[2, 2])
     rate0 = wp.cross(s.w, axis0)
     rate = wp.cross(n.swing, axis)
     first = turning(axis0, rate0, axis, rate, 0, d)
@@ -127,7 +127,7 @@ def observe_hinge_step(block: Block, before: BlockResult, s: State, n: Rolled, d
 
 @wp.func(inline=True)
 def quiet_step(
-    gravity: real, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three, end: real,
+    gravity: real, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real,
     m: wp.ref[Numbers], k: wp.ref[Marks], i: int,
 ):  # fmt: skip
     """One trial step of one lane, if nothing happens in it, or a corner lands inside.
@@ -173,7 +173,7 @@ def quiet_step(
 
 @wp.func(inline=False)
 def full_step(
-    block: Block, limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three,
+    block: Block, limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector,
     end: real, s: State, seen: Seen,
 ):  # fmt: skip
     """One trial step of one lane, whatever happens in it."""
@@ -192,14 +192,14 @@ def begun(block: Block):
 
 
 @wp.func(inline=False)
-def attitude_within(block: Block, until: real, s0: State, s: State) -> Four:
+def attitude_within(block: Block, until: real, s0: State, s: State) -> Quaternion:
     """Attitude at a time inside the last step, see `attitude_at`."""
     return attitude_at(block, until, s0, s)
 
 
 @wp.func(inline=True)
 def step_alone(
-    block: Block, gravity: real, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three,
+    block: Block, gravity: real, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector,
     end: real, m: wp.ref[Numbers], k: wp.ref[Marks], i: int,
 ):  # fmt: skip
     """One trial step of one lane, whatever happens in it."""
@@ -256,8 +256,8 @@ def run_lanes(
                     px = sample_index(mx, k[KNOTS, i])
                     py = sample_index(my, k[KNOTS + 1, i])
                     pz = sample_index(mz, k[KNOTS + 2, i])
-                    value = Three(pool[0, px], pool[0, py], pool[0, pz])
-                    slope = Three(pool[1, px], pool[1, py], pool[1, pz])
+                    value = Vector(pool[0, px], pool[0, py], pool[0, pz])
+                    slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
                     step_alone(
                         blocks[0, lane], knobs.gravity, mx, my, mz, value, slope, end, m, k, i
                     )
@@ -294,6 +294,6 @@ def run_lanes(
             ix = sample_index(nx, k[KNOTS, i])
             iy = sample_index(ny, k[KNOTS + 1, i])
             iz = sample_index(nz, k[KNOTS + 2, i])
-            first = Three(pool[0, ix], pool[0, iy], pool[0, iz])
-            other = Three(pool[1, ix], pool[1, iy], pool[1, iz])
+            first = Vector(pool[0, ix], pool[0, iy], pool[0, iz])
+            other = Vector(pool[1, ix], pool[1, iy], pool[1, iz])
             quiet_step(knobs.gravity, nx, ny, nz, first, other, end, m, k, i)

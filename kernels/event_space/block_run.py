@@ -9,7 +9,6 @@ import warp as wp
 from warprock.kernels.event_space.block import TOGETHER, step
 from warprock.kernels.event_space.block_contact import FLAT, FLYING, mask_of, stance_of
 from warprock.kernels.event_space.block_moves import (
-    Four,
     body_at,
     flown,
     levelled,
@@ -22,9 +21,9 @@ from warprock.kernels.event_space.lane import Knobs, Lane
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
-from warprock.kernels.shape.stack import Three
 from warprock.kernels.shape_space.block import Block, matrix_of, slide_of, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
+from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(BRANCHES)
 
@@ -45,8 +44,8 @@ class Seen:
 def start(block: Block, gap: real) -> State:
     """The state at the start; corners within a gap of the lowest one touch if that does."""
     s = State()
-    s.x = Three(block.x, block.y, block.z)
-    s.q = Four(block.qx, block.qy, block.qz, block.qw)
+    s.x = Vector(block.x, block.y, block.z)
+    s.q = Quaternion(block.qx, block.qy, block.qz, block.qw)
     body = body_at(block, s.q)
     mask = int(0)
     for k in range(4):
@@ -62,7 +61,7 @@ def start(block: Block, gap: real) -> State:
 
 
 @wp.func
-def attitude_at(block: Block, until: real, s0: State, s: State) -> Four:
+def attitude_at(block: Block, until: real, s0: State, s: State) -> Quaternion:
     """Attitude at a time inside the last step, from one state to the next."""
     d = s.time - s0.time
     q = s.q
@@ -77,7 +76,7 @@ def attitude_at(block: Block, until: real, s0: State, s: State) -> Four:
 
 
 @wp.func
-def place_at(until: real, s0: State, s: State) -> Three:
+def place_at(until: real, s0: State, s: State) -> Vector:
     """Centre of mass at a time inside the last step [m], from one state to the next."""
     d = s.time - s0.time
     x = s.x
@@ -89,7 +88,7 @@ def place_at(until: real, s0: State, s: State) -> Three:
 
 
 @wp.func
-def peaks_at(block: Block, before: BlockResult, q: Four, time: real) -> BlockResult:
+def peaks_at(block: Block, before: BlockResult, q: Quaternion, time: real) -> BlockResult:
     """The largest turns so far, with those of an attitude."""
     leaf = before
     _11, _12, r13, _21, _22, r23, _31, _32, r33 = matrix_of(q[0], q[1], q[2], q[3])
@@ -103,7 +102,7 @@ def peaks_at(block: Block, before: BlockResult, q: Four, time: real) -> BlockRes
 
 
 @wp.func
-def turning(axis0: Three, rate0: Three, axis1: Three, rate1: Three, i: int, d: real) -> real:
+def turning(axis0: Vector, rate0: Vector, axis1: Vector, rate1: Vector, i: int, d: real) -> real:
     """Time after the start of a step at which a rotation of the axis turns back, else zero."""
     r0 = rate0[i] * axis0[2] - axis0[i] * rate0[2]
     r1 = rate1[i] * axis1[2] - axis1[i] * rate1[2]
@@ -199,8 +198,8 @@ def run_lanes(
             px = sample_index(mx, s.knots[0])
             py = sample_index(my, s.knots[1])
             pz = sample_index(mz, s.knots[2])
-            value = Three(pool[0, px], pool[0, py], pool[0, pz])
-            slope = Three(pool[1, px], pool[1, py], pool[1, pz])
+            value = Vector(pool[0, px], pool[0, py], pool[0, pz])
+            slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
             n = step(block, limits, mx, my, mz, value, slope, end, s)
             if n.taken:
                 seen = observe(block, seen, s, n)

@@ -24,7 +24,7 @@ from warprock.kernels.event_space.block_contact import (
     mask_of,
     sinks,
 )
-from warprock.kernels.shape.stack import Matrix, Three
+from warprock.kernels.vectors import Matrix, Vector
 
 ALIKE = by_precision(1.0e-14, 1.0e-6)
 """Change of a direction [rad] that is round-off."""
@@ -39,7 +39,7 @@ TURNS = 60
 
 
 @wp.func
-def sliding_corner(m: Matrix, u: Three, mu: real, start: Two):
+def sliding_corner(m: Matrix, u: Vector, mu: real, start: Two):
     """Impulse of a corner that slides, and the direction in which it ends up doing so.
 
     Args:
@@ -59,8 +59,8 @@ def sliding_corner(m: Matrix, u: Three, mu: real, start: Two):
     tries = int(0)
     while size(turn) > ALIKE and tries < TURNS:
         e = Two(-d[1], d[0])
-        f = m * Three(-mu * d[0], -mu * d[1], real(1.0))
-        rate = m * Three(-mu * e[0], -mu * e[1], real(0.0))
+        f = m * Vector(-mu * d[0], -mu * d[1], real(1.0))
+        rate = m * Vector(-mu * e[0], -mu * e[1], real(0.0))
         weight = f[2]
         n = -u[2] / weight
         change = -n * rate[2] / weight
@@ -80,15 +80,15 @@ def sliding_corner(m: Matrix, u: Three, mu: real, start: Two):
 
 
 @wp.func
-def slid_face(body: Body, mu: real, dirs: Corners, pressed: Shares, v: Three, w: Three):
+def slid_face(body: Body, mu: real, dirs: Corners, pressed: Shares, v: Vector, w: Vector):
     """What `slid` returns of a flat block."""
     zero = real(0.0)
-    p = Three(zero, zero, -v[2])
+    p = Vector(zero, zero, -v[2])
     torsion = real(0.0)
     for k in range(4):
         fx = -mu * pressed[k] * dirs[k, 0]
         fy = -mu * pressed[k] * dirs[k, 1]
-        p = p + Three(fx, fy, zero)
+        p = p + Vector(fx, fy, zero)
         torsion += body.corners[k, 0] * fy - body.corners[k, 1] * fx
     spin = body.inertia * w
     low = -body.corners[0, 2]
@@ -96,13 +96,13 @@ def slid_face(body: Body, mu: real, dirs: Corners, pressed: Shares, v: Three, w:
     y = (-spin[0] - low * p[1]) / larger(p[2], TINY)
     n = p[2] * face_shares(body, x, y)
     sound = p[2] >= zero and inside(body, x, y)
-    v1 = Three(v[0] + p[0], v[1] + p[1], zero)
-    w1 = Three(zero, zero, w[2] + torsion / body.inertia[2, 2])
+    v1 = Vector(v[0] + p[0], v[1] + p[1], zero)
+    w1 = Vector(zero, zero, w[2] + torsion / body.inertia[2, 2])
     return v1, w1, n, sound
 
 
 @wp.func(inline=False)
-def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: Three, w: Three):
+def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: Vector, w: Vector):
     """Velocities of a block that slides in given directions, and the normal impulses.
 
     Args:
@@ -131,7 +131,7 @@ def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: T
     else:
         i = stance % 4
         u = corner_velocity(body, v, w, i)
-        f1 = Three(-mu * dirs[i, 0], -mu * dirs[i, 1], real(1.0))
+        f1 = Vector(-mu * dirs[i, 0], -mu * dirs[i, 1], real(1.0))
         a11 = answer(body, i, f1, i)[2]
         if stance < EDGE:
             sound = a11 > zero
@@ -139,7 +139,7 @@ def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: T
         else:
             j = (i + 1) % 4
             u2 = corner_velocity(body, v, w, j)
-            f2 = Three(-mu * dirs[j, 0], -mu * dirs[j, 1], real(1.0))
+            f2 = Vector(-mu * dirs[j, 0], -mu * dirs[j, 1], real(1.0))
             a12 = answer(body, j, f2, i)[2]
             a21 = answer(body, i, f1, j)[2]
             a22 = answer(body, j, f2, j)[2]
@@ -157,7 +157,7 @@ def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: T
 
 
 @wp.func
-def swung(body: Body, k: int, other: int, side: real, v: Three, w: Three):
+def swung(body: Body, k: int, other: int, side: real, v: Vector, w: Vector):
     """Velocities of a block of which corner k sticks and another one slides beside it.
 
     Args:
@@ -174,8 +174,8 @@ def swung(body: Body, k: int, other: int, side: real, v: Three, w: Three):
     """
     a = -body.corners[k]
     way = body.corners[other] - body.corners[k]
-    d = along(Three(-way[1], way[0], real(0.0))) * side
-    force = Three(-body.friction * d[0], -body.friction * d[1], real(1.0))
+    d = along(Vector(-way[1], way[0], real(0.0))) * side
+    force = Vector(-body.friction * d[0], -body.friction * d[1], real(1.0))
     about = body.inertia + wp.dot(a, a) * wp.identity(n=3, dtype=real) - wp.outer(a, a)
     inverse = wp.inverse(about)
     free = inverse * (body.inertia * w + wp.cross(a, v))
@@ -188,7 +188,7 @@ def swung(body: Body, k: int, other: int, side: real, v: Three, w: Three):
 
 @wp.func
 def swinging(
-    body: Body, edge: int, turn: int, mask: int, slip: int, start: Corners, v: Three, w: Three,
+    body: Body, edge: int, turn: int, mask: int, slip: int, start: Corners, v: Vector, w: Vector,
     dust: real,
 ) -> Held:  # fmt: skip
     """The motion if one end of an edge sticks and the other slides; whether it obeys the law.
@@ -212,7 +212,7 @@ def swinging(
     h.work = body.friction * n * ahead
     h.spare = body.friction * n
     h.turns = n < zero
-    p = v1 - v - n * Three(-body.friction * d[0], -body.friction * d[1], real(1.0))
+    p = v1 - v - n * Vector(-body.friction * d[0], -body.friction * d[1], real(1.0))
     sticks = wp.sqrt(p[0] * p[0] + p[1] * p[1]) <= body.friction * p[2]
     h.fits = sound and sticks and n >= zero and p[2] >= zero
     h.fits = h.fits and (forced or (slip == 0 and ahead >= zero))
@@ -221,13 +221,13 @@ def swinging(
 
 
 @wp.func
-def turned_by(d: Three, angle: real) -> Three:
+def turned_by(d: Vector, angle: real) -> Vector:
     """A direction along the base, turned by a small angle [rad]."""
-    return wp.normalize(Three(d[0] - angle * d[1], d[1] + angle * d[0], real(0.0)))
+    return wp.normalize(Vector(d[0] - angle * d[1], d[1] + angle * d[0], real(0.0)))
 
 
 @wp.func
-def beside(body: Body, stance: int, dirs: Corners, v: Three, w: Three) -> Two:
+def beside(body: Body, stance: int, dirs: Corners, v: Vector, w: Vector) -> Two:
     """Velocities of the ends of an edge across the directions in which they are said to slide."""
     i = stance - EDGE
     j = (i + 1) % 4
@@ -238,7 +238,7 @@ def beside(body: Body, stance: int, dirs: Corners, v: Three, w: Three) -> Two:
 
 
 @wp.func(inline=False)
-def sliding_edge(body: Body, stance: int, start: Corners, v: Three, w: Three, dust: real):
+def sliding_edge(body: Body, stance: int, start: Corners, v: Vector, w: Vector, dust: real):
     """Directions in which the ends of an edge slide, by Newton's method; whether it settled.
 
     What both ends do against each other along the edge moves nothing: it need not be settled.
@@ -270,7 +270,7 @@ def sliding_edge(body: Body, stance: int, start: Corners, v: Three, w: Three, du
 
 
 @wp.func
-def face_correction(body: Body, n: Shares, free: Three, z: Three) -> Three:
+def face_correction(body: Body, n: Shares, free: Vector, z: Vector) -> Vector:
     """Newton's step for the motion (vx, vy, wz) of a flat block that slides, pressed by n.
 
     z = free - M^-1 sum friction n_k G_k^T d_k, d_k the direction of the velocity G_k z of corner k:
@@ -285,17 +285,17 @@ def face_correction(body: Body, n: Shares, free: Three, z: Three) -> Three:
         y = body.corners[k, 1]
         ux = z[0] - z[2] * y
         uy = z[1] + z[2] * x
-        d = along(Three(ux, uy, zero))
+        d = along(Vector(ux, uy, zero))
         push = body.friction * n[k]
-        rest = rest + push * Three(d[0], d[1], lighter * (x * d[1] - y * d[0]))
-        t = Three(-d[1], d[0], x * d[0] + y * d[1])
+        rest = rest + push * Vector(d[0], d[1], lighter * (x * d[1] - y * d[0]))
+        t = Vector(-d[1], d[0], x * d[0] + y * d[1])
         stiff = push / larger(wp.sqrt(ux * ux + uy * uy), TINY)
-        bend = bend + stiff * wp.outer(Three(t[0], t[1], lighter * t[2]), t)
+        bend = bend + stiff * wp.outer(Vector(t[0], t[1], lighter * t[2]), t)
     return -(wp.inverse(bend) * rest)
 
 
 @wp.func(inline=False)
-def sliding_face(body: Body, start: Corners, v: Three, w: Three):
+def sliding_face(body: Body, start: Corners, v: Vector, w: Vector):
     """Directions in which the corners of a flat block slide, and what presses them; if settled."""
     zero = real(0.0)
     dirs = start
@@ -303,13 +303,13 @@ def sliding_face(body: Body, start: Corners, v: Three, w: Three):
         # A block that does not spin slides as it would without friction, only slower.
         d = along(corner_velocity(body, v, w, k))
         if d[0] * d[0] + d[1] * d[1] > zero:
-            dirs[k] = Three(d[0], d[1], zero)
+            dirs[k] = Vector(d[0], d[1], zero)
     n = Shares(real(0.25), real(0.25), real(0.25), real(0.25)) * larger(-v[2], zero)
     for _again in range(3):
         v0, w0, n0, _sound = slid(body, FLAT, body.friction, dirs, n, v, w)
         n = n0
-    free = Three(v[0], v[1], w[2])
-    z = Three(v0[0], v0[1], w0[2])
+    free = Vector(v[0], v[1], w[2])
+    z = Vector(v0[0], v0[1], w0[2])
     change = real(1.0)
     tries = int(0)
     while change > real(10.0) * ALIKE and tries < TURNS:
@@ -325,9 +325,9 @@ def sliding_face(body: Body, start: Corners, v: Three, w: Three):
         # Not past a standstill at once.
         z = z + more * wp.where(turned, HALF, real(1.0))
         for k in range(4):
-            u = Three(z[0] - z[2] * body.corners[k, 1], z[1] + z[2] * body.corners[k, 0], zero)
+            u = Vector(z[0] - z[2] * body.corners[k, 1], z[1] + z[2] * body.corners[k, 0], zero)
             d = along(u)
-            dirs[k] = Three(d[0], d[1], zero)
+            dirs[k] = Vector(d[0], d[1], zero)
         _v, _w, n1, _s = slid(body, FLAT, body.friction, dirs, n, v, w)
         change = wp.length(n1 - n) / larger(size(v[2]), TINY)
         change = change + wp.length(more) / larger(wp.length(z), TINY)
@@ -338,7 +338,14 @@ def sliding_face(body: Body, start: Corners, v: Three, w: Three):
 
 @wp.func(inline=False)
 def slipping(
-    body: Body, stance: int, mask: int, forced: bool, start: Corners, v: Three, w: Three, dust: real
+    body: Body,
+    stance: int,
+    mask: int,
+    forced: bool,
+    start: Corners,
+    v: Vector,
+    w: Vector,
+    dust: real,
 ) -> Held:
     """The motion if all corners of a stance slide; whether it obeys the contact law.
 
@@ -356,7 +363,7 @@ def slipping(
         u = corner_velocity(body, v, w, stance)
         d0 = Two(start[stance, 0], start[stance, 1])
         _n, d, found = sliding_corner(corner_matrix(body, stance), u, body.friction, d0)
-        dirs[stance] = Three(d[0], d[1], zero)
+        dirs[stance] = Vector(d[0], d[1], zero)
         good = found
     if stance >= EDGE and stance < FLAT:
         ends, found_ends = sliding_edge(body, stance, start, v, w, dust)

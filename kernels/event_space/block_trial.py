@@ -8,10 +8,10 @@ import warp as wp
 
 from warprock.kernels.event.block_begin import MORE, base_change
 from warprock.kernels.event_space.block_contact import FLAT, Body, Corners, Held
-from warprock.kernels.event_space.block_moves import Four, body_at, turned
+from warprock.kernels.event_space.block_moves import body_at, turned
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
-from warprock.kernels.shape.stack import Three
 from warprock.kernels.shape_space.block import Block
+from warprock.kernels.vectors import Quaternion, Vector
 
 if FRICTION == "box":
     from warprock.kernels.event_space.block_box_friction import (
@@ -53,17 +53,17 @@ class State:
     was in the base before it was put back [m]; impacts; taken, whether the last trial was a step.
     """
 
-    x: Three
-    q: Four
-    v: Three
-    w: Three
-    turn: Three
-    swing: Three
+    x: Vector
+    q: Quaternion
+    v: Vector
+    w: Vector
+    turn: Vector
+    swing: Vector
     stance: int
     slip: int
     time: real
     knots: Knots
-    base: Three
+    base: Vector
     cap: real
     mode: int
     lost: real
@@ -80,24 +80,24 @@ class Base:
     knots passed after it; length d and end of the step [s].
     """
 
-    change: Three
-    kick: Three
-    first: Three
-    last: Three
+    change: Vector
+    kick: Vector
+    first: Vector
+    last: Vector
     knots: Knots
     d: real
     time: real
 
 
 @wp.func
-def kinetic_energy(body: Body, v: Three, w: Three) -> real:
+def kinetic_energy(body: Body, v: Vector, w: Vector) -> real:
     """Kinetic energy for unit mass in the frame of the base [J/kg]."""
     return HALF * (wp.dot(v, v) + wp.dot(w, body.inertia * w))
 
 
 @wp.func
 def next_step(
-    limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three, end: real,
+    limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real,
     s: State,
 ) -> Base:  # fmt: skip
     """Length of the next step, to a knot or the end at most, and what the base does in it."""
@@ -121,7 +121,7 @@ def next_step(
     b.d = d
     b.time = wp.where(d >= room, target, s.time + d)
     b.knots = s.knots
-    b.kick = Three()
+    b.kick = Vector()
     if b.time >= tx:
         b.knots[0] = s.knots[0] + 1
         b.kick[0] = knot_step(mx, s.knots[0])
@@ -134,8 +134,8 @@ def next_step(
     ax, jx, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(mx, s.knots[0], b.time, value[0], slope[0])
     ay, jy, _b2, _b3, _b4, _b5, _b6, _b7, _b8 = series(my, s.knots[1], b.time, value[1], slope[1])
     az, jz, _c2, _c3, _c4, _c5, _c6, _c7, _c8 = series(mz, s.knots[2], b.time, value[2], slope[2])
-    b.last = Three(ax, ay, az)
-    b.change = Three(
+    b.last = Vector(ax, ay, az)
+    b.change = Vector(
         base_change(mx, b.time, d, ax, jx, s.base[0], b.kick[0]),
         base_change(my, b.time, d, ay, jy, s.base[1], b.kick[1]),
         base_change(mz, b.time, d, az, jz, s.base[2], b.kick[2]),
@@ -146,13 +146,13 @@ def next_step(
 
 @wp.func(inline=False)
 def probed(
-    block: Block, limits: Limits, now: Body, q: Four, v: Three, w: Three, stance: int, slip: int,
-    a: Three,
+    block: Block, limits: Limits, now: Body, q: Quaternion, v: Vector, w: Vector, stance: int,
+    slip: int, a: Vector,
 ) -> Held:  # fmt: skip
     """The motion over a step of nearly no length, its `spare` a second."""
     d = PROBE * limits.longest_step
     soon = body_at(block, turned(q, w * (HALF * d)))
-    pull = a + Three(real(0.0), real(0.0), limits.gravity)
+    pull = a + Vector(real(0.0), real(0.0), limits.gravity)
     free = soon.inverse * (now.inertia * w)
     dirs = Corners()
     if slip != 0:

@@ -44,11 +44,11 @@ from warprock.kernels.event_space.body_contact import (
 )
 from warprock.kernels.event_space.body_law import bound, solve
 from warprock.kernels.event_space.body_quiet import HOP, Quiet, Support, rolled, stays
-from warprock.kernels.impulse_space.stack import Attitude, frame
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, UNSOLVED
 from warprock.kernels.motion import Motion
-from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.frame import frame
+from warprock.kernels.vectors import Quaternion, Vector
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
@@ -70,7 +70,7 @@ class State:
     """
 
     x: Vector
-    q: Attitude
+    q: Quaternion
     v: Vector
     w: Vector
     turn: Vector
@@ -102,7 +102,7 @@ class Look:
 
 
 @wp.func
-def attitude_after(block: Block, s: State, spin: Vector, w: Vector, d: real) -> Attitude:
+def attitude_after(block: Block, s: State, spin: Vector, w: Vector, d: real) -> Quaternion:
     """Attitude after a time of turning at the angular velocity w, or of free flight."""
     if s.flies:
         return flown(block, s.q, spin, d)

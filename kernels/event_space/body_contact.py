@@ -6,11 +6,10 @@ shape_space/body.py. Sets of points are bits of a number.
 
 import warp as wp
 
-from warprock.kernels.impulse_space.body_hold import solved
-from warprock.kernels.impulse_space.stack import Attitude, Matrix, frame, weighted
-from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.shape_space.body import APART, Frame, Point, spans
+from warprock.kernels.shape_space.body import APART, Frame, Point, divide_by_moments, spans
+from warprock.kernels.shape_space.frame import frame, weighted
+from warprock.kernels.vectors import Matrix, Quaternion, Vector
 
 ALL = wp.uint64(2**64 - 1)
 """All points."""
@@ -45,7 +44,7 @@ class Pose:
     """Where a body is: centre of mass [m], attitude, its matrix, inertia and its inverse."""
 
     x: Vector
-    q: Attitude
+    q: Quaternion
     turn: Matrix
     inertia: Matrix
     inverse: Matrix
@@ -93,12 +92,12 @@ def shape_of(block: Block, own: Frame) -> Shape:
     s.friction = block.friction
     s.inverse = Vector(block.inverse_x, block.inverse_y, block.inverse_z)
     s.reach = own.reach
-    s.axis = frame(Attitude(own.ax, own.ay, own.az, own.aw))[2]
+    s.axis = frame(Quaternion(own.ax, own.ay, own.az, own.aw))[2]
     return s
 
 
 @wp.func
-def posed(s: Shape, x: Vector, q: Attitude) -> Pose:
+def posed(s: Shape, x: Vector, q: Quaternion) -> Pose:
     """The pose of a centre of mass and an attitude."""
     one = real(1.0)
     pose = Pose()
@@ -171,6 +170,6 @@ def levelled(s: Shape, z: real, t: Touches):
         hy += gap * y
     flat = spans(real(total), xx, xy, yy)
     alone = total < 2 or xx + yy <= APART * s.reach * s.reach
-    ax, ay = solved(flat, alone, xx, xy, yy, hx, hy)
+    ax, ay = divide_by_moments(flat, alone, xx, xy, yy, hx, hy)
     turn = Vector(-ay, ax, zero)
     return -height - (turn[0] * my - turn[1] * mx), turn

@@ -30,9 +30,8 @@ from warprock.kernels.event_space.body_contact import (
     Touches,
     bit_of,
 )
-from warprock.kernels.impulse_space.stack import Matrix
-from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.body import APART, spans
+from warprock.kernels.vectors import Matrix, Vector
 
 ROUNDS = 20
 """Most rounds in which the points that press are looked for: of random bases and loads one of a

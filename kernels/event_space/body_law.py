@@ -43,9 +43,9 @@ from warprock.kernels.event_space.body_face import (
     stick_flat,
     sticks,
 )
-from warprock.kernels.impulse_space.stack import Matrix, gains_of, solve_contact
-from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.body import APART
+from warprock.kernels.shape_space.contact import gains_of, solve_contact
+from warprock.kernels.vectors import Matrix, Vector
 
 if FRICTION == "box":
     from warprock.kernels.event_space.block_box_friction import projected, sliding_bits

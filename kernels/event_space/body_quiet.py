@@ -27,10 +27,9 @@ from warprock.kernels.event_space.block_pack import (
 from warprock.kernels.event_space.block_trial import Base, Limits
 from warprock.kernels.event_space.body_contact import Shape, among, place_of
 from warprock.kernels.event_space.body_face import INSIDE
-from warprock.kernels.impulse_space.stack import Attitude
-from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.body import spans
+from warprock.kernels.vectors import Quaternion, Vector
 
 HOP = real(4.0)
 """Rise of a hop that lasts a step, from its first velocity: the product of both over this."""
@@ -64,7 +63,7 @@ class Quiet:
     """
 
     x: Vector
-    q: Attitude
+    q: Quaternion
     v: Vector
     w: Vector
     turn: Vector
@@ -95,7 +94,7 @@ def hinge_of(inertia: Vector, one: Vector, other: Vector, alone: bool) -> Hinge:
 
 
 @wp.func
-def room_of(body: Shape, q: Attitude, touch: wp.uint64) -> real:
+def room_of(body: Shape, q: Quaternion, touch: wp.uint64) -> real:
     """Distance from below the centre of mass within which pressure makes all that touch press [m].
 
     None where they span no plane, or it is not among them.
@@ -130,7 +129,7 @@ def room_of(body: Shape, q: Attitude, touch: wp.uint64) -> real:
 
 
 @wp.func
-def support_of(block: Block, body: Shape, height: real, q: Attitude, touch: wp.uint64) -> Support:
+def support_of(block: Block, body: Shape, height: real, q: Quaternion, touch: wp.uint64) -> Support:
     """What a body stands or turns on where some of its points touch."""
     s = Support()
     s.touch = touch
@@ -164,7 +163,7 @@ def stays(block: Block, limits: Limits, on: Support, b: Base) -> bool:
 
 @wp.func
 def landing(
-    body: Shape, limits: Limits, n: Quiet, x: Vector, q: Attitude, v: Vector, w: Vector,
+    body: Shape, limits: Limits, n: Quiet, x: Vector, q: Quaternion, v: Vector, w: Vector,
     touch: wp.uint64, d: real,
 ):  # fmt: skip
     """What the points do in a step that do not touch, from x, q, v and w at its start.
@@ -192,7 +191,7 @@ def landing(
 
 @wp.func
 def rolled(
-    block: Block, body: Shape, limits: Limits, on: Support, b: Base, x: Vector, q: Attitude,
+    block: Block, body: Shape, limits: Limits, on: Support, b: Base, x: Vector, q: Quaternion,
     v: Vector, w: Vector,
 ) -> Quiet:  # fmt: skip
     """The step of a body about a hinge; see `rolled` in event_space/block_pack.py."""

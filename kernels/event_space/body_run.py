@@ -21,12 +21,9 @@ from warprock.kernels.event_space.body_contact import (
 from warprock.kernels.event_space.body_quiet import Support, support_of
 from warprock.kernels.event_space.body_start import gone, let_go_with, lives_on
 from warprock.kernels.event_space.lane import Knobs
-from warprock.kernels.impulse_space.stack import Attitude
-from warprock.kernels.impulse_space.stack import frame as matrix_at
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
-from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
 from warprock.kernels.shape_space.body import (
@@ -36,6 +33,8 @@ from warprock.kernels.shape_space.body import (
     body_attitude,
     turns_of_body,
 )
+from warprock.kernels.shape_space.frame import frame as matrix_at
+from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(BRANCHES)
 
@@ -80,7 +79,7 @@ def start(block: Block, frame: Frame, body: Shape, limits: Limits) -> State:
     s = State()
     s.x = Vector(block.x, block.y, block.z)
     qx, qy, qz, qw = body_attitude(frame, block.qx, block.qy, block.qz, block.qw)
-    s.q = Attitude(qx, qy, qz, qw)
+    s.q = Quaternion(qx, qy, qz, qw)
     pose = posed(body, s.x, s.q)
     count = body.count
     for k in range(count):
@@ -95,7 +94,7 @@ def start(block: Block, frame: Frame, body: Shape, limits: Limits) -> State:
 
 
 @wp.func
-def attitude_at(block: Block, body: Shape, until: real, s0: State, s: State) -> Attitude:
+def attitude_at(block: Block, body: Shape, until: real, s0: State, s: State) -> Quaternion:
     """Attitude at a time inside the last step, from one state to the next."""
     d = s.time - s0.time
     q = s.q
@@ -122,7 +121,7 @@ def place_at(until: real, s0: State, s: State) -> Vector:
 
 
 @wp.func
-def peaks_at(block: Block, frame: Frame, before: BlockResult, q: Attitude, time: real):
+def peaks_at(block: Block, frame: Frame, before: BlockResult, q: Quaternion, time: real):
     """The largest turns so far, with those of an attitude."""
     leaf = before
     plane, across, tilt, yaw, _up, qz, qw = turns_of_body(block, frame, q[0], q[1], q[2], q[3])

@@ -11,10 +11,10 @@ from warprock.kernels.event_space.body import State, energy
 from warprock.kernels.event_space.body_contact import Shape, posed, touches_of
 from warprock.kernels.event_space.body_law import solve
 from warprock.kernels.modes import OVERTURNED, RUNNING, UNSOLVED
-from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import BlockResult
 from warprock.kernels.shape_space.body import Frame
+from warprock.kernels.vectors import Vector
 
 
 @wp.func

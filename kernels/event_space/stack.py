@@ -50,10 +50,11 @@ from warprock.kernels.event_space.stack_look import (
     touching,
 )
 from warprock.kernels.event_space.stack_solve import ROUNDS, solve
-from warprock.kernels.impulse_space.stack import Bodies, Numbers, Points, frame, rows_of, weighted
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.motion import Motion
-from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape_space.frame import frame, weighted
+from warprock.kernels.shape_space.stack import Bodies, Numbers, Points, rows_of
+from warprock.kernels.vectors import Vector
 
 STILL = by_precision(1.0e-10, 1.0e-4)
 """Velocity that is none, as a part of what gravity gives in a step."""

@@ -1,6 +1,6 @@
 """Where blocks of a stack in space touch, and the contact law there.
 
-Bodies, faces and slots are those of impulse_space/stack.py. A contact's directions are the axes
+Bodies, faces and slots are those of shape_space/stack.py. A contact's directions are the axes
 of the face that it lies on: of the lower block, or of the upper one where a corner of the lower
 block touches that; with friction as a box, there the lower block's along the upper face. What a
 contact obeys is its *law*:
@@ -18,28 +18,23 @@ it needs: their impulses are not unique, what they do is.
 
 import warp as wp
 
-from warprock.kernels.impulse_space.stack import (
+from warprock.kernels.shape.faces import SLOTS
+from warprock.kernels.shape.interface import GROUND_FACE
+from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.contact import Gains, gains_of, solve_contact
+from warprock.kernels.shape_space.frame import axis_of, frame, relative_velocity, weighted
+from warprock.kernels.shape_space.stack import (
     Axes,
     Bodies,
-    Gains,
-    Matrix,
     Numbers,
     PointGains,
     PointInts,
     PointNumbers,
     Points,
-    axis_of,
-    frame,
-    gains_of,
-    relative_velocity,
     rows_of,
     shared_corners,
-    solve_contact,
-    weighted,
 )
-from warprock.kernels.shape.faces import SLOTS, Vector
-from warprock.kernels.shape.interface import GROUND_FACE
-from warprock.kernels.shape_space.block import Block
+from warprock.kernels.vectors import Matrix, Vector
 
 CONE = 0
 HOLD = 1

@@ -25,15 +25,10 @@ from warprock.kernels.event_space.stack_contact import (
     holding,
     joined,
 )
-from warprock.kernels.impulse_space.stack import (
-    CONTACTS,
-    Bodies,
-    frame,
-    relative_velocity,
-    rows_of,
-    weighted,
-)
-from warprock.kernels.shape.faces import SLOTS, Vector
+from warprock.kernels.shape.faces import SLOTS
+from warprock.kernels.shape_space.frame import frame, relative_velocity, weighted
+from warprock.kernels.shape_space.stack import CONTACTS, Bodies, rows_of
+from warprock.kernels.vectors import Vector
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""

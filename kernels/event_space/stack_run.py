@@ -13,13 +13,14 @@ from warprock.kernels.event_space.lane import Knobs, Lane
 from warprock.kernels.event_space.stack import step
 from warprock.kernels.event_space.stack_contact import Ints, Own, Row, block_of, posed
 from warprock.kernels.event_space.stack_look import State, looked, momenta
-from warprock.kernels.impulse_space.stack import Attitude, Numbers, frame
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
-from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.block import Block, slide_of, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
+from warprock.kernels.shape_space.frame import frame
+from warprock.kernels.shape_space.stack import Numbers
+from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(LOOPS_STAY)
 
@@ -36,11 +37,11 @@ def start(own: Own, limits: Limits) -> State:
     """The state at the start."""
     s = State()
     bodies = int(BLOCKS + 1)
-    s.q[0] = Attitude(real(0.0), real(0.0), real(0.0), real(1.0))
+    s.q[0] = Quaternion(real(0.0), real(0.0), real(0.0), real(1.0))
     for k in range(1, bodies):
         b = block_of(own, k)
         s.x[k] = Vector(b.x, b.y, b.z)
-        s.q[k] = Attitude(b.qx, b.qy, b.qz, b.qw)
+        s.q[k] = Quaternion(b.qx, b.qy, b.qz, b.qw)
     pose = posed(own, s.x, s.q)
     look = looked(own, limits, s, pose, pose, s.v, s.w, Ints(), real(0.0))
     for k in range(1, bodies):
@@ -56,7 +57,7 @@ def start(own: Own, limits: Limits) -> State:
 
 
 @wp.func
-def attitude_at(own: Own, k: int, until: real, s0: State, s: State) -> Attitude:
+def attitude_at(own: Own, k: int, until: real, s0: State, s: State) -> Quaternion:
     """Attitude of a block at a time inside the last step, from one state to the next."""
     d = s.time - s0.time
     q = s.q[k]

@@ -33,16 +33,9 @@ from warprock.kernels.event_space.stack_contact import (
     slip_at,
     solve_by_sweeps,
 )
-from warprock.kernels.impulse_space.stack import (
-    Bodies,
-    Matrix,
-    Numbers,
-    PointNumbers,
-    Points,
-    relative_velocity,
-    rows_of,
-)
-from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape_space.frame import relative_velocity
+from warprock.kernels.shape_space.stack import Bodies, Numbers, PointNumbers, Points, rows_of
+from warprock.kernels.vectors import Matrix, Vector
 
 ROWS = 6 * BLOCKS
 BAND = 12

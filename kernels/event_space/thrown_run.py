@@ -10,7 +10,7 @@ import warp as wp
 
 from warprock.kernels.event_space.block import DUST, TOGETHER, solve, step
 from warprock.kernels.event_space.block_contact import FLAT, FLYING, Corners, mask_of, stance_of
-from warprock.kernels.event_space.block_moves import Four, body_at
+from warprock.kernels.event_space.block_moves import body_at
 from warprock.kernels.event_space.block_run import (
     Seen,
     attitude_at,
@@ -27,10 +27,10 @@ from warprock.kernels.event_space.lane import Knobs, Lane
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED, UNSOLVED
 from warprock.kernels.motion import Motion, sample_index
-from warprock.kernels.shape.stack import Three
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result  # noqa: F401
 from warprock.kernels.shape_space.thrown import Throw, after, leans, new_axes, old_corner, renamed
+from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(BRANCHES)
 
@@ -42,8 +42,8 @@ LANES = 1
 def let_go_with(block: Block, limits: Limits, throw: Throw, at_rest: State) -> State:
     """The state at the start, with its velocities, or with what the base leaves of them."""
     s = at_rest
-    s.v = Three(throw.vx, throw.vy, throw.vz)
-    s.w = Three(throw.wx, throw.wy, throw.wz)
+    s.v = Vector(throw.vx, throw.vy, throw.vz)
+    s.w = Vector(throw.wx, throw.wy, throw.wz)
     if s.stance != FLYING:
         body = body_at(block, s.q)
         speed = wp.length(s.v) + wp.length(s.w) * block.half_height
@@ -74,7 +74,7 @@ def stood_on(s: State, gx: real, gy: real, gw: real) -> State:
     """The state in renamed axes."""
     n = s
     x, y, z, w = after(s.q[0], s.q[1], s.q[2], s.q[3], gx, gy, real(0.0), gw)
-    n.q = Four(x, y, z, w)
+    n.q = Quaternion(x, y, z, w)
     n.stance = stance_of(corners_after(mask_of(s.stance), gx, gy, gw))
     along = corners_after(s.slip & 15, gx, gy, gw)
     n.slip = along | (corners_after(s.slip >> 4, gx, gy, gw) << 4)
@@ -82,14 +82,14 @@ def stood_on(s: State, gx: real, gy: real, gw: real) -> State:
 
 
 @wp.func
-def own_axes(q: Four, named: Four) -> Four:
+def own_axes(q: Quaternion, named: Quaternion) -> Quaternion:
     """The attitude of the axes that the block began with."""
     x, y, z, w = after(q[0], q[1], q[2], q[3], -named[0], -named[1], -named[2], named[3])
-    return Four(x, y, z, w)
+    return Quaternion(x, y, z, w)
 
 
 @wp.func
-def observe_tumbling(block: Block, before: Seen, s0: State, s: State, named: Four) -> Seen:
+def observe_tumbling(block: Block, before: Seen, s0: State, s: State, named: Quaternion) -> Seen:
     """What a step adds to what has been observed of a block that tumbles."""
     seen = before
     seen.leaf = peaks_at(block, before.leaf, own_axes(s.q, named), s.time)
@@ -122,7 +122,7 @@ def run_lanes(
     limits.gravity = knobs.gravity
     limits.longest_step = lanes[lane].longest_step
     limits.rest_gap = lanes[lane].rest_gap
-    named = Four(real(0.0), real(0.0), real(0.0), real(1.0))
+    named = Quaternion(real(0.0), real(0.0), real(0.0), real(1.0))
     s = let_go_with(block, limits, throw, start(block, TOGETHER * block.half_height))
     s0 = s
     seen = observe_start(block, s)
@@ -139,12 +139,12 @@ def run_lanes(
                 nx, ny, nz, nw = after(
                     named[0], named[1], named[2], named[3], gx, gy, real(0.0), gw
                 )
-                named = Four(nx, ny, nz, nw)
+                named = Quaternion(nx, ny, nz, nw)
             px = sample_index(mx, s.knots[0])
             py = sample_index(my, s.knots[1])
             pz = sample_index(mz, s.knots[2])
-            value = Three(pool[0, px], pool[0, py], pool[0, pz])
-            slope = Three(pool[1, px], pool[1, py], pool[1, pz])
+            value = Vector(pool[0, px], pool[0, py], pool[0, pz])
+            slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
             n = step(block, limits, mx, my, mz, value, slope, end, s)
             if n.taken:
                 if throw.tumbles == 1:

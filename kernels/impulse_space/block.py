@@ -48,9 +48,8 @@ from warprock.kernels.shape_space.block import (
     turn_freely,
     vector_product,
 )
+from warprock.kernels.shape_space.contact import drag, holds, slip_gains, stop_gains
 
-CONE = FRICTION == "cone"
-"""Whether friction is bound as a cone, else as a box along x and y."""
 FAR = real(1.0e30)
 
 
@@ -141,38 +140,6 @@ def swap_if(swap: real, a: wp.ref[real], b: wp.ref[real]):
     first = real(a)
     a = wp.where(swap > real(0.0), b, first)
     b = wp.where(swap > real(0.0), first, b)
-
-
-@wp.func
-def slip_gains(on: real, kxx: real, kxy: real, kyy: real):
-    """Friction of a contact for its slip, from K_t: three numbers, see `drag`.
-
-    For the cone the first is the inverse of the largest eigenvalue. For the box they are the
-    inverses of K_xx and K_yy, with K_xy between them. All but K_xy are zero where `on` is.
-    """
-    p1, p2, p3 = on / kxx, kxy, on / kyy
-    if CONE:
-        apart = HALF * (kxx - kyy)
-        p1 = on / (HALF * (kxx + kyy) + wp.sqrt(dot(apart, kxy, apart, kxy)))
-    return p1, p2, p3
-
-
-@wp.func
-def cofactors(xx: real, xy: real, xz: real, yy: real, yz: real, zz: real):
-    """Cofactors of a symmetric matrix: entries 11, 12, 13, 22, 23, 33."""
-    c11, c12, c13 = vector_product(xy, yy, yz, xz, yz, zz)
-    return (
-        c11, c12, c13,
-        fused_less(xz, xz, xx * zz), fused_less(xx, yz, xy * xz), fused_less(xy, xy, xx * yy),
-    )  # fmt: skip
-
-
-@wp.func
-def stop_gains(on: real, xx: real, xy: real, xz: real, yy: real, yz: real, zz: real):
-    """Inverse of the matrix K of a contact, times `on`: entries 11, 12, 13, 22, 23, 33."""
-    c11, c12, c13, c22, c23, c33 = cofactors(xx, xy, xz, yy, yz, zz)
-    over = on / product(xx, xy, xz, c11, c12, c13)
-    return over * c11, over * c12, over * c13, over * c22, over * c23, over * c33
 
 
 @wp.func
@@ -277,31 +244,6 @@ def warm_start(
     ox = fused(c1, pz, fused(b1, py, fused(a1, px, ox)))
     oy = fused(c2, pz, fused(b2, py, fused(a2, px, oy)))
     oz = fused(c3, pz, fused(b3, py, fused(a3, px, oz)))
-
-
-@wp.func
-def drag(bound: real, fx: real, fy: real, ux: real, uy: real, p1: real, p2: real, p3: real):
-    """Friction of a contact for its slip (ux, uy) [m/s], within a bound; see `slip_gains`."""
-    new_x = fused_less(p1, ux, fx)
-    new_y = fused_less(p1, uy, fy)
-    if CONE:
-        short = bound / wp.sqrt(larger(dot(new_x, new_y, new_x, new_y), TINY))
-        short = smaller(short, real(1.0))
-        new_x = short * new_x
-        new_y = short * new_y
-    else:
-        new_x = larger(smaller(new_x, bound), -bound)
-        new_y = larger(smaller(fused_less(p3, fused(p2, new_x - fx, uy), fy), bound), -bound)
-    return new_x, new_y
-
-
-@wp.func
-def holds(fx: real, fy: real, n: real, mu: real) -> bool:
-    """Whether the impulses of a contact push, with their friction within its bound."""
-    inside = dot(fx, fy, fx, fy) <= mu * mu * n * n
-    if not CONE:
-        inside = larger(fx, -fx) <= mu * n and larger(fy, -fy) <= mu * n
-    return inside and n >= real(0.0)
 
 
 @wp.func

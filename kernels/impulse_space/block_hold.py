@@ -20,7 +20,7 @@ slides, is left to the sweeps.
 
 import warp as wp
 
-from warprock.kernels.impulse_space.block import Knobs, cofactors, holds
+from warprock.kernels.impulse_space.block import Knobs
 from warprock.kernels.shape_space.block import (
     in_axes,
     inverse_inertia,
@@ -28,6 +28,7 @@ from warprock.kernels.shape_space.block import (
     product,
     vector_product,
 )
+from warprock.kernels.shape_space.contact import cofactors, holds
 
 QUARTER = real(0.25)
 WITHIN = by_precision(1.0 - 1.0e-12, 1.0 - 1.0e-5)

@@ -20,10 +20,11 @@ of impulse_space/block.py do the rest.
 
 import warp as wp
 
-from warprock.kernels.impulse_space.block import Knobs, copy_vector, holds
+from warprock.kernels.impulse_space.block import Knobs, copy_vector
 from warprock.kernels.impulse_space.block_hold import WITHIN, over, times
 from warprock.kernels.shape_space.block import inverse_inertia, product, vector_product
-from warprock.kernels.shape_space.body import APART, spans
+from warprock.kernels.shape_space.body import APART, divide_by_moments, spans
+from warprock.kernels.shape_space.contact import holds
 
 LEFT = by_precision(1.0e-9, 1.0e-2)
 """Part of gravity's velocity in a step by which a point may miss what it aims at: round-off."""
@@ -53,17 +54,6 @@ def add_held(
     t = t + d
     tx = tx + d * a
     ty = ty + d * b
-
-
-@wp.func
-def solved(flat: bool, alone: bool, xx: real, xy: real, yy: real, x: real, y: real):
-    """The inverse of second moments times a vector; of a line, or a point, their pseudo-inverse."""
-    whole = larger(xx + yy, TINY)
-    part = real(1.0) / wp.where(flat, xx * yy - xy * xy, whole * whole)
-    a, b = yy * x - xy * y, xx * y - xy * x
-    c, d = xx * x + xy * y, xy * x + yy * y
-    part = wp.where(alone, real(0.0), part)
-    return part * wp.where(flat, a, c), part * wp.where(flat, b, d)
 
 
 @wp.func
@@ -127,8 +117,8 @@ def find_motion(
     flat, whole = spans(count, axx, axy, ayy), axx + ayy
     some, alone = count > zero, count < real(1.5) or whole <= APART * reach * reach
     # Slopes of the plane, or the line, through the points; and of their aims.
-    slope_x, slope_y = solved(flat, alone, axx, axy, ayy, zx - mz * ax, zy - mz * ay)
-    climb_x, climb_y = solved(flat, alone, axx, axy, ayy, tx - t * ax, ty - t * ay)
+    slope_x, slope_y = divide_by_moments(flat, alone, axx, axy, ayy, zx - mz * ax, zy - mz * ay)
+    climb_x, climb_y = divide_by_moments(flat, alone, axx, axy, ayy, tx - t * ax, ty - t * ay)
     ox = climb_y
     oy = -climb_x
     # In the plane of the points; what closes gaps along a line is level.
@@ -160,7 +150,7 @@ def find_motion(
     sx, sy, sz = vector_product(ex, ey, ez, ax, ay, az)
     gz = hz - lz + sz
     push = over_count * ez
-    sx, sy = solved(flat, alone, axx, axy, ayy, ly - hy - sy, hx - lx + sx)
+    sx, sy = divide_by_moments(flat, alone, axx, axy, ayy, ly - hy - sy, hx - lx + sx)
     bx = sx
     by = sy
     copy_vector(ax, ay, az, mx, my, mz)

@@ -14,31 +14,25 @@ import warp as wp
 
 from warprock.kernels.impulse.stack import clear
 from warprock.kernels.impulse_space.block import Knobs, side_of, slips
-from warprock.kernels.impulse_space.stack import (
-    Attitude,
+from warprock.kernels.impulse_space.stack import fastest_slip, find_contacts, solve
+from warprock.kernels.instance import LOOPS_STAY
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
+from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.shape.interface import GROUND_FACE
+from warprock.kernels.shape_space.block import Block, slide_of, turn_freely, turns_of
+from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
+from warprock.kernels.shape_space.frame import axis_of, frame, weighted
+from warprock.kernels.shape_space.stack import (
     Axes,
     Bodies,
-    Matrix,
     Numbers,
     PointInts,
     PointNumbers,
     Points,
-    axis_of,
-    fastest_slip,
-    find_contacts,
-    frame,
     rows_of,
     shared_corners,
-    solve,
-    weighted,
 )
-from warprock.kernels.instance import LOOPS_STAY
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
-from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.shape.faces import Vector
-from warprock.kernels.shape.interface import GROUND_FACE
-from warprock.kernels.shape_space.block import Block, slide_of, turn_freely, turns_of
-from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
+from warprock.kernels.vectors import Matrix, Quaternion, Vector
 
 wp.set_module_options(LOOPS_STAY)
 
@@ -59,7 +53,7 @@ AllSeen = wp.types.matrix(shape=(BLOCKS + 1, 8), dtype=real)
 
 @wp.func
 def observe_block(
-    seen: Seen, time: real, block: Block, q: Attitude, r: Matrix, m: Matrix, c: Vector
+    seen: Seen, time: real, block: Block, q: Quaternion, r: Matrix, m: Matrix, c: Vector
 ) -> Seen:
     """What has been seen of a block after a step.
 
@@ -124,19 +118,19 @@ def lean_of(m: Matrix, rate: Vector, hint: Vector, before: Vector) -> Vector:
 
 
 @wp.func
-def attitude_to_store(block: Block, q: Attitude, spin: Vector, past: real) -> Attitude:
+def attitude_to_store(block: Block, q: Quaternion, spin: Vector, past: real) -> Quaternion:
     """Attitude of a block at a sample that its lane has passed by the time -past [s]."""
     e, f, g, h = turn_freely(
         q[0], q[1], q[2], q[3], spin[0], spin[1], spin[2],
         block.inverse_x, block.inverse_y, block.inverse_z, past,
     )  # fmt: skip
-    return Attitude(e, f, g, h)
+    return Quaternion(e, f, g, h)
 
 
 @wp.func
 def integrate(
     settles: bool, block: Block, knobs: Knobs, dv: Vector, at: Vector, v: Vector, spin: Vector,
-    q: Attitude, r: Matrix, u: Vector, o: Vector, lift: Vector,
+    q: Quaternion, r: Matrix, u: Vector, o: Vector, lift: Vector,
 ):  # fmt: skip
     """Moves a block by a step, or by half a step back before the first one.
 
@@ -187,7 +181,7 @@ def run_lanes(
     for k in range(1, bodies):
         block = blocks[k - 1, lane]
         at[k] = Vector(block.x, block.y, block.z)
-        attitude[k] = Attitude(block.qx, block.qy, block.qz, block.qw)
+        attitude[k] = Quaternion(block.qx, block.qy, block.qz, block.qw)
         light[k] = real(1.0) / block.mass
         mu[k] = block.friction
         for i in range(1, k + 1):

@@ -31,10 +31,11 @@ from warprock.kernels.impulse_space.bounce import bounce, calm
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import OVERTURNED, RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.shape.stack import Matrix, Three
 from warprock.kernels.shape_space.block import Block, matrix_of, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
 from warprock.kernels.shape_space.thrown import Throw, after, leans, new_axes, renamed
+from warprock.kernels.vectors import Matrix
+from warprock.kernels.vectors import Vector as Three
 
 wp.set_module_options(BRANCHES)
 

@@ -17,11 +17,11 @@ one another share the upper face's corners: the lower face counts as larger by a
 
 import warp as wp
 
+from warprock.kernels.vectors import Vector
+
 SLOTS = 16
 SAME = real(1.0e-6)
 """Part of a face by which another one may stick out and still count as on it."""
-
-Vector = wp.types.vector(length=3, dtype=real)
 
 
 @wp.func

@@ -20,6 +20,9 @@ that edge. What goes from edge to edge is in event/stack_body.py.
 
 import warp as wp
 
+from warprock.kernels.vectors import Matrix
+from warprock.kernels.vectors import Vector as Three
+
 OPEN = 0
 PLUS = 1
 MINUS = 2
@@ -38,8 +41,6 @@ Triples = wp.types.vector(length=3 * BLOCKS, dtype=real)
 """Three numbers a block: velocity (x, z, rotation); an interface: along it, at + and - end."""
 Rows = wp.types.matrix(shape=(3 * BLOCKS, 3), dtype=real)
 """A matrix of 3 x 3 an interface."""
-Three = wp.types.vector(length=3, dtype=real)
-Matrix = wp.types.matrix(shape=(3, 3), dtype=real)
 
 
 @wp.struct

@@ -1,0 +1,129 @@
+"""What impulses at one contact in space do, and the impulses that obey its law.
+
+K is the matrix of velocity for impulse at the contact, p = (f_x, f_y, n) its impulse, u its
+velocity. p - K^-1 u stops it: if that pushes and its friction is within Coulomb's bound, the
+contact sticks. Else n = max(n - u_z / K_zz, 0), and then the friction of a slip u_t: for the cone
+f - u_t / (largest eigenvalue of K_t), shortened to the bound, for the box f_x and f_y each within
+the bound. The cone's fixed points are those of Coulomb's law: a slip leaves f = - mu n u_t / |u_t|,
+in whatever direction.
+"""
+
+import warp as wp
+
+from warprock.kernels.shape_space.block import product, vector_product
+from warprock.kernels.shape_space.frame import parts_along, relative_velocity
+from warprock.kernels.vectors import Matrix, Vector
+
+CONE = FRICTION == "cone"
+"""Whether friction is bound as a cone, else as a box along x and y."""
+
+Gains = wp.types.vector(length=12, dtype=real)
+"""Of one contact: the inverse of K_zz, p1 to p3 of `slip_gains`, h11 to h33 of `stop_gains`, K_xz
+and K_yz."""
+
+
+@wp.func
+def slip_gains(on: real, kxx: real, kxy: real, kyy: real):
+    """Friction of a contact for its slip, from K_t: three numbers, see `drag`.
+
+    For the cone the first is the inverse of the largest eigenvalue. For the box they are the
+    inverses of K_xx and K_yy, with K_xy between them. All but K_xy are zero where `on` is.
+    """
+    p1, p2, p3 = on / kxx, kxy, on / kyy
+    if CONE:
+        apart = HALF * (kxx - kyy)
+        p1 = on / (HALF * (kxx + kyy) + wp.sqrt(dot(apart, kxy, apart, kxy)))
+    return p1, p2, p3
+
+
+@wp.func
+def cofactors(xx: real, xy: real, xz: real, yy: real, yz: real, zz: real):
+    """Cofactors of a symmetric matrix: entries 11, 12, 13, 22, 23, 33."""
+    c11, c12, c13 = vector_product(xy, yy, yz, xz, yz, zz)
+    return (
+        c11, c12, c13,
+        fused_less(xz, xz, xx * zz), fused_less(xx, yz, xy * xz), fused_less(xy, xy, xx * yy),
+    )  # fmt: skip
+
+
+@wp.func
+def stop_gains(on: real, xx: real, xy: real, xz: real, yy: real, yz: real, zz: real):
+    """Inverse of the matrix K of a contact, times `on`: entries 11, 12, 13, 22, 23, 33."""
+    c11, c12, c13, c22, c23, c33 = cofactors(xx, xy, xz, yy, yz, zz)
+    over = on / product(xx, xy, xz, c11, c12, c13)
+    return over * c11, over * c12, over * c13, over * c22, over * c23, over * c33
+
+
+@wp.func
+def drag(bound: real, fx: real, fy: real, ux: real, uy: real, p1: real, p2: real, p3: real):
+    """Friction of a contact for its slip (ux, uy) [m/s], within a bound; see `slip_gains`."""
+    new_x = fused_less(p1, ux, fx)
+    new_y = fused_less(p1, uy, fy)
+    if CONE:
+        short = bound / wp.sqrt(larger(dot(new_x, new_y, new_x, new_y), TINY))
+        short = smaller(short, real(1.0))
+        new_x = short * new_x
+        new_y = short * new_y
+    else:
+        new_x = larger(smaller(new_x, bound), -bound)
+        new_y = larger(smaller(fused_less(p3, fused(p2, new_x - fx, uy), fy), bound), -bound)
+    return new_x, new_y
+
+
+@wp.func
+def holds(fx: real, fy: real, n: real, mu: real) -> bool:
+    """Whether the impulses of a contact push, with their friction within its bound."""
+    inside = dot(fx, fy, fx, fy) <= mu * mu * n * n
+    if not CONE:
+        inside = larger(fx, -fx) <= mu * n and larger(fy, -fy) <= mu * n
+    return inside and n >= real(0.0)
+
+
+@wp.func
+def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vector) -> Gains:
+    """What impulses at a contact do: pn, p1 to 3, h11 to 33, kx, ky of `Gains`.
+
+    Args:
+        both: Sum of the inverse masses of its bodies [1/kg].
+        e: Its directions, one a row.
+        ju, jl: Inverse inertia of the upper body [1/(kg m^2)] and of the lower one.
+        ru, rl: Levers from the upper and the lower centre of mass [m].
+    """
+    one = real(1.0)
+    u1, u2, u3 = wp.cross(ru, e[0]), wp.cross(ru, e[1]), wp.cross(ru, e[2])
+    l1, l2, l3 = wp.cross(rl, e[0]), wp.cross(rl, e[1]), wp.cross(rl, e[2])
+    k11 = both + wp.dot(u1, ju * u1) + wp.dot(l1, jl * l1)
+    k12 = wp.dot(u1, ju * u2) + wp.dot(l1, jl * l2)
+    k13 = wp.dot(u1, ju * u3) + wp.dot(l1, jl * l3)
+    k22 = both + wp.dot(u2, ju * u2) + wp.dot(l2, jl * l2)
+    k23 = wp.dot(u2, ju * u3) + wp.dot(l2, jl * l3)
+    k33 = both + wp.dot(u3, ju * u3) + wp.dot(l3, jl * l3)
+    p1, p2, p3 = slip_gains(one, k11, k12, k22)
+    h11, h12, h13, h22, h23, h33 = stop_gains(one, k11, k12, k13, k22, k23, k33)
+    return Gains(one / k33, p1, p2, p3, h11, h12, h13, h22, h23, h33, k13, k23)
+
+
+@wp.func
+def solve_contact(
+    mu: real, gap: real, rate: real, gains: Gains, e: Matrix, ru: Vector, rl: Vector, p: Vector,
+    vu: Vector, ou: Vector, vl: Vector, ol: Vector,
+) -> Vector:  # fmt: skip
+    """Gauss-Seidel on the impulses p of a contact, along its directions: what they become [N s].
+
+    Arguments as in `gains_of`; v and o with u or l are the velocities and angular velocities of the
+    upper and the lower body.
+    """
+    zero, g = real(0.0), gains
+    x, y, parting = parts_along(e, relative_velocity(vu, ou, ru, vl, ol, rl))
+    z = fused(larger(gap, zero), rate, parting)
+    stop_x = p[0] - product(g[4], g[5], g[6], x, y, z)
+    stop_y = p[1] - product(g[5], g[7], g[8], x, y, z)
+    stop_z = p[2] - product(g[6], g[8], g[9], x, y, z)
+    if holds(stop_x, stop_y, stop_z, mu):
+        return Vector(stop_x, stop_y, stop_z)
+    push = larger(fused_less(g[0], z, p[2]), zero)
+    # The slip that the normal impulse leaves.
+    more = push - p[2]
+    slip_x, slip_y = fused(more, g[10], x), fused(more, g[11], y)
+    fx, fy = drag(mu * push, p[0], p[1], slip_x, slip_y, g[1], g[2], g[3])
+    return Vector(fx, fy, push)

@@ -1,0 +1,76 @@
+"""Attitudes, moments of inertia and velocities of bodies in space, as vectors and matrices.
+
+A body has the velocity v of its centre of mass and the angular velocity o, both in the axes of the
+base. Its point at the lever r from the centre of mass moves at v + o x r.
+"""
+
+import warp as wp
+
+from warprock.kernels.shape_space.block import in_axes, inverse_inertia, matrix_of, vector_product
+from warprock.kernels.vectors import Matrix, Quaternion, Vector
+
+
+@wp.func
+def frame(q: Quaternion) -> Matrix:
+    """Rotation matrix of an attitude."""
+    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(q[0], q[1], q[2], q[3])
+    return Matrix(r11, r12, r13, r21, r22, r23, r31, r32, r33)
+
+
+@wp.func
+def weighted(r: Matrix, x: real, y: real, z: real) -> Matrix:
+    """R diag(x, y, z) R^T: a moment of inertia, or its inverse, in the axes of the base."""
+    xx, xy, xz, yy, yz, zz = inverse_inertia(
+        r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2], x, y, z
+    )
+    return Matrix(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+
+
+@wp.func
+def axis_of(r: Matrix, i: int) -> Vector:
+    """One of the axes of a body: a column of its rotation matrix."""
+    return Vector(r[0, i], r[1, i], r[2, i])
+
+
+@wp.func
+def parts_along(e: Matrix, v: Vector):
+    """The parts of a vector along three directions, one a row."""
+    return in_axes(
+        e[0, 0], e[0, 1], e[0, 2], e[1, 0], e[1, 1], e[1, 2], e[2, 0], e[2, 1], e[2, 2],
+        v[0], v[1], v[2],
+    )  # fmt: skip
+
+
+@wp.func
+def velocity_at(v: Vector, o: Vector, r: Vector) -> Vector:
+    """Velocity of a point of a block at the lever r from its centre of mass [m/s]."""
+    return Vector(
+        fused_less(o[2], r[1], fused(o[1], r[2], v[0])),
+        fused_less(o[0], r[2], fused(o[2], r[0], v[1])),
+        fused_less(o[1], r[0], fused(o[0], r[1], v[2])),
+    )
+
+
+@wp.func
+def relative_velocity(
+    vu: Vector, ou: Vector, ru: Vector, vl: Vector, ol: Vector, rl: Vector
+) -> Vector:
+    """Velocity of a contact on the upper block as seen from the lower one [m/s]."""
+    return velocity_at(vu, ou, ru) - velocity_at(vl, ol, rl)
+
+
+@wp.func
+def pushed(v: Vector, light: real, p: Vector) -> Vector:
+    """The velocity v of a block of the inverse mass `light` after the impulse p [m/s]."""
+    return Vector(fused(light, p[0], v[0]), fused(light, p[1], v[1]), fused(light, p[2], v[2]))
+
+
+@wp.func
+def spun(o: Vector, j: Matrix, r: Vector, p: Vector) -> Vector:
+    """The angular velocity o of a block, its inverse inertia j, after an impulse p at r [rad/s]."""
+    x, y, z = vector_product(r[0], r[1], r[2], p[0], p[1], p[2])
+    return Vector(
+        fused(j[0, 2], z, fused(j[0, 1], y, fused(j[0, 0], x, o[0]))),
+        fused(j[1, 2], z, fused(j[1, 1], y, fused(j[1, 0], x, o[1]))),
+        fused(j[2, 2], z, fused(j[2, 1], y, fused(j[2, 0], x, o[2]))),
+    )

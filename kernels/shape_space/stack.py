@@ -1,0 +1,96 @@
+"""Stacks of blocks in space: numbers of their bodies, and where two blocks can touch.
+
+Bodies are numbered from the ground: body 0 is the ground, an endless face that nothing moves, body
+k the k-th block. The contacts of interface k, below block k, are the corners of what the bottom
+face of block k and the top face of what it stands on share (see shape/faces.py).
+"""
+
+import warp as wp
+
+from warprock.kernels.shape.faces import SLOTS, corner, mirrored
+from warprock.kernels.shape_space.block import Block
+from warprock.kernels.vectors import Matrix, Vector
+
+CONTACTS = 8
+"""Contacts of an interface: as many as two rectangles share corners."""
+UPPER = 4
+"""Slots of the upper face's own corners, the first ones."""
+WHOLE = 15
+"""Bits of their slots, all set."""
+
+Bodies = wp.types.matrix(shape=(BLOCKS + 1, 3), dtype=real)
+"""One vector a body, the ground first."""
+Numbers = wp.types.vector(length=BLOCKS + 1, dtype=real)
+"""One number a body."""
+Axes = wp.types.matrix(shape=(3 * (BLOCKS + 1), 3), dtype=real)
+"""One matrix of 3 x 3 a body."""
+Points = wp.types.matrix(shape=(CONTACTS * BLOCKS, 3), dtype=real)
+"""One vector a contact."""
+PointGains = wp.types.matrix(shape=(CONTACTS * BLOCKS, 12), dtype=real)
+"""The `Gains` of each contact; see shape_space/contact.py."""
+PointNumbers = wp.types.vector(length=CONTACTS * BLOCKS, dtype=real)
+"""One number a contact."""
+PointInts = wp.types.vector(length=CONTACTS * BLOCKS, dtype=int)
+"""One whole number a contact."""
+Corners = wp.types.matrix(shape=(SLOTS, 3), dtype=real)
+"""One vector a slot."""
+CornerNumbers = wp.types.vector(length=SLOTS, dtype=real)
+"""One number a slot."""
+
+
+@wp.func
+def rows_of(rows: Axes, k: int) -> Matrix:
+    """The matrix of a body, of three rows."""
+    return Matrix(
+        rows[3 * k, 0], rows[3 * k, 1], rows[3 * k, 2],
+        rows[3 * k + 1, 0], rows[3 * k + 1, 1], rows[3 * k + 1, 2],
+        rows[3 * k + 2, 0], rows[3 * k + 2, 1], rows[3 * k + 2, 2],
+    )  # fmt: skip
+
+
+@wp.func
+def visited(slot: int, lean: Vector) -> int:
+    """Slot that is visited in the turn of another, where a block leans to the sides given."""
+    zero = real(0.0)
+    return mirrored(slot, wp.where(lean[0] < zero, 1, 0), wp.where(lean[1] < zero, 1, 0))
+
+
+@wp.func
+def shared_corners(block: Block, below: Block, m: Matrix, c: Vector, lean: Vector):
+    """Corners of what two faces share, by slot (see shape/faces.py), found in a mirror image.
+
+    Args:
+        block: The upper block.
+        below: The lower one.
+        m: Attitude of the upper block as seen from the lower one.
+        c: Its centre of mass from that of the lower one, in the axes of that [m].
+        lean: Sides, -1 or 1, along x and y: where -1, the image is mirrored.
+
+    Returns:
+        The points from the lower centre of mass, in the lower axes and not mirrored [m]; the gaps
+        [m]; and in the bits of a number which of them there are.
+    """
+    sx, sy = lean[0], lean[1]
+    x = c[0] + below.centre_x - m[0, 0] * block.centre_x - m[0, 1] * block.centre_y
+    y = c[1] + below.centre_y - m[1, 0] * block.centre_x - m[1, 1] * block.centre_y
+    z = c[2] - below.half_height - m[2, 0] * block.centre_x - m[2, 1] * block.centre_y
+    h = block.half_height
+    middle = Vector(sx * (x - h * m[0, 2]), sy * (y - h * m[1, 2]), z - h * m[2, 2])
+    d = Vector(m[0, 0], sx * sy * m[1, 0], sx * m[2, 0])
+    e = Vector(sx * sy * m[0, 1], m[1, 1], sy * m[2, 1])
+    places, gaps, there, s = Corners(), CornerNumbers(), int(0), int(0)
+    # A face whose corners all lie over the other shares them alone.
+    while s < wp.where(there == WHOLE, UPPER, int(SLOTS)):
+        point, exists = corner(
+            s, middle, d, e, block.half_width, block.half_depth, below.half_width, below.half_depth
+        )
+        t = visited(s, lean)
+        places[t] = Vector(
+            sx * point[0] - below.centre_x,
+            sy * point[1] - below.centre_y,
+            point[2] + below.half_height,
+        )
+        gaps[t] = point[2]
+        there = there | wp.where(exists, 1 << t, 0)
+        s += 1
+    return places, gaps, there
