@@ -27,9 +27,10 @@ References:
 
 import warp as wp
 
-from warprock.kernels.impulse_space.block import CONE, Knobs
+from warprock.kernels.impulse_space.block import Knobs
 from warprock.kernels.impulse_space.block_hold import keep
 from warprock.kernels.shape_space.block import matrix_of
+from warprock.kernels.shape_space.contact import CONE
 
 PLANE = by_precision(1.0e-9, 1.0e-4)
 """Part of its motion by which a block may leave a plane that it moves in: round-off that grew."""
