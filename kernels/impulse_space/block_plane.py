@@ -27,10 +27,18 @@ References:
 
 import warp as wp
 
-from warprock.kernels.impulse_space.block import Knobs
-from warprock.kernels.impulse_space.block_hold import keep
-from warprock.kernels.shape_space.block import matrix_of
+from warprock.kernels.impulse_space.block import (
+    Box,
+    Contact,
+    Corners,
+    Impulse,
+    Knobs,
+    Lean,
+    Velocity,
+)
+from warprock.kernels.impulse_space.block_hold import Four
 from warprock.kernels.shape_space.contact import CONE
+from warprock.kernels.shape_space.lanes import State, turn_of
 
 PLANE = by_precision(1.0e-9, 1.0e-4)
 """Part of its motion by which a block may leave a plane that it moves in: round-off that grew."""
@@ -64,6 +72,26 @@ class Speeds:
 
 
 @wp.struct
+class Edges:
+    """The contact problem of two edges.
+
+    Attributes:
+        a, b: The edges.
+        free: Motion without contact.
+        inertia: Inverse moment of inertia across the plane, for unit mass [1/m^2].
+        mu: Friction coefficient.
+        round_off: By how much a solution may miss the law of contact [m/s].
+    """
+
+    a: Edge
+    b: Edge
+    free: Speeds
+    inertia: real
+    mu: real
+    round_off: real
+
+
+@wp.struct
 class Shares:
     """Friction and normal impulses of the edges A and B, for mass 1 [m/s].
 
@@ -78,75 +106,76 @@ class Shares:
 
 
 @wp.func
-def find_plane(
-    knobs: Knobs, half_height: real, cx: real, cy: real, qx: real, qy: real, qz: real, qw: real,
-    ux: real, uy: real, ox: real, oy: real, oz: real,
-) -> real:  # fmt: skip
+def find_plane(knobs: Knobs, box: Box, s: State, u: Velocity) -> real:
     """The plane of its symmetry that a block moves in: 1 along its width, 2 along its depth.
 
-    0 where it moves in neither. Friction within a box must have its axes there.
-
-    Args:
-        knobs: Settings.
-        half_height: Of the block [m].
-        cx, cy: Its centre of mass from the middle [m].
-        qx, qy, qz, qw: Its attitude.
-        ux, uy: Horizontal velocity without contact [m/s].
-        ox, oy, oz: Angular velocity [rad/s].
+    0 where it moves in neither. Friction within a box must have its axes there. u is the velocity
+    without contact.
     """
-    zero = real(0.0)
-    r11, r12, _13, r21, r22, _23, r31, r32, _33 = matrix_of(qx, qy, qz, qw)
+    zero, h = real(0.0), box.half_height
+    r = turn_of(s)
     # Speeds along the width and along the depth, in both the turn about the other axis.
-    wide = size(dot(r11, r21, ux, uy)) + half_height * size(dot(r12, r22, ox, oy))
-    deep = size(dot(r12, r22, ux, uy)) + half_height * size(dot(r11, r21, ox, oy))
-    fall, yaw = knobs.gravity * knobs.time_step, half_height * size(oz)
-    wide_only = deep + yaw <= PLANE * (wide + fall) and size(r32) <= PLANE and cy == zero
-    deep_only = wide + yaw <= PLANE * (deep + fall) and size(r31) <= PLANE and cx == zero
+    about_width = size(dot(r.r11, r.r21, u.turn_x, u.turn_y))
+    about_depth = size(dot(r.r12, r.r22, u.turn_x, u.turn_y))
+    wide = size(dot(r.r11, r.r21, u.x, u.y)) + h * about_depth
+    deep = size(dot(r.r12, r.r22, u.x, u.y)) + h * about_width
+    fall, yaw = knobs.gravity * knobs.time_step, h * size(u.turn_z)
+    wide_only = deep + yaw <= PLANE * (wide + fall) and size(r.r32) <= PLANE
+    deep_only = wide + yaw <= PLANE * (deep + fall) and size(r.r31) <= PLANE
+    wide_only = wide_only and box.centre_y == zero
+    deep_only = deep_only and box.centre_x == zero
     if not CONE:
-        square = smaller(size(r21), size(r11)) <= PLANE
+        square = smaller(size(r.r21), size(r.r11)) <= PLANE
         wide_only = wide_only and square
         deep_only = deep_only and square
     return wp.where(wide_only, real(1.0), wp.where(deep_only, real(2.0), zero))
 
 
 @wp.func
-def edge_of(
-    along_x: real, along_y: real, x0: real, y0: real, h0: real, aim0: real, on0: real,
-    x1: real, y1: real, h1: real, aim1: real, on1: real,
-) -> Edge:  # fmt: skip
-    """The edge between two corners at the levers (x0, y0, h0) and (x1, y1, h1)."""
-    x = HALF * (dot(along_x, along_y, x0, y0) + dot(along_x, along_y, x1, y1))
-    return Edge(x, HALF * (h0 + h1), HALF * (aim0 + aim1), larger(on0, on1))
-
-
-@wp.func
-def level(
-    plane: real, aim0: wp.ref[real], aim1: wp.ref[real], aim2: wp.ref[real], aim3: wp.ref[real],
-    on0: wp.ref[real], on1: wp.ref[real], on2: wp.ref[real], on3: wp.ref[real],
-):  # fmt: skip
-    """Both corners of an edge are contacts if one is, and aim at the same, where there is a plane.
-
-    A gap is a small difference of lengths, and an aim is a gap over the time step.
-    """
+def mate(plane: real, x: Four) -> Four:
+    """The number of the mirror image of each corner; its own where there is no plane."""
     wide, deep = plane == real(1.0), plane == real(2.0)
-    a0, a1, a2, a3 = real(aim0), real(aim1), real(aim2), real(aim3)
-    aim0 = HALF * (a0 + wp.where(wide, a2, wp.where(deep, a1, a0)))
-    aim1 = HALF * (a1 + wp.where(wide, a3, wp.where(deep, a0, a1)))
-    aim2 = HALF * (a2 + wp.where(wide, a0, wp.where(deep, a3, a2)))
-    aim3 = HALF * (a3 + wp.where(wide, a1, wp.where(deep, a2, a3)))
-    a0 = real(on0)
-    a1 = real(on1)
-    a2 = real(on2)
-    a3 = real(on3)
-    on0 = larger(a0, wp.where(wide, a2, wp.where(deep, a1, a0)))
-    on1 = larger(a1, wp.where(wide, a3, wp.where(deep, a0, a1)))
-    on2 = larger(a2, wp.where(wide, a0, wp.where(deep, a3, a2)))
-    on3 = larger(a3, wp.where(wide, a1, wp.where(deep, a2, a3)))
+    return Four(
+        wp.where(wide, x.c, wp.where(deep, x.b, x.a)),
+        wp.where(wide, x.d, wp.where(deep, x.a, x.b)),
+        wp.where(wide, x.a, wp.where(deep, x.d, x.c)),
+        wp.where(wide, x.b, wp.where(deep, x.c, x.d)),
+    )
 
 
 @wp.func
-def moved(free: Speeds, inertia: real, a: Edge, b: Edge, p: Shares) -> Speeds:
+def beside(c: Contact, aim: real, on: real) -> Contact:
+    """A corner whose mirror image aims at `aim` and is a contact where `on` is 1."""
+    return Contact(c.x, c.y, c.h, HALF * (c.aim + aim), larger(c.on, on))
+
+
+@wp.func
+def level(plane: real, at: Corners) -> Corners:
+    """Corners that aim at the same as their mirror image, and are contacts if it is one.
+
+    Where there is no plane they stay as they are. A gap is a small difference of lengths, and an
+    aim is a gap over the time step.
+    """
+    aim = mate(plane, Four(at.a.aim, at.b.aim, at.c.aim, at.d.aim))
+    on = mate(plane, Four(at.a.on, at.b.on, at.c.on, at.d.on))
+    return Corners(
+        beside(at.a, aim.a, on.a), beside(at.b, aim.b, on.b), beside(at.c, aim.c, on.c),
+        beside(at.d, aim.d, on.d),
+    )  # fmt: skip
+
+
+@wp.func
+def edge_of(x: real, y: real, one: Contact, other: Contact) -> Edge:
+    """The edge between two corners across a plane along the horizontal direction (x, y)."""
+    lever = HALF * (dot(x, y, one.x, one.y) + dot(x, y, other.x, other.y))
+    h, aim = HALF * (one.h + other.h), HALF * (one.aim + other.aim)
+    return Edge(lever, h, aim, larger(one.on, other.on))
+
+
+@wp.func
+def moved(two: Edges, p: Shares) -> Speeds:
     """Motion after the impulses of both edges."""
+    free, a, b, inertia = two.free, two.a, two.b, two.inertia
     moment = dot(a.h, b.h, p.fa, p.fb) - dot(a.x, b.x, p.na, p.nb)
     along, up = free.along + p.fa + p.fb, free.up + p.na + p.nb
     return Speeds(along, up, fused(inertia, moment, free.turn))
@@ -164,28 +193,25 @@ def misses(v: Speeds, edge: Edge, f: real, n: real, mu: real) -> real:
 
 
 @wp.func
-def try_shares(
-    best: Shares, fits: bool, fa: real, na: real, fb: real, nb: real,
-    free: Speeds, inertia: real, a: Edge, b: Edge, mu: real, round_off: real,
-) -> Shares:  # fmt: skip
+def try_shares(best: Shares, fits: bool, new: Shares, two: Edges) -> Shares:
     """These impulses, where they fit and obey the law of contact and none before them did."""
-    new = Shares(fa, na, fb, nb, real(1.0))
-    v = moved(free, inertia, a, b, new)
-    off = misses(v, a, fa, na, mu) + misses(v, b, fb, nb, mu)
-    takes = fits and best.found == real(0.0) and off <= round_off
+    v = moved(two, new)
+    off = misses(v, two.a, new.fa, new.na, two.mu) + misses(v, two.b, new.fb, new.nb, two.mu)
+    takes = fits and best.found == real(0.0) and off <= two.round_off
     return Shares(
-        wp.where(takes, fa, best.fa), wp.where(takes, na, best.na),
-        wp.where(takes, fb, best.fb), wp.where(takes, nb, best.nb),
+        wp.where(takes, new.fa, best.fa), wp.where(takes, new.na, best.na),
+        wp.where(takes, new.fb, best.fb), wp.where(takes, new.nb, best.nb),
         wp.where(takes, real(1.0), best.found),
     )  # fmt: skip
 
 
 @wp.func
-def alone(free: Speeds, inertia: real, e: Edge, mu: real, side: real):
+def alone(two: Edges, e: Edge, side: real):
     """Friction and normal impulse of an edge that presses alone.
 
     It sticks where `side` is 0; else it slides to that side, -1 or 1.
     """
+    free, inertia, mu = two.free, two.inertia, two.mu
     slip, rise = fused(free.turn, e.h, free.along), fused_less(free.turn, e.x, free.up) - e.aim
     one, jh, jx = real(1.0), inertia * e.h, inertia * e.x
     kff, knn, kfn = fused(jh, e.h, one), fused(jx, e.x, one), -jx * e.h
@@ -197,24 +223,32 @@ def alone(free: Speeds, inertia: real, e: Edge, mu: real, side: real):
 
 
 @wp.func
-def solve_edges(free: Speeds, inertia: real, a: Edge, b: Edge, mu: real, fall: real) -> Shares:
+def press(free: bool, f: real, n: real) -> Shares:
+    """Impulses of one edge alone: of A, or of B where A is free."""
+    zero = real(0.0)
+    return Shares(
+        wp.where(free, zero, f), wp.where(free, zero, n), wp.where(free, f, zero),
+        wp.where(free, n, zero), real(1.0),
+    )  # fmt: skip
+
+
+@wp.func
+def solve_edges(two: Edges) -> Shares:
     """Impulses of two edges that obey the law of contact; `found` is 0 where none is found."""
     zero, one = real(0.0), real(1.0)
-    p = Shares(zero, zero, zero, zero, zero)
+    p, a, b, mu = Shares(), two.a, two.b, two.mu
     on_a, on_b = a.on > zero, b.on > zero
     both = on_a and on_b
-    reach = size(a.x) + size(b.x) + size(a.h) + size(b.h)
-    round_off = EXACT * (fall + size(free.along) + size(free.up) + reach * size(free.turn))
     # One edge sticks, the other one parts.
-    f, n = alone(free, inertia, a, mu, zero)
-    p = try_shares(p, on_a, f, n, zero, zero, free, inertia, a, b, mu, round_off)
-    f, n = alone(free, inertia, b, mu, zero)
-    p = try_shares(p, on_b, zero, zero, f, n, free, inertia, a, b, mu, round_off)
+    f, n = alone(two, a, zero)
+    p = try_shares(p, on_a, press(False, f, n), two)
+    f, n = alone(two, b, zero)
+    p = try_shares(p, on_b, press(True, f, n), two)
     # Both press: the motion upwards and the turn, then sums of normal impulses and of moments.
     width = wp.where(both, b.x - a.x, one)
     turn = (a.aim - b.aim) / width
-    push = fused(turn, a.x, a.aim) - free.up
-    moment = (turn - free.turn) / inertia
+    push = fused(turn, a.x, a.aim) - two.free.up
+    moment = (turn - two.free.turn) / two.inertia
     for to_b in range(2):
         side_b = real(2 * to_b - 1)
         for way in range(2):
@@ -222,87 +256,99 @@ def solve_edges(free: Speeds, inertia: real, a: Edge, b: Edge, mu: real, fall: r
             ga, gb = -fused(side_a * mu, a.h, a.x), -fused(side_b * mu, b.h, b.x)
             n = fused_less(gb, push, moment) / (ga - gb)
             m = push - n
-            p = try_shares(
-                p, both, -side_a * mu * n, n, -side_b * mu * m, m, free, inertia, a, b, mu,
-                round_off,
-            )  # fmt: skip
+            p = try_shares(p, both, Shares(-side_a * mu * n, n, -side_b * mu * m, m, one), two)
     for to in range(2):
         side = real(2 * to - 1)
         # A sticks and B slides; B sticks and A slides.
-        drag = -fused(turn, a.h, free.along)
+        drag = -fused(turn, a.h, two.free.along)
         n = fused_less(a.x, push, a.h * drag) - moment
         n = n / fused(side * mu, b.h - a.h, width)
         f = -side * mu * n
-        p = try_shares(
-            p, both, drag - f, push - n, f, n, free, inertia, a, b, mu, round_off
-        )  # fmt: skip
-        drag = -fused(turn, b.h, free.along)
+        p = try_shares(p, both, Shares(drag - f, push - n, f, n, one), two)
+        drag = -fused(turn, b.h, two.free.along)
         n = moment - fused_less(b.x, push, b.h * drag)
         n = n / fused(side * mu, b.h - a.h, width)
         f = -side * mu * n
-        p = try_shares(
-            p, both, f, n, drag - f, push - n, free, inertia, a, b, mu, round_off
-        )  # fmt: skip
+        p = try_shares(p, both, Shares(f, n, drag - f, push - n, one), two)
     for to in range(2):
         side = real(2 * to - 1)
-        f, n = alone(free, inertia, a, mu, side)
-        p = try_shares(p, on_a, f, n, zero, zero, free, inertia, a, b, mu, round_off)
-        f, n = alone(free, inertia, b, mu, side)
-        p = try_shares(p, on_b, zero, zero, f, n, free, inertia, a, b, mu, round_off)
-    return try_shares(p, True, zero, zero, zero, zero, free, inertia, a, b, mu, round_off)
+        f, n = alone(two, a, side)
+        p = try_shares(p, on_a, press(False, f, n), two)
+        f, n = alone(two, b, side)
+        p = try_shares(p, on_b, press(True, f, n), two)
+    return try_shares(p, True, Shares(zero, zero, zero, zero, one), two)
+
+
+@wp.struct
+class Solved:
+    """What the contacts of a block in its plane do.
+
+    Attributes:
+        found: Whether it moves in a plane, touches, and a solution is found.
+        touches: Whether anything presses.
+        after: Velocity of the block then; without the round-off it moves in its plane.
+        a, b, c, d: Impulses of its corners.
+    """
+
+    found: bool
+    touches: bool
+    after: Velocity
+    a: Impulse
+    b: Impulse
+    c: Impulse
+    d: Impulse
+
+
+@wp.func
+def along(f: real, n: real, x: real, y: real) -> Impulse:
+    """An impulse with the friction f in the horizontal direction (x, y)."""
+    return Impulse(f * x, f * y, n)
+
+
+@wp.func
+def one_of(first: bool, one: Contact, other: Contact) -> Contact:
+    """One of two contacts."""
+    return Contact(
+        wp.where(first, one.x, other.x), wp.where(first, one.y, other.y),
+        wp.where(first, one.h, other.h), wp.where(first, one.aim, other.aim),
+        wp.where(first, one.on, other.on),
+    )  # fmt: skip
+
+
+@wp.func
+def find_edges(
+    knobs: Knobs, box: Box, x: real, y: real, inertia: real, a: Edge, b: Edge, u: Velocity
+) -> Edges:  # fmt: skip
+    """The contact problem of two edges in the plane along (x, y); u is free of contact."""
+    free = Speeds(dot(x, y, u.x, u.y), u.z, wedge(x, y, u.turn_x, u.turn_y))
+    reach = size(a.x) + size(b.x) + size(a.h) + size(b.h)
+    fall = knobs.gravity * knobs.time_step
+    whole = fall + size(free.along) + size(free.up) + reach * size(free.turn)
+    return Edges(a, b, free, inertia, box.friction, EXACT * whole)
 
 
 @wp.func
 def solve_in_plane(
-    plane: real, knobs: Knobs, lean_x: real, lean_y: real, mu: real,
-    qx: real, qy: real, qz: real, qw: real, ix: real, iy: real,
-    x0: real, x1: real, x2: real, x3: real, y0: real, y1: real, y2: real, y3: real,
-    h0: real, h1: real, h2: real, h3: real, aim0: real, aim1: real, aim2: real, aim3: real,
-    on0: wp.ref[real], on1: wp.ref[real], on2: wp.ref[real], on3: wp.ref[real],
-    fx0: wp.ref[real], fx1: wp.ref[real], fx2: wp.ref[real], fx3: wp.ref[real],
-    fy0: wp.ref[real], fy1: wp.ref[real], fy2: wp.ref[real], fy3: wp.ref[real],
-    n0: wp.ref[real], n1: wp.ref[real], n2: wp.ref[real], n3: wp.ref[real],
-    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
-    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
-):  # fmt: skip
-    """Solves the contacts of a block that moves in a plane, if it does; see `find_plane`.
-
-    Then its velocities and impulses are those, and no corner is left to the sweeps: `on` becomes 0.
-    """
-    zero = real(0.0)
-    r11, r12, _13, r21, r22, _23, _31, _32, _33 = matrix_of(qx, qy, qz, qw)
-    wide = plane == real(1.0)
-    # The plane's horizontal direction, towards the lean, and its normal; both are unit vectors.
-    ax = wp.where(wide, lean_x * r22, -lean_y * r21)
-    ay = wp.where(wide, -lean_x * r12, lean_y * r11)
-    inertia = wp.where(wide, iy, ix)
-    # The corner 0 belongs to the edge A, the corner 3 to B, the others as the plane lies.
-    x, y, h = wp.where(wide, x2, x1), wp.where(wide, y2, y1), wp.where(wide, h2, h1)
-    a = edge_of(
-        ax, ay, x0, y0, h0, aim0, on0, x, y, h, wp.where(wide, aim2, aim1),
-        wp.where(wide, on2, on1),
-    )  # fmt: skip
-    x, y, h = wp.where(wide, x1, x2), wp.where(wide, y1, y2), wp.where(wide, h1, h2)
-    b = edge_of(
-        ax, ay, x3, y3, h3, aim3, on3, x, y, h, wp.where(wide, aim1, aim2),
-        wp.where(wide, on1, on2),
-    )  # fmt: skip
-    free = Speeds(dot(ax, ay, ux, uy), uz, wedge(ax, ay, ox, oy))
-    p = solve_edges(free, inertia, a, b, mu, knobs.gravity * knobs.time_step)
-    v = moved(free, inertia, a, b, p)
-    solved = plane > zero and p.found > zero and on0 + on1 + on2 + on3 > zero
+    plane: real, knobs: Knobs, box: Box, lean: Lean, s: State, u: Velocity, at: Corners
+) -> Solved:  # fmt: skip
+    """Solves the contacts of a block that moves in a plane, if it does; see `find_plane`."""
+    zero, wide = real(0.0), plane == real(1.0)
+    r = turn_of(s)
+    # The plane's horizontal direction, towards the lean; a unit vector.
+    x = wp.where(wide, lean.x * r.r22, -lean.y * r.r21)
+    y = wp.where(wide, -lean.x * r.r12, lean.y * r.r11)
+    inertia = wp.where(wide, box.inverse_y, box.inverse_x)
+    # The corner a belongs to the edge A, the corner d to B, the others as the plane lies.
+    first = edge_of(x, y, at.a, one_of(wide, at.c, at.b))
+    second = edge_of(x, y, at.d, one_of(wide, at.b, at.c))
+    two = find_edges(knobs, box, x, y, inertia, first, second, u)
+    p = solve_edges(two)
+    v = moved(two, p)
+    found = plane > zero and p.found > zero and at.a.on + at.b.on + at.c.on + at.d.on > zero
     fa, na, fb, nb = HALF * p.fa, HALF * larger(p.na, zero), HALF * p.fb, HALF * larger(p.nb, zero)
-    f, n = wp.where(wide, fb, fa), wp.where(wide, nb, na)
-    keep(solved, fa * ax, fa * ay, na, fx0, fy0, n0)
-    keep(solved, f * ax, f * ay, n, fx1, fy1, n1)
-    f, n = wp.where(wide, fa, fb), wp.where(wide, na, nb)
-    keep(solved, f * ax, f * ay, n, fx2, fy2, n2)
-    keep(solved, fb * ax, fb * ay, nb, fx3, fy3, n3)
-    # What touches moves in its plane, without the round-off.
-    touches = solved and na + nb > zero
-    keep(touches, v.along * ax, v.along * ay, v.up, ux, uy, uz)
-    keep(touches, -v.turn * ay, v.turn * ax, zero, ox, oy, oz)
-    on0 = wp.where(solved, zero, on0)
-    on1 = wp.where(solved, zero, on1)
-    on2 = wp.where(solved, zero, on2)
-    on3 = wp.where(solved, zero, on3)
+    return Solved(
+        found, found and na + nb > zero,
+        Velocity(v.along * x, v.along * y, v.up, -v.turn * y, v.turn * x, zero),
+        along(fa, na, x, y), along(wp.where(wide, fb, fa), wp.where(wide, nb, na), x, y),
+        along(wp.where(wide, fa, fb), wp.where(wide, na, nb), x, y), along(fb, nb, x, y),
+    )  # fmt: skip
