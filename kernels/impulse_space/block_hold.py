@@ -379,3 +379,25 @@ def hold(knobs: Knobs, block: Box, lean: Lean, state: State, free: Velocity, at:
     v, o = after.v, after.o
     found = Velocity(v.x, v.y, v.z, o.x, o.y, o.z)
     return Held(fits, fits and count > zero, found, pa, pb, pc, pd)
+
+
+@wp.func
+def impulse_if(held: bool, p: Impulse, before: Impulse) -> Impulse:
+    """An impulse of a corner where it is held, else what it had. Zero is added: no number is -0."""
+    zero = real(0.0)
+    return Impulse(
+        wp.where(held, p.fx, before.fx) + zero, wp.where(held, p.fy, before.fy) + zero,
+        wp.where(held, p.n, before.n) + zero,
+    )  # fmt: skip
+
+
+@wp.func
+def velocity_if(held: bool, v: Velocity, before: Velocity) -> Velocity:
+    """The velocity of a block where it is held, else what it had; likewise."""
+    zero = real(0.0)
+    return Velocity(
+        wp.where(held, v.x, before.x) + zero, wp.where(held, v.y, before.y) + zero,
+        wp.where(held, v.z, before.z) + zero, wp.where(held, v.turn_x, before.turn_x) + zero,
+        wp.where(held, v.turn_y, before.turn_y) + zero,
+        wp.where(held, v.turn_z, before.turn_z) + zero,
+    )  # fmt: skip

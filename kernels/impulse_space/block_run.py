@@ -24,7 +24,6 @@ from warprock.kernels.impulse_space.block import (
     box_of,
     find_contact,
     find_lean,
-    impulse_if,
     impulse_where,
     integrate,
     inverse_of,
@@ -32,10 +31,9 @@ from warprock.kernels.impulse_space.block import (
     predict,
     solve_contact,
     spin_of,
-    velocity_if,
     warm_start,
 )
-from warprock.kernels.impulse_space.block_hold import hold
+from warprock.kernels.impulse_space.block_hold import hold, impulse_if, velocity_if
 from warprock.kernels.impulse_space.block_plane import find_plane, level, solve_in_plane
 from warprock.kernels.impulse_space.block_seen import (
     glides,

@@ -24,7 +24,7 @@ from warprock.kernels.impulse_space.block import (
 from warprock.kernels.impulse_space.bounce import bounce, rounded_into_base
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.shape_space.block_found import Peaks, Result, observe_turns
+from warprock.kernels.shape_space.block_found import Peaks, Result, observe_slide, observe_turns
 from warprock.kernels.shape_space.body import (
     Frame,
     Point,
@@ -153,17 +153,15 @@ def tell_stance(live: bool, before: real, sums: Stance, gaps: wp.ref[Gaps], sinc
     Returns:
         The time since which the body has not stood [s], or NEVER; and what is seen of its slide.
     """
-    zero, part, seen = real(0.0), real(1.0) / larger(sums.count, real(1.0)), p
+    zero, part = real(0.0), real(1.0) / larger(sums.count, real(1.0))
     stands = spans(
         sums.count, sums.xx - part * sums.x * sums.x, sums.xy - part * sums.x * sums.y,
         sums.yy - part * sums.y * sums.y,
     )  # fmt: skip
     gaps.lifted = wp.where(stands, zero, gaps.lifted)
     x, y = sums.way_x / sums.touching, sums.way_y / sums.touching
-    seen.slide_x = wp.where(live, x, p.slide_x)
-    seen.slide_y = wp.where(live, y, p.slide_y)
-    seen.slide = wp.where(live, larger(x * x + y * y, p.slide), p.slide)
-    return wp.where(stands, NEVER, smaller(since, before)), seen
+    waits = wp.where(stands, NEVER, smaller(since, before))
+    return waits, observe_slide(live, x, y, x * x + y * y, p)
 
 
 @wp.func

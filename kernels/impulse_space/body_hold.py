@@ -166,27 +166,28 @@ def find_motion(reach: real, u: Velocity, s: State, r: Turn, inverse: Triple, su
     climb_x, climb_y = divide_by_moments(
         flat, alone, axx, axy, ayy, n.tx - n.t * m.x, n.ty - n.t * m.y
     )
-    ox, oy = climb_y, -climb_x
+    closes = Triple(climb_y, -climb_x, zero)
     # In the plane of the points; what closes gaps along a line is level.
-    oz = wp.where(flat, ox * slope_x + oy * slope_y, zero)
+    level = wp.where(flat, closes.x * slope_x + closes.y * slope_y, zero)
     # Along the line: its direction is the longer column of the second moments.
     wide = axx >= ayy
     wx, wy = wp.where(wide, axx, axy), wp.where(wide, axy, ayy)
     w = Triple(wx, wy, slope_x * wx + slope_y * wy)
     j = weighted(r, Triple(one / inverse.x, one / inverse.y, one / inverse.z))
-    spin, closes = Triple(s.lx, s.ly, s.lz), Triple(ox, oy, zero)
-    rides = cross_product(m, closes)
-    left = cross_product(Triple(u.x - rides.x, u.y - rides.y, u.z - rides.z - rise), m)
-    about = plus(minus(spin, times(j, closes)), left)
+    closing = cross_product(m, closes)
+    left = Triple(u.x - closing.x, u.y - closing.y, u.z - closing.z - rise)
+    spin = minus(Triple(s.lx, s.ly, s.lz), times(j, closes))
+    about = plus(spin, cross_product(left, m))
     rolls = roll(alone, m, w, about, j)
-    ox = ox + wp.where(flat, zero, rolls.x)
-    oy = oy + wp.where(flat, zero, rolls.y)
-    oz = oz + wp.where(flat, zero, rolls.z)
-    rides = cross_product(m, Triple(ox, oy, oz))
+    o = Triple(
+        closes.x + wp.where(flat, zero, rolls.x), closes.y + wp.where(flat, zero, rolls.y),
+        level + wp.where(flat, zero, rolls.z),
+    )  # fmt: skip
+    rides = cross_product(m, o)
     v = Velocity(
         wp.where(some, rides.x, u.x), wp.where(some, rides.y, u.y),
-        wp.where(some, rides.z + rise, u.z), wp.where(some, ox, u.turn_x),
-        wp.where(some, oy, u.turn_y), wp.where(some, oz, u.turn_z),
+        wp.where(some, rides.z + rise, u.z), wp.where(some, o.x, u.turn_x),
+        wp.where(some, o.y, u.turn_y), wp.where(some, o.z, u.turn_z),
     )  # fmt: skip
     e = Triple(v.x - u.x, v.y - u.y, v.z - u.z)
     h = times(j, Triple(v.turn_x, v.turn_y, v.turn_z))

@@ -22,17 +22,15 @@ from warprock.kernels.impulse_space.block import (
     box_of,
     find_contact,
     find_lean,
-    impulse_if,
     impulse_where,
     integrate,
     inverse_of,
     observe_contact,
     predict,
     solve_contact,
-    velocity_if,
     warm_start,
 )
-from warprock.kernels.impulse_space.block_hold import hold
+from warprock.kernels.impulse_space.block_hold import hold, impulse_if, velocity_if
 from warprock.kernels.impulse_space.block_plane import find_plane, level, solve_in_plane
 from warprock.kernels.impulse_space.block_run import (
     attitude_at,
@@ -110,11 +108,11 @@ def as_it_began(s: State, named: Quaternion) -> State:
 @wp.func
 def observe_tumbling(block: Block, s: State, before: Peaks, now: Peaks) -> Peaks:
     """What is seen of a block that tumbles: its slide is the way of its centre."""
-    p, x, y = now, s.x - block.x, s.y - block.y
-    p.slide_x = x
-    p.slide_y = y
-    p.slide = larger(before.slide, x * x + y * y)
-    return p
+    x, y = s.x - block.x, s.y - block.y
+    return Peaks(
+        x, y, now.rotation, now.time, now.across, now.tilt, now.yaw,
+        larger(before.slide, x * x + y * y),
+    )  # fmt: skip
 
 
 @kernel
