@@ -12,7 +12,8 @@ block (see impulse/block.py), with three rows a corner:
        Coulomb's bound |f| <= mu n;
     3. where all contacts can be stopped together, their impulses p = (f_x, f_y, n) pushing and
        with friction within the bound, they are (see impulse_space/block_hold.py): a fixed point of
-       what follows, at which it need not begin. Else
+       what follows, at which it need not begin. Else, where the block moves in a plane of its
+       symmetry, that planar problem is solved exactly (see impulse_space/block_plane.py). Else
     4. projected Gauss-Seidel on the impulses, started from those of the last step, one corner
        after the other. With K the 3 x 3 matrix of velocity for impulse
        at the corner, p - K^-1 u stops it: if that pushes and its friction is within the bound, the
@@ -39,15 +40,23 @@ Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 import warp as wp
 
 from warprock.kernels.parting import CREEP, slack
-from warprock.kernels.shape_space.block import (
-    in_axes,
-    inverse_inertia,
-    matrix_of,
-    product,
-    turn_freely,
-    vector_product,
-)
+from warprock.kernels.shape_space.block import Block, product, vector_product
 from warprock.kernels.shape_space.contact import drag, holds, slip_gains, stop_gains
+from warprock.kernels.shape_space.lanes import (
+    State,
+    Symmetric,
+    Triple,
+    into_base,
+    into_body,
+    minus,
+    plus,
+    scalar_product,
+    scaled_each,
+    times,
+    turn_of,
+    turned_freely,
+    weighted,
+)
 
 FAR = real(1.0e30)
 
@@ -56,7 +65,7 @@ FAR = real(1.0e30)
 class Knobs:
     """What a step needs to know of the settings; `rate` is the inverse of the time step [1/s].
 
-    `restitution` is read by impulse_space/thrown_run.py alone.
+    `restitution` is read by impulse_space/bounce.py alone.
     """
 
     time_step: real
@@ -66,6 +75,151 @@ class Knobs:
     erp: real
     sweeps: int
     restitution: real
+
+
+@wp.struct
+class Box:
+    """A block of mass 1.
+
+    Attributes:
+        half_width, half_depth, half_height: Half sizes [m].
+        centre_x, centre_y: The centre of mass from the middle, along width and depth [m].
+        friction: Coulomb friction coefficient under it.
+        inverse_x, inverse_y, inverse_z: Inverse moments of inertia about its axes [1/m^2].
+    """
+
+    half_width: real
+    half_depth: real
+    half_height: real
+    centre_x: real
+    centre_y: real
+    friction: real
+    inverse_x: real
+    inverse_y: real
+    inverse_z: real
+
+
+@wp.struct
+class Velocity:
+    """Velocity of the centre of mass [m/s] and angular velocity [rad/s], in a step."""
+
+    x: real
+    y: real
+    z: real
+    turn_x: real
+    turn_y: real
+    turn_z: real
+
+
+@wp.struct
+class Lean:
+    """Sides that a block leans to along its width and along its depth, -1 or 1."""
+
+    x: real
+    y: real
+
+
+@wp.struct
+class Contact:
+    """A corner, or a point.
+
+    Attributes:
+        x, y, h: Lever from the centre of mass [m].
+        aim: Normal velocity that it asks for if it is a contact [m/s].
+        on: 1 if it is one, else 0.
+    """
+
+    x: real
+    y: real
+    h: real
+    aim: real
+    on: real
+
+
+@wp.struct
+class Corners:
+    """The corners of a face, in the order in which a step visits them."""
+
+    a: Contact
+    b: Contact
+    c: Contact
+    d: Contact
+
+
+@wp.struct
+class Impulse:
+    """Friction and normal impulse of a contact, for unit mass [m/s]."""
+
+    fx: real
+    fy: real
+    n: real
+
+
+@wp.struct
+class Gains:
+    """What impulses at a contact do that the sweeps visit; zero but for kx and ky where none do.
+
+    Attributes:
+        kx, ky: Slip for a normal impulse.
+        pn: Inverse of K_zz.
+        p1, p2, p3: See `slip_gains`.
+        h11, h12, h13, h22, h23, h33: See `stop_gains`.
+    """
+
+    kx: real
+    ky: real
+    pn: real
+    p1: real
+    p2: real
+    p3: real
+    h11: real
+    h12: real
+    h13: real
+    h22: real
+    h23: real
+    h33: real
+
+
+@wp.struct
+class Gaps:
+    """What the contacts of a block show in a step.
+
+    Attributes:
+        lowest: Lowest gap [m].
+        lifted: Corners that have parted.
+        landed: Corners that land.
+    """
+
+    lowest: real
+    lifted: real
+    landed: real
+
+
+@wp.func
+def box_of(block: Block) -> Box:
+    """A block without where it starts."""
+    return Box(
+        block.half_width, block.half_depth, block.half_height, block.centre_x, block.centre_y,
+        block.friction, block.inverse_x, block.inverse_y, block.inverse_z,
+    )  # fmt: skip
+
+
+@wp.func
+def spin_of(s: State) -> Triple:
+    """Angular momentum of a block for unit mass, in the axes of the base [m^2/s]."""
+    return Triple(s.lx, s.ly, s.lz)
+
+
+@wp.func
+def rate_of(u: Velocity) -> Triple:
+    """Angular velocity of a block, in the axes of the base [rad/s]."""
+    return Triple(u.turn_x, u.turn_y, u.turn_z)
+
+
+@wp.func
+def inverse_of(box: Box) -> Triple:
+    """Inverse moments of inertia of a block about its axes, for unit mass [1/m^2]."""
+    return Triple(box.inverse_x, box.inverse_y, box.inverse_z)
 
 
 @wp.func
@@ -84,67 +238,33 @@ def side_of(lean: real, rate: real, dv: real, before: real) -> real:
 
 
 @wp.func
-def copy_vector(a: real, b: real, c: real, x: wp.ref[real], y: wp.ref[real], z: wp.ref[real]):
-    """Hands over the three parts of a vector."""
-    x = a
-    y = b
-    z = c
+def predict(dv: Triple, knobs: Knobs, inverse: Triple, s: State):
+    """Velocity of a block without contact, and its inverse inertia J in the axes of the base.
 
-
-@wp.func
-def predict(
-    dvx: real, dvy: real, dvz: real, knobs: Knobs,
-    qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real,
-    ix: real, iy: real, iz: real, vx: real, vy: real, vz: real,
-    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
-    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
-    jxx: wp.ref[real], jxy: wp.ref[real], jxz: wp.ref[real],
-    jyy: wp.ref[real], jyz: wp.ref[real], jzz: wp.ref[real],
-    lean_x: wp.ref[real], lean_y: wp.ref[real], swap_x: wp.ref[real], swap_y: wp.ref[real],
-    lowest: wp.ref[real],
-):  # fmt: skip
-    """Velocities u and omega (o) of a block without contact, and the sides it leans to, 1 or -1.
-
-    Found are J, too, and in `swap_x` and `swap_y` whether each side is another than before: 1 or 0.
-    The last is the lowest gap that the corners will tell of; here there is none.
+    dv is the change of the base velocity [m/s], inverse are the inverse moments of inertia about
+    the block's axes [1/m^2].
     """
-    one, zero = real(1.0), real(0.0)
-    lowest = FAR
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    xx, xy, xz, yy, yz, zz = inverse_inertia(
-        r11, r12, r13, r21, r22, r23, r31, r32, r33, ix, iy, iz
-    )
-    ux = vx - dvx
-    uy = vy - dvy
-    uz = vz - dvz - knobs.time_step * knobs.gravity
-    wx, wy, wz = in_axes(xx, xy, xz, xy, yy, yz, xz, yz, zz, lx, ly, lz)
-    copy_vector(xx, xy, xz, jxx, jxy, jxz)
-    copy_vector(yy, yz, zz, jyy, jyz, jzz)
-    ox = wx
-    oy = wy
-    oz = wz
-    side_x = side_of(-r31, wy, dvx, lean_x)
-    # A yaw turns round with the sense of x as with that of y.
-    twist = qz * qw * side_x
-    side_y = side_of(-r32, -wx, dvy, wp.where(twist != zero, twist, lean_y))
-    swap_x = wp.where(side_x == lean_x, zero, one)
-    swap_y = wp.where(side_y == lean_y, zero, one)
-    lean_x = side_x
-    lean_y = side_y
+    j = weighted(turn_of(s), inverse)
+    o = times(j, spin_of(s))
+    fall = knobs.time_step * knobs.gravity
+    return Velocity(s.vx - dv.x, s.vy - dv.y, s.vz - dv.z - fall, o.x, o.y, o.z), j
 
 
 @wp.func
-def swap_if(swap: real, a: wp.ref[real], b: wp.ref[real]):
-    """Lets two numbers change places where `swap` is one."""
-    first = real(a)
-    a = wp.where(swap > real(0.0), b, first)
-    b = wp.where(swap > real(0.0), first, b)
+def find_lean(dv: Triple, s: State, free: Velocity, before: Lean) -> Lean:
+    """Sides that a block leans to; dv is the change of the base velocity [m/s]."""
+    r, zero = turn_of(s), real(0.0)
+    x = side_of(-r.r31, free.turn_y, dv.x, before.x)
+    # A yaw turns round with the sense of x as with that of y.
+    twist = s.qz * s.qw * x
+    y = side_of(-r.r32, -free.turn_x, dv.y, wp.where(twist != zero, twist, before.y))
+    return Lean(x, y)
 
 
 @wp.func
 def observe_contact(
-    knobs: Knobs, gap: real, reach: real, ox: real, oy: real, oz: real, n: real,
-    apart: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
+    knobs: Knobs, gap: real, reach: real, u: Velocity, n: real, apart: wp.ref[real],
+    gaps: wp.ref[Gaps],
 ):  # fmt: skip
     """Counts a corner that has parted, or that has landed after it had; see parting.py.
 
@@ -152,180 +272,124 @@ def observe_contact(
         knobs: Settings.
         gap: How wide it gapes after the last step [m].
         reach: At least its distance from the centre of mass [m].
-        ox, oy, oz: Angular velocity [rad/s].
+        u: Velocity of its block.
         n: What it carried in the last step.
         apart: 1 where it has parted and not landed since, else 0.
-        lifted: Corners that have parted.
-        landed: Corners that land.
+        gaps: What the contacts of its block show.
     """
-    zero, one, square = real(0.0), real(1.0), product(ox, oy, oz, ox, oy, oz)
+    zero, one = real(0.0), real(1.0)
+    square = product(u.turn_x, u.turn_y, u.turn_z, u.turn_x, u.turn_y, u.turn_z)
     was = apart > zero
     limit = slack(knobs.time_step, knobs.gravity, reach, square, reach)
-    landed = landed + wp.where(was and n > zero, one, zero)
+    gaps.landed = gaps.landed + wp.where(was and n > zero, one, zero)
     now = wp.where(gap > limit or (was and n <= zero), one, zero)
-    lifted = lifted + now
+    gaps.lifted = gaps.lifted + now
+    gaps.lowest = smaller(gaps.lowest, gap)
     apart = now
 
 
 @wp.func
-def find_contact(
-    corner: int, lean_x: real, lean_y: real, half_width: real, half_depth: real, half_height: real,
-    cx: real, cy: real, z: real, knobs: Knobs, qx: real, qy: real, qz: real, qw: real,
-    ox: real, oy: real, oz: real,
-    rx: wp.ref[real], ry: wp.ref[real], rz: wp.ref[real], aim: wp.ref[real], on: wp.ref[real],
-    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real], apart: wp.ref[real],
-    lowest: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
-):  # fmt: skip
-    """Finds a corner, and whether it is a contact; if not, it keeps no impulse.
-
-    Found are its lever (rx, ry, rz) [m], the normal velocity that it aims at if it is a contact
-    [m/s], and 1 in `on` if it is, else 0; what the last step made of it, see `observe_contact`.
-    """
+def find_contact(corner: int, knobs: Knobs, box: Box, lean: Lean, s: State) -> Contact:
+    """Finds a corner, and whether it is a contact."""
     zero = real(0.0)
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    ax = real(2 * (corner % 2) - 1) * lean_x * half_width - cx
-    ay = real(2 * (corner // 2) - 1) * lean_y * half_depth - cy
-    x, y, h = in_axes(r11, r12, r13, r21, r22, r23, r31, r32, r33, ax, ay, -half_height)
-    rx = x
-    ry = y
-    rz = h
-    g = z + h
-    contact = g <= knobs.collision_margin
-    lowest = smaller(lowest, g)
-    observe_contact(
-        knobs, g, half_width + half_depth + half_height, ox, oy, oz, n, apart, lifted, landed
-    )
-    aim = -larger(g, zero) * knobs.rate
-    on = wp.where(contact, real(1.0), zero)
-    fx = wp.where(contact, fx, zero)
-    fy = wp.where(contact, fy, zero)
-    n = wp.where(contact, n, zero)
+    x = real(2 * (corner % 2) - 1) * lean.x * box.half_width - box.centre_x
+    y = real(2 * (corner // 2) - 1) * lean.y * box.half_depth - box.centre_y
+    r = into_base(turn_of(s), Triple(x, y, -box.half_height))
+    gap = s.z + r.z
+    on = wp.where(gap <= knobs.collision_margin, real(1.0), zero)
+    return Contact(r.x, r.y, r.z, -larger(gap, zero) * knobs.rate, on)
 
 
 @wp.func
-def warm_start(
-    on: real, x: real, y: real, h: real, fx: real, fy: real, n: real,
-    jxx: real, jxy: real, jxz: real, jyy: real, jyz: real, jzz: real,
-    kx: wp.ref[real], ky: wp.ref[real],
-    pn: wp.ref[real], p1: wp.ref[real], p2: wp.ref[real], p3: wp.ref[real],
-    h11: wp.ref[real], h12: wp.ref[real], h13: wp.ref[real],
-    h22: wp.ref[real], h23: wp.ref[real], h33: wp.ref[real],
-    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
-    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
-):  # fmt: skip
-    """What impulses at a corner do that the sweeps visit, and starts it from its last ones.
+def impulse_where(on: bool, p: Impulse) -> Impulse:
+    """An impulse that only a contact has."""
+    zero = real(0.0)
+    return Impulse(wp.where(on, p.fx, zero), wp.where(on, p.fy, zero), wp.where(on, p.n, zero))
 
-    Found are kx and ky, slip for a normal impulse; and the impulses for velocities, zero where `on`
-    is, for corners that need no sweep: pn, along z, p1 to p3 of `slip_gains`, h11 to h33 of
-    `stop_gains`.
-    """
-    one = real(1.0)
+
+@wp.func
+def warm_start(at: Contact, p: Impulse, j: Symmetric, u: wp.ref[Velocity]) -> Gains:
+    """What impulses at a corner do that the sweeps visit, and starts it from its last ones."""
+    one, x, y, h = real(1.0), at.x, at.y, at.h
     # J (r x e) for e along x, y, z: r x e is (0, h, -y), (-h, 0, x), (y, -x, 0).
-    a1, b1, c1 = vector_product(jxx, jxy, jxz, x, y, h)
-    a2, b2, c2 = vector_product(jxy, jyy, jyz, x, y, h)
-    a3, b3, c3 = vector_product(jxz, jyz, jzz, x, y, h)
+    a1, b1, c1 = vector_product(j.xx, j.xy, j.xz, x, y, h)
+    a2, b2, c2 = vector_product(j.xy, j.yy, j.yz, x, y, h)
+    a3, b3, c3 = vector_product(j.xz, j.yz, j.zz, x, y, h)
     kxx = fused_less(y, a3, fused(h, a2, one))
     kyy = fused_less(h, b1, fused(x, b3, one))
     kzz = fused_less(x, c2, fused(y, c1, one))
     kxy, kxz, kyz = fused_less(y, b3, h * b2), fused_less(y, c3, h * c2), fused_less(h, c1, x * c3)
-    g1, g2, g3 = slip_gains(on, kxx, kxy, kyy)
-    copy_vector(g1, g2, g3, p1, p2, p3)
-    g1, g2, g3, g4, g5, g6 = stop_gains(on, kxx, kxy, kxz, kyy, kyz, kzz)
-    copy_vector(g1, g2, g3, h11, h12, h13)
-    copy_vector(g4, g5, g6, h22, h23, h33)
-    kx = kxz
-    ky = kyz
-    pn = on / kzz
-    px, py, pz = on * fx, on * fy, on * n
-    ux = ux + px
-    uy = uy + py
-    uz = uz + pz
-    ox = fused(c1, pz, fused(b1, py, fused(a1, px, ox)))
-    oy = fused(c2, pz, fused(b2, py, fused(a2, px, oy)))
-    oz = fused(c3, pz, fused(b3, py, fused(a3, px, oz)))
+    p1, p2, p3 = slip_gains(at.on, kxx, kxy, kyy)
+    h11, h12, h13, h22, h23, h33 = stop_gains(at.on, kxx, kxy, kxz, kyy, kyz, kzz)
+    px, py, pz = at.on * p.fx, at.on * p.fy, at.on * p.n
+    u.x = u.x + px
+    u.y = u.y + py
+    u.z = u.z + pz
+    u.turn_x = fused(c1, pz, fused(b1, py, fused(a1, px, u.turn_x)))
+    u.turn_y = fused(c2, pz, fused(b2, py, fused(a2, px, u.turn_y)))
+    u.turn_z = fused(c3, pz, fused(b3, py, fused(a3, px, u.turn_z)))
+    return Gains(kxz, kyz, at.on / kzz, p1, p2, p3, h11, h12, h13, h22, h23, h33)
 
 
 @wp.func
 def solve_contact(
-    mu: real, aim: real, rx: real, ry: real, rz: real,
-    jxx: real, jxy: real, jxz: real, jyy: real, jyz: real, jzz: real, kx: real, ky: real,
-    pn: real, p1: real, p2: real, p3: real,
-    h11: real, h12: real, h13: real, h22: real, h23: real, h33: real,
-    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real],
-    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
-    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
-):  # fmt: skip
+    mu: real, at: Contact, k: Gains, j: Symmetric, p: wp.ref[Impulse], u: wp.ref[Velocity]
+):
     """Gauss-Seidel on the three impulses of a corner; mu is the friction coefficient."""
-    zero = real(0.0)
-    slip_x = fused_less(oz, ry, fused(oy, rz, ux))
-    slip_y = fused_less(ox, rz, fused(oz, rx, uy))
-    normal = fused_less(oy, rx, fused(ox, ry, uz - aim))
-    stop_x = fused_less(h13, normal, fused_less(h12, slip_y, fused_less(h11, slip_x, fx)))
-    stop_y = fused_less(h23, normal, fused_less(h22, slip_y, fused_less(h12, slip_x, fy)))
-    stop_z = fused_less(h33, normal, fused_less(h23, slip_y, fused_less(h13, slip_x, n)))
-    push = larger(fused_less(pn, normal, n), zero)
-    dn = push - n
+    slip_x = fused_less(u.turn_z, at.y, fused(u.turn_y, at.h, u.x))
+    slip_y = fused_less(u.turn_x, at.h, fused(u.turn_z, at.x, u.y))
+    normal = fused_less(u.turn_y, at.x, fused(u.turn_x, at.y, u.z - at.aim))
+    stop_x = fused_less(k.h13, normal, fused_less(k.h12, slip_y, fused_less(k.h11, slip_x, p.fx)))
+    stop_y = fused_less(k.h23, normal, fused_less(k.h22, slip_y, fused_less(k.h12, slip_x, p.fy)))
+    stop_z = fused_less(k.h33, normal, fused_less(k.h23, slip_y, fused_less(k.h13, slip_x, p.n)))
+    push = larger(fused_less(k.pn, normal, p.n), real(0.0))
+    dn = push - p.n
     # The slip that the normal impulse leaves.
-    slip_x = fused(dn, kx, slip_x)
-    slip_y = fused(dn, ky, slip_y)
-    new_x, new_y = drag(mu * push, fx, fy, slip_x, slip_y, p1, p2, p3)
+    slip_x = fused(dn, k.kx, slip_x)
+    slip_y = fused(dn, k.ky, slip_y)
+    new_x, new_y = drag(mu * push, p.fx, p.fy, slip_x, slip_y, k.p1, k.p2, k.p3)
     sticks = holds(stop_x, stop_y, stop_z, mu)
-    dx = wp.where(sticks, stop_x, new_x) - fx
-    dy = wp.where(sticks, stop_y, new_y) - fy
-    dz = wp.where(sticks, stop_z, push) - n
-    fx = fx + dx
-    fy = fy + dy
-    n = n + dz
-    ux = ux + dx
-    uy = uy + dy
-    uz = uz + dz
-    x, y, z = vector_product(rx, ry, rz, dx, dy, dz)
-    ox = fused(jxz, z, fused(jxy, y, fused(jxx, x, ox)))
-    oy = fused(jyz, z, fused(jyy, y, fused(jxy, x, oy)))
-    oz = fused(jzz, z, fused(jyz, y, fused(jxz, x, oz)))
+    dx = wp.where(sticks, stop_x, new_x) - p.fx
+    dy = wp.where(sticks, stop_y, new_y) - p.fy
+    dz = wp.where(sticks, stop_z, push) - p.n
+    p.fx = p.fx + dx
+    p.fy = p.fy + dy
+    p.n = p.n + dz
+    u.x = u.x + dx
+    u.y = u.y + dy
+    u.z = u.z + dz
+    x, y, z = vector_product(at.x, at.y, at.h, dx, dy, dz)
+    u.turn_x = fused(j.xz, z, fused(j.xy, y, fused(j.xx, x, u.turn_x)))
+    u.turn_y = fused(j.yz, z, fused(j.yy, y, fused(j.xy, x, u.turn_y)))
+    u.turn_z = fused(j.zz, z, fused(j.yz, y, fused(j.xz, x, u.turn_z)))
 
 
 @wp.func
 def integrate(
-    live: bool, knobs: Knobs, ix: real, iy: real, iz: real, dvx: real, dvy: real, dvz: real,
-    ux: real, uy: real, uz: real, ox: real, oy: real, oz: real, lowest: real,
-    x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],
-    qx: wp.ref[real], qy: wp.ref[real], qz: wp.ref[real], qw: wp.ref[real],
-    vx: wp.ref[real], vy: wp.ref[real], vz: wp.ref[real],
-    lx: wp.ref[real], ly: wp.ref[real], lz: wp.ref[real], loss: wp.ref[real],
-):  # fmt: skip
+    live: bool, knobs: Knobs, inverse: Triple, dv: Triple, u: Velocity, lowest: real, s: State,
+    loss: wp.ref[real],
+) -> State:  # fmt: skip
     """Moves a block by a step, where its lane is alive.
 
     What its contacts take is added to the loss, for unit mass [J/kg]: the work of their impulses on
     the mean of the velocities before and after, less what lifting gives back.
     """
     dt, zero = knobs.time_step, real(0.0)
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
+    r = turn_of(s)
     # Body axes: momentum before, and what the contacts have changed in the angular velocity.
-    mx, my, mz = in_axes(r11, r21, r31, r12, r22, r32, r13, r23, r33, lx, ly, lz)
-    bx, by, bz = in_axes(r11, r21, r31, r12, r22, r32, r13, r23, r33, ox, oy, oz)
-    ax, ay, az = ix * mx, iy * my, iz * mz
-    bx, by, bz = bx - ax, by - ay, bz - az
-    hx, hy, hz = bx / ix, by / iy, bz / iz
-    px = ux - vx + dvx
-    py = uy - vy + dvy
-    pz = uz - vz + dvz + dt * knobs.gravity
-    linear = product(px, py, pz, vx + ux, vy + uy, vz + uz)
-    angular = product(hx, hy, hz, ax + ax + bx, ay + ay + by, az + az + bz)
+    a = scaled_each(inverse, into_body(r, spin_of(s)))
+    b = minus(into_body(r, rate_of(u)), a)
+    h = Triple(b.x / inverse.x, b.y / inverse.y, b.z / inverse.z)
+    p = Triple(u.x - s.vx + dv.x, u.y - s.vy + dv.y, u.z - s.vz + dv.z + dt * knobs.gravity)
+    linear = scalar_product(p, Triple(s.vx + u.x, s.vy + u.y, s.vz + u.z))
+    angular = scalar_product(h, plus(plus(a, a), b))
     lift = -knobs.erp * smaller(lowest + real(2.0) * dt * dt * knobs.gravity, zero)
     loss = loss - wp.where(live, HALF * (linear + angular) + knobs.gravity * lift, zero)
-    vx = ux
-    vy = uy
-    vz = uz
-    kx, ky, kz = in_axes(r11, r12, r13, r21, r22, r23, r31, r32, r33, hx, hy, hz)
-    lx = lx + kx
-    ly = ly + ky
-    lz = lz + kz
-    e, f, g, h = turn_freely(qx, qy, qz, qw, lx, ly, lz, ix, iy, iz, dt)
-    x = wp.where(live, fused(dt, ux, x), x)
-    y = wp.where(live, fused(dt, uy, y), y)
-    z = wp.where(live, fused(dt, uz, z + lift), z)
-    qx = wp.where(live, e, qx)
-    qy = wp.where(live, f, qy)
-    qz = wp.where(live, g, qz)
-    qw = wp.where(live, h, qw)
+    spin = plus(spin_of(s), into_base(r, h))
+    qx, qy, qz, qw = turned_freely(s, spin, inverse, dt)
+    return State(
+        wp.where(live, fused(dt, u.x, s.x), s.x), wp.where(live, fused(dt, u.y, s.y), s.y),
+        wp.where(live, fused(dt, u.z, s.z + lift), s.z), wp.where(live, qx, s.qx),
+        wp.where(live, qy, s.qy), wp.where(live, qz, s.qz), wp.where(live, qw, s.qw),
+        u.x, u.y, u.z, spin.x, spin.y, spin.z,
+    )  # fmt: skip

@@ -20,15 +20,34 @@ slides, is left to the sweeps.
 
 import warp as wp
 
-from warprock.kernels.impulse_space.block import Knobs
-from warprock.kernels.shape_space.block import (
-    in_axes,
-    inverse_inertia,
-    matrix_of,
-    product,
-    vector_product,
+from warprock.kernels.impulse_space.block import (
+    Box,
+    Corners,
+    Impulse,
+    Knobs,
+    Lean,
+    Velocity,
+    impulse_where,
+    rate_of,
+    spin_of,
 )
+from warprock.kernels.shape_space.block import product
 from warprock.kernels.shape_space.contact import cofactors, holds
+from warprock.kernels.shape_space.lanes import (
+    State,
+    Symmetric,
+    Triple,
+    choose,
+    cross_product,
+    into_base,
+    minus,
+    plus,
+    scalar_product,
+    scaled,
+    times,
+    turn_of,
+    weighted,
+)
 
 QUARTER = real(0.25)
 WITHIN = by_precision(1.0 - 1.0e-12, 1.0 - 1.0e-5)
@@ -37,286 +56,348 @@ EVEN = real(1.0e-9)
 """Part of gravity's velocity in a step by which four corners may aim at no plane."""
 
 
-@wp.func
-def times(
-    xx: real, xy: real, xz: real, yy: real, yz: real, zz: real, x: real, y: real, z: real
-):  # fmt: skip
-    """A symmetric matrix times a vector."""
-    return in_axes(xx, xy, xz, xy, yy, yz, xz, yz, zz, x, y, z)
+@wp.struct
+class Four:
+    """A number of each corner of a face, in the order of the lean: see impulse_space/block.py."""
+
+    a: real
+    b: real
+    c: real
+    d: real
 
 
-@wp.func
-def over(xx: real, xy: real, xz: real, yy: real, yz: real, zz: real, x: real, y: real, z: real):
-    """The inverse of a symmetric matrix times a vector."""
-    c11, c12, c13, c22, c23, c33 = cofactors(xx, xy, xz, yy, yz, zz)
-    part = real(1.0) / product(xx, xy, xz, c11, c12, c13)
-    a, b, c = times(c11, c12, c13, c22, c23, c33, x, y, z)
-    return part * a, part * b, part * c
+@wp.struct
+class Face:
+    """The face that looks down, and the inertia of its block.
 
-
-@wp.func
-def needed(
-    vx: real, vy: real, vz: real, ox: real, oy: real, oz: real,
-    ux: real, uy: real, uz: real, lx: real, ly: real, lz: real, mx: real, my: real, mz: real,
-    xx: real, xy: real, xz: real, yy: real, yz: real, zz: real,
-):  # fmt: skip
-    """Impulse that leaves the motion v, o of a block that had u and l, and its moment about m."""
-    ex, ey, ez = vx - ux, vy - uy, vz - uz
-    gx, gy, gz = times(xx, xy, xz, yy, yz, zz, ox, oy, oz)
-    px, py, pz = vector_product(ex, ey, ez, mx, my, mz)
-    return ex, ey, ez, gx - lx + px, gy - ly + py, gz - lz + pz
-
-
-@wp.func
-def lying(
-    t0: real, t1: real, t2: real, t3: real, ax: real, ay: real, az: real,
-    bx: real, by: real, bz: real, cx: real, cy: real, cz: real,
-):  # fmt: skip
-    """Motion of a block on all of its corners, which move at t0 to t3 along the vertical."""
-    part = QUARTER / fused_less(ay, bx, ax * by)
-    tx, ty = part * (t1 - t0 + (t3 - t2)), part * (t2 - t0 + (t3 - t1))
-    ox, oy = fused_less(tx, bx, ty * ax), fused_less(tx, by, ty * ay)
-    oz = fused_less(tx, bz, ty * az)
-    vx, vy, vz = vector_product(cx, cy, cz, ox, oy, oz)
-    return vx, vy, vz + QUARTER * (t0 + t3 + (t1 + t2)), ox, oy, oz
-
-
-@wp.func
-def rolling(
-    first: real, last: real, alone: bool, ux: real, uy: real, uz: real,
-    lx: real, ly: real, lz: real, wx: real, wy: real, wz: real, mx: real, my: real, mz: real,
-    xx: real, xy: real, xz: real, yy: real, yz: real, zz: real,
-):  # fmt: skip
-    """Motion of a block on one corner, alone, or on two, which move at `first` and `last`."""
-    closes = HALF * (last - first) / larger(product(wx, wy, wz, wx, wy, wz), TINY)
-    ox, oy, rise = closes * wy, -closes * wx, HALF * (first + last)
-    vx, vy, vz = fused(mz, oy, ux), fused_less(mz, ox, uy), uz - rise - fused_less(my, ox, mx * oy)
-    px, py, pz = vector_product(vx, vy, vz, mx, my, mz)
-    gx, gy, gz = dot(xx, xy, ox, oy), dot(xy, yy, ox, oy), dot(xz, yz, ox, oy)
-    sx, sy, sz = lx - gx + px, ly - gy + py, lz - gz + pz
-    mm = product(mx, my, mz, mx, my, mz)
-    axx, axy, axz = fused_less(mx, mx, xx + mm), fused_less(mx, my, xy), fused_less(mx, mz, xz)
-    ayy, ayz, azz = fused_less(my, my, yy + mm), fused_less(my, mz, yz), fused_less(mz, mz, zz + mm)
-    gx, gy, gz = times(axx, axy, axz, ayy, ayz, azz, wx, wy, wz)
-    spin = product(wx, wy, wz, sx, sy, sz) / larger(product(wx, wy, wz, gx, gy, gz), TINY)
-    px, py, pz = over(axx, axy, axz, ayy, ayz, azz, sx, sy, sz)
-    ox = wp.where(alone, ox + px, fused(spin, wx, ox))
-    oy = wp.where(alone, oy + py, fused(spin, wy, oy))
-    oz = wp.where(alone, pz, spin * wz)
-    vx, vy, vz = vector_product(mx, my, mz, ox, oy, oz)
-    return vx, vy, vz + rise, ox, oy, oz
-
-
-@wp.func
-def share(
-    i: real, j: real, on: real, count: real, si: real, sj: real,
-    a: real, b: real, couple: real, ax: real, ay: real, bx: real, by: real,
-    ex: real, ey: real, ez: real, qx: real, qy: real, qz: real,
-):  # fmt: skip
-    """Impulse of the corner on the sides i and j, where it is held.
-
-    Args:
-        i, j: Sides of the corner, -1 or 1.
-        on: 1 where it is held, else 0.
-        count: Number of corners that are held.
-        si, sj: Sides of the last of two corners as seen from the first.
-        a, b, couple: Of four corners, see `centre`.
-        ax, ay, bx, by: Of four corners, half of the width and half of the depth of the face.
-        ex, ey, ez: Impulse of all of them.
-        qx, qy, qz: Of two corners, what the last has beyond one half.
+    Attributes:
+        a, b: Half width and half depth towards the lean [m].
+        middle: From the centre of mass [m].
+        inertia: Moments of inertia for unit mass, in the axes of the base [m^2].
     """
-    zero, one = real(0.0), real(1.0)
-    end = larger(smaller(dot(i, j, si, sj), one), -one)
-    flat, half = count == real(4.0), wp.where(count == one, one, HALF)
-    part = wp.where(flat, QUARTER * fused(i, a, one) * fused(j, b, one), half)
-    x = fused(part, ex, wp.where(flat, -couple * dot(i, j, ay, by), end * qx))
-    y = fused(part, ey, wp.where(flat, couple * dot(i, j, ax, bx), end * qy))
-    z = fused(part, ez, wp.where(flat, zero, end * qz))
-    # Not on * x: where nothing touches, x may be infinite.
-    touches = on > zero
-    return wp.where(touches, x, zero), wp.where(touches, y, zero), wp.where(touches, z, zero)
+
+    a: Triple
+    b: Triple
+    middle: Triple
+    inertia: Symmetric
+
+
+@wp.struct
+class Line:
+    """What is held of a face: the line from the first to the last of two corners, or its middle.
+
+    Attributes:
+        w: Half way along it [m]; zero where one corner or all four are held.
+        m: Middle of what is held, from the centre of mass [m].
+        x, y: Half way over half width and half depth.
+    """
+
+    w: Triple
+    m: Triple
+    x: real
+    y: real
+
+
+@wp.struct
+class Motion:
+    """Velocity [m/s] and angular velocity [rad/s] of a block."""
+
+    v: Triple
+    o: Triple
+
+
+@wp.struct
+class Push:
+    """An impulse for mass 1 [m/s] and its moment about a point [m^2/s]."""
+
+    e: Triple
+    g: Triple
+
+
+@wp.struct
+class Pressure:
+    """How four corners share an impulse.
+
+    Attributes:
+        a, b: Centre of pressure along the half width and the half depth.
+        couple: The couple of their friction beside what is in proportion to the pressure, over the
+            levers.
+    """
+
+    a: real
+    b: real
+    couple: real
 
 
 @wp.func
-def sinks(
-    dropped: real, aim: real, i: real, j: real, ax: real, ay: real, bx: real, by: real,
-    cx: real, cy: real, vz: real, ox: real, oy: real,
-) -> bool:  # fmt: skip
+def over(m: Symmetric, v: Triple) -> Triple:
+    """The inverse of a symmetric matrix times a vector."""
+    c11, c12, c13, c22, c23, c33 = cofactors(m.xx, m.xy, m.xz, m.yy, m.yz, m.zz)
+    part = real(1.0) / product(m.xx, m.xy, m.xz, c11, c12, c13)
+    return scaled(part, times(Symmetric(c11, c12, c13, c22, c23, c33), v))
+
+
+@wp.func
+def push_between(free: Motion, after: Motion, spin: Triple, m: Triple, inertia: Symmetric) -> Push:
+    """Impulse that leads from one motion to another, and its moment about m.
+
+    `spin` is the angular momentum before.
+    """
+    e = minus(after.v, free.v)
+    return Push(e, plus(minus(times(inertia, after.o), spin), cross_product(e, m)))
+
+
+@wp.func
+def lie(t: Four, face: Face) -> Motion:
+    """Motion of a block on all of its corners, which move at t along the vertical."""
+    a, b = face.a, face.b
+    part = QUARTER / fused_less(a.y, b.x, a.x * b.y)
+    tx, ty = part * (t.b - t.a + (t.d - t.c)), part * (t.c - t.a + (t.d - t.b))
+    o = Triple(
+        fused_less(tx, b.x, ty * a.x), fused_less(tx, b.y, ty * a.y),
+        fused_less(tx, b.z, ty * a.z),
+    )  # fmt: skip
+    v = cross_product(face.middle, o)
+    return Motion(Triple(v.x, v.y, v.z + QUARTER * (t.a + t.d + (t.b + t.c))), o)
+
+
+@wp.func
+def roll(
+    first: real, last: real, alone: bool, free: Triple, spin: Triple, line: Line, inertia: Symmetric
+) -> Motion:
+    """Motion of a block on one corner, alone, or on two, which move at `first` and `last`."""
+    w, m, j = line.w, line.m, inertia
+    closes = HALF * (last - first) / larger(scalar_product(w, w), TINY)
+    ox, oy, rise = closes * w.y, -closes * w.x, HALF * (first + last)
+    left = Triple(
+        fused(m.z, oy, free.x), fused_less(m.z, ox, free.y),
+        free.z - rise - fused_less(m.y, ox, m.x * oy),
+    )  # fmt: skip
+    closed = Triple(dot(j.xx, j.xy, ox, oy), dot(j.xy, j.yy, ox, oy), dot(j.xz, j.yz, ox, oy))
+    s = plus(minus(spin, closed), cross_product(left, m))
+    mm = scalar_product(m, m)
+    about = Symmetric(
+        fused_less(m.x, m.x, j.xx + mm), fused_less(m.x, m.y, j.xy), fused_less(m.x, m.z, j.xz),
+        fused_less(m.y, m.y, j.yy + mm), fused_less(m.y, m.z, j.yz),
+        fused_less(m.z, m.z, j.zz + mm),
+    )  # fmt: skip
+    rate = scalar_product(w, s) / larger(scalar_product(w, times(about, w)), TINY)
+    free_turn = over(about, s)
+    o = Triple(
+        wp.where(alone, ox + free_turn.x, fused(rate, w.x, ox)),
+        wp.where(alone, oy + free_turn.y, fused(rate, w.y, oy)),
+        wp.where(alone, free_turn.z, rate * w.z),
+    )
+    v = cross_product(m, o)
+    return Motion(Triple(v.x, v.y, v.z + rise), o)
+
+
+@wp.func
+def foremost(k: Four, x: Four) -> real:
+    """The number of the first corner whose k is not zero; that of the last if there is none."""
+    zero = real(0.0)
+    return wp.where(k.a > zero, x.a, wp.where(k.b > zero, x.b, wp.where(k.c > zero, x.c, x.d)))
+
+
+@wp.func
+def backwards(x: Four) -> Four:
+    """Numbers of the corners from the last to the first."""
+    return Four(x.d, x.c, x.b, x.a)
+
+
+@wp.func
+def line_of(k: Four, face: Face) -> Line:
+    """What is held of a face where k is not zero."""
+    one, part = real(1.0), wp.where(corners_of(k) == real(4.0), real(0.0), HALF)
+    sides_x, sides_y = Four(-one, one, -one, one), Four(-one, -one, one, one)
+    i, j = foremost(k, sides_x), foremost(k, sides_y)
+    last = backwards(k)
+    x, y = foremost(last, backwards(sides_x)), foremost(last, backwards(sides_y))
+    way_x, way_y = part * (x - i), part * (y - j)
+    middle = plus(face.middle, on_face(part * (x + i), part * (y + j), face))
+    return Line(on_face(way_x, way_y, face), middle, way_x, way_y)
+
+
+@wp.func
+def on_face(x: real, y: real, face: Face) -> Triple:
+    """A way over parts of the half width and of the half depth [m]."""
+    a, b = face.a, face.b
+    return Triple(dot(x, y, a.x, b.x), dot(x, y, a.y, b.y), dot(x, y, a.z, b.z))
+
+
+@wp.func
+def corners_of(k: Four) -> real:
+    """How many corners there are, 1 or 0 each."""
+    return k.a + k.b + k.c + k.d
+
+
+@wp.func
+def share_pressure(p: Push, face: Face) -> Pressure:
+    """How four corners share an impulse whose moment is about their middle."""
+    e, g, a, b = p.e, p.g, face.a, face.b
+    part = real(1.0) / (larger(e.z, TINY) * fused_less(a.y, b.x, a.x * b.y))
+    x, y = -part * dot(g.x, g.y, b.x, b.y), part * dot(g.x, g.y, a.x, a.y)
+    moment = fused_less(dot(x, y, a.y, b.y), e.x, dot(x, y, a.x, b.x) * e.y)
+    levers = dot(a.x, a.y, a.x, a.y) + dot(b.x, b.y, b.x, b.y)
+    return Pressure(x, y, QUARTER * (g.z - moment) / levers)
+
+
+@wp.func
+def choose_held(s: Four, pushes: bool, at: Pressure) -> Four:
+    """Which contacts to hold: of four those on the side of the pressure's centre."""
+    zero, one = real(0.0), real(1.0)
+    full = s.a * s.b * s.c * s.d > zero and pushes
+    return Four(
+        wp.where(full and (at.a > one or at.b > one), zero, s.a),
+        wp.where(full and (at.a < -one or at.b > one), zero, s.b),
+        wp.where(full and (at.a > one or at.b < -one), zero, s.c),
+        wp.where(full and (at.a < -one or at.b < -one), zero, s.d),
+    )
+
+
+@wp.func
+def tilt_share(p: Push, w: Triple) -> Triple:
+    """Part of the impulse of two corners that the last has beyond one half; w as at the head."""
+    part = HALF / larger(scalar_product(w, w), TINY)
+    q = scaled(part, cross_product(p.g, w))
+    along = (part + part) * scalar_product(p.e, w) * q.z / larger(p.e.z, TINY)
+    return Triple(fused(along, w.x, q.x), fused(along, w.y, q.y), fused(along, w.z, q.z))
+
+
+@wp.struct
+class Split:
+    """How held corners share an impulse.
+
+    Attributes:
+        count: How many they are.
+        e: Impulse of all of them.
+        q: Of two corners, what the last has beyond one half.
+        x, y: Of two corners, see `Line`.
+        pressure: Of four corners.
+    """
+
+    count: real
+    e: Triple
+    q: Triple
+    x: real
+    y: real
+    pressure: Pressure
+
+
+@wp.func
+def share(i: real, j: real, on: real, split: Split, face: Face) -> Impulse:
+    """Impulse of the corner on the sides i and j, -1 or 1, where it is held: `on` is 1 there."""
+    zero, one, p, a, b = real(0.0), real(1.0), split.pressure, face.a, face.b
+    end = larger(smaller(dot(i, j, split.x, split.y), one), -one)
+    flat, half = split.count == real(4.0), wp.where(split.count == one, one, HALF)
+    part = wp.where(flat, QUARTER * fused(i, p.a, one) * fused(j, p.b, one), half)
+    turn_x, turn_y = -p.couple * dot(i, j, a.y, b.y), p.couple * dot(i, j, a.x, b.x)
+    x = fused(part, split.e.x, wp.where(flat, turn_x, end * split.q.x))
+    y = fused(part, split.e.y, wp.where(flat, turn_y, end * split.q.y))
+    z = fused(part, split.e.z, wp.where(flat, zero, end * split.q.z))
+    # Not on * x: where nothing touches, x may be infinite.
+    return impulse_where(on > zero, Impulse(x, y, z))
+
+
+@wp.func
+def obeys(p: Impulse, mu: real, sinks: bool) -> bool:
+    """Whether a corner may have this impulse, and if it was let go, does not sink."""
+    return holds(p.fx, p.fy, p.n, WITHIN * mu) and not sinks
+
+
+@wp.func
+def would_sink(dropped: real, aim: real, i: real, j: real, face: Face, after: Motion) -> bool:
     """Whether a corner that is let go would sink."""
-    x, y = fused(j, bx, fused(i, ax, cx)), fused(j, by, fused(i, ay, cy))
-    rise = fused_less(oy, x, fused(ox, y, vz))
+    a, b, m = face.a, face.b, face.middle
+    x, y = fused(j, b.x, fused(i, a.x, m.x)), fused(j, b.y, fused(i, a.y, m.y))
+    rise = fused_less(after.o.y, x, fused(after.o.x, y, after.v.z))
     return dropped > real(0.0) and rise < aim
 
 
-@wp.func
-def keep(held: bool, x: real, y: real, z: real, a: wp.ref[real], b: wp.ref[real], c: wp.ref[real]):
-    """Writes a vector where a block is held. Zero is added so that no number is -0."""
-    zero = real(0.0)
-    a = wp.where(held, x, a) + zero
-    b = wp.where(held, y, b) + zero
-    c = wp.where(held, z, c) + zero
+@wp.struct
+class Held:
+    """What stops the contacts of a block together.
 
-
-@wp.func
-def foremost(k0: real, k1: real, k2: real, x0: real, x1: real, x2: real, x3: real) -> real:
-    """The number of the first corner whose k is not zero; that of the last if there is none."""
-    zero = real(0.0)
-    return wp.where(k0 > zero, x0, wp.where(k1 > zero, x1, wp.where(k2 > zero, x2, x3)))
-
-
-@wp.func
-def ends(flat: bool, k0: real, k1: real, k2: real, k3: real):
-    """Half the way from the first to the last held corner, and their middle, as parts of the face.
-
-    Each along the half width and along the half depth; zero where all four are held.
+    Attributes:
+        fits: Whether that obeys the law of contact.
+        touches: Whether anything is held.
+        after: Velocity of the block then.
+        a, b, c, d: Impulses of its corners.
     """
-    one, part = real(1.0), wp.where(flat, real(0.0), HALF)
-    i = foremost(k0, k1, k2, -one, one, -one, one)
-    j = foremost(k0, k1, k2, -one, -one, one, one)
-    x = foremost(k3, k2, k1, one, -one, one, -one)
-    y = foremost(k3, k2, k1, one, one, -one, -one)
-    return part * (x - i), part * (y - j), part * (x + i), part * (y + j)
+
+    fits: bool
+    touches: bool
+    after: Velocity
+    a: Impulse
+    b: Impulse
+    c: Impulse
+    d: Impulse
 
 
 @wp.func
-def tried(s0: real, s1: real, s2: real, s3: real, push: real, a: real, b: real):
-    """Which contacts to hold: of four those on the side of the pressure's centre (a, b)."""
-    zero, one = real(0.0), real(1.0)
-    full = s0 * s1 * s2 * s3 > zero and push > zero
-    return (
-        wp.where(full and (a > one or b > one), zero, s0),
-        wp.where(full and (a < -one or b > one), zero, s1),
-        wp.where(full and (a > one or b < -one), zero, s2),
-        wp.where(full and (a < -one or b < -one), zero, s3),
-    )
-
-
-@wp.func
-def centre(
-    ex: real, ey: real, ez: real, gx: real, gy: real, gz: real, ax: real, ay: real, bx: real,
-    by: real,
-):  # fmt: skip
-    """How four corners share an impulse e with the moment g about their middle.
-
-    Returns:
-        The centre of pressure along the half width a and the half depth b, and the couple of their
-        friction beside what is in proportion to the pressure, over the levers.
-    """
-    part = real(1.0) / (larger(ez, TINY) * fused_less(ay, bx, ax * by))
-    a, b = -part * dot(gx, gy, bx, by), part * dot(gx, gy, ax, ay)
-    moment = fused_less(dot(a, b, ay, by), ex, dot(a, b, ax, bx) * ey)
-    couple = QUARTER * (gz - moment) / (dot(ax, ay, ax, ay) + dot(bx, by, bx, by))
-    return a, b, couple
-
-
-@wp.func
-def stopped(
-    s0: real, s1: real, s2: real, s3: real, t0: real, t1: real, t2: real, t3: real,
-    ux: real, uy: real, uz: real, lx: real, ly: real, lz: real,
-    ax: real, ay: real, az: real, bx: real, by: real, bz: real, cx: real, cy: real, cz: real,
-    xx: real, xy: real, xz: real, yy: real, yz: real, zz: real,
-):  # fmt: skip
-    """Motion of a block whose contacts are stopped, or those that the pressure's centre lies by.
-
-    s tells the contacts, 1 or 0, and t their normal velocities [m/s]; u, l is the motion without
-    contact; a and b are half width and half depth towards the lean, c is the face's middle [m].
-
-    Returns:
-        Which corners are held, 1 or 0; the way from the first to the last of two over half width
-        and half depth; velocity and angular velocity; impulse, and its moment about their middle.
-    """
-    vx, vy, vz, ox, oy, oz = lying(t0, t1, t2, t3, ax, ay, az, bx, by, bz, cx, cy, cz)
-    ex, ey, ez, gx, gy, gz = needed(
-        vx, vy, vz, ox, oy, oz, ux, uy, uz, lx, ly, lz, cx, cy, cz, xx, xy, xz, yy, yz, zz
-    )
-    a, b, _c = centre(ex, ey, ez, gx, gy, gz, ax, ay, bx, by)
-    k0, k1, k2, k3 = tried(s0, s1, s2, s3, ez, a, b)
-    count = k0 + k1 + k2 + k3
-    flat = count == real(4.0)
-    si, sj, i, j = ends(flat, k0, k1, k2, k3)
-    wx, wy, wz = dot(si, sj, ax, bx), dot(si, sj, ay, by), dot(si, sj, az, bz)
-    mx, my, mz = cx + dot(i, j, ax, bx), cy + dot(i, j, ay, by), cz + dot(i, j, az, bz)
-    fx, fy, fz, px, py, pz = rolling(
-        foremost(k0, k1, k2, t0, t1, t2, t3), foremost(k3, k2, k1, t3, t2, t1, t0),
-        count == real(1.0), ux, uy, uz, lx, ly, lz, wx, wy, wz, mx, my, mz,
-        xx, xy, xz, yy, yz, zz,
+def face_of(block: Box, lean: Lean, s: State) -> Face:
+    """The face of a block at an attitude."""
+    one, r = real(1.0), turn_of(s)
+    w, d = lean.x * block.half_width, lean.y * block.half_depth
+    moments = Triple(one / block.inverse_x, one / block.inverse_y, one / block.inverse_z)
+    middle = into_base(r, Triple(-block.centre_x, -block.centre_y, -block.half_height))
+    return Face(
+        Triple(w * r.r11, w * r.r21, w * r.r31), Triple(d * r.r12, d * r.r22, d * r.r32), middle,
+        weighted(r, moments),
     )  # fmt: skip
-    vx, vy, vz = wp.where(flat, vx, fx), wp.where(flat, vy, fy), wp.where(flat, vz, fz)
-    ox, oy, oz = wp.where(flat, ox, px), wp.where(flat, oy, py), wp.where(flat, oz, pz)
-    ex, ey, ez, gx, gy, gz = needed(
-        vx, vy, vz, ox, oy, oz, ux, uy, uz, lx, ly, lz, mx, my, mz, xx, xy, xz, yy, yz, zz
-    )
-    return k0, k1, k2, k3, si, sj, vx, vy, vz, ox, oy, oz, ex, ey, ez, gx, gy, gz
 
 
 @wp.func
-def beyond(
-    ex: real, ey: real, ez: real, gx: real, gy: real, gz: real, wx: real, wy: real, wz: real
-):  # fmt: skip
-    """Part of the impulse of two corners that the last has beyond one half; w as at the head."""
-    part = HALF / larger(product(wx, wy, wz, wx, wy, wz), TINY)
-    qx, qy, qz = vector_product(gx, gy, gz, wx, wy, wz)
-    qx, qy, qz = part * qx, part * qy, part * qz
-    along = (part + part) * product(ex, ey, ez, wx, wy, wz) * qz / larger(ez, TINY)
-    return fused(along, wx, qx), fused(along, wy, qy), fused(along, wz, qz)
-
-
-@wp.func
-def hold(
-    knobs: Knobs, lean_x: real, lean_y: real, half_width: real, half_depth: real, half_height: real,
-    cx: real, cy: real, mu: real, qx: real, qy: real, qz: real, qw: real,
-    ix: real, iy: real, iz: real, lx: real, ly: real, lz: real,
-    aim0: real, aim1: real, aim2: real, aim3: real,
-    on0: wp.ref[real], on1: wp.ref[real], on2: wp.ref[real], on3: wp.ref[real],
-    fx0: wp.ref[real], fx1: wp.ref[real], fx2: wp.ref[real], fx3: wp.ref[real],
-    fy0: wp.ref[real], fy1: wp.ref[real], fy2: wp.ref[real], fy3: wp.ref[real],
-    n0: wp.ref[real], n1: wp.ref[real], n2: wp.ref[real], n3: wp.ref[real],
-    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
-    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
-):  # fmt: skip
-    """Stops the contacts of a block together, where that obeys the law of contact.
-
-    Then its velocities and impulses are those, and no corner is left to the sweeps: `on` becomes 0.
-    """
+def hold(knobs: Knobs, block: Box, lean: Lean, state: State, free: Velocity, at: Corners) -> Held:
+    """Stops the contacts of a block together, where that obeys the law of contact."""
     zero, one = real(0.0), real(1.0)
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    # Moments of inertia; half width a and half depth b, each towards the lean; the face's middle.
-    xx, xy, xz, yy, yz, zz = inverse_inertia(
-        r11, r12, r13, r21, r22, r23, r31, r32, r33, one / ix, one / iy, one / iz
-    )
-    w, d = lean_x * half_width, lean_y * half_depth
-    ax, ay, az, bx, by, bz = r11 * w, r21 * w, r31 * w, r12 * d, r22 * d, r32 * d
-    mx, my, mz = in_axes(r11, r12, r13, r21, r22, r23, r31, r32, r33, -cx, -cy, -half_height)
-    s0, s1, s2, s3 = real(on0), real(on1), real(on2), real(on3)
-    t0, t1, t2, t3 = s0 * aim0, s1 * aim1, s2 * aim2, s3 * aim3
-    k0, k1, k2, k3, si, sj, vx, vy, vz, px, py, pz, ex, ey, ez, gx, gy, gz = stopped(
-        s0, s1, s2, s3, t0, t1, t2, t3, ux, uy, uz, lx, ly, lz, ax, ay, az, bx, by, bz, mx, my, mz,
-        xx, xy, xz, yy, yz, zz,
+    on = Four(at.a.on, at.b.on, at.c.on, at.d.on)
+    face = face_of(block, lean, state)
+    before = Motion(Triple(free.x, free.y, free.z), rate_of(free))
+    spin = spin_of(state)
+    t = Four(on.a * at.a.aim, on.b * at.b.aim, on.c * at.c.aim, on.d * at.d.aim)
+    lies = lie(t, face)
+    p = push_between(before, lies, spin, face.middle, face.inertia)
+    k = choose_held(on, p.e.z > zero, share_pressure(p, face))
+    count = corners_of(k)
+    flat, line = count == real(4.0), line_of(k, face)
+    rolls = roll(
+        foremost(k, t), foremost(backwards(k), backwards(t)), count == one, before.v, spin, line,
+        face.inertia,
     )  # fmt: skip
-    count = k0 + k1 + k2 + k3
-    a, b, c = centre(ex, ey, ez, gx, gy, gz, ax, ay, bx, by)
-    x, y, z = beyond(
-        ex, ey, ez, gx, gy, gz, dot(si, sj, ax, bx), dot(si, sj, ay, by), dot(si, sj, az, bz)
-    )
-    x0, y0, z0 = share(-one, -one, k0, count, si, sj, a, b, c, ax, ay, bx, by, ex, ey, ez, x, y, z)
-    x1, y1, z1 = share(one, -one, k1, count, si, sj, a, b, c, ax, ay, bx, by, ex, ey, ez, x, y, z)
-    x2, y2, z2 = share(-one, one, k2, count, si, sj, a, b, c, ax, ay, bx, by, ex, ey, ez, x, y, z)
-    x3, y3, z3 = share(one, one, k3, count, si, sj, a, b, c, ax, ay, bx, by, ex, ey, ez, x, y, z)
-    uneven = size(t0 - t1 - t2 + t3) > EVEN * knobs.gravity * knobs.time_step
+    after = Motion(choose(flat, lies.v, rolls.v), choose(flat, lies.o, rolls.o))
+    p = push_between(before, after, spin, line.m, face.inertia)
+    split = Split(count, p.e, tilt_share(p, line.w), line.x, line.y, share_pressure(p, face))
+    pa, pb = share(-one, -one, k.a, split, face), share(one, -one, k.b, split, face)
+    pc, pd = share(-one, one, k.c, split, face), share(one, one, k.d, split, face)
+    uneven = size(t.a - t.b - t.c + t.d) > EVEN * knobs.gravity * knobs.time_step
     fits = count != real(3.0) and not (count == real(4.0) and uneven)
-    fits = fits and holds(x0, y0, z0, WITHIN * mu) and holds(x1, y1, z1, WITHIN * mu)
-    fits = fits and holds(x2, y2, z2, WITHIN * mu) and holds(x3, y3, z3, WITHIN * mu)
-    fits = fits and not sinks(s0 - k0, t0, -one, -one, ax, ay, bx, by, mx, my, vz, px, py)
-    fits = fits and not sinks(s1 - k1, t1, one, -one, ax, ay, bx, by, mx, my, vz, px, py)
-    fits = fits and not sinks(s2 - k2, t2, -one, one, ax, ay, bx, by, mx, my, vz, px, py)
-    fits = fits and not sinks(s3 - k3, t3, one, one, ax, ay, bx, by, mx, my, vz, px, py)
-    keep(fits, x0, y0, z0, fx0, fy0, n0)
-    keep(fits, x1, y1, z1, fx1, fy1, n1)
-    keep(fits, x2, y2, z2, fx2, fy2, n2)
-    keep(fits, x3, y3, z3, fx3, fy3, n3)
-    keep(fits and count > zero, vx, vy, vz, ux, uy, uz)
-    keep(fits and count > zero, px, py, pz, ox, oy, oz)
-    on0 = wp.where(fits, zero, s0)
-    on1 = wp.where(fits, zero, s1)
-    on2 = wp.where(fits, zero, s2)
-    on3 = wp.where(fits, zero, s3)
+    fits = fits and obeys(pa, block.friction, would_sink(on.a - k.a, t.a, -one, -one, face, after))
+    fits = fits and obeys(pb, block.friction, would_sink(on.b - k.b, t.b, one, -one, face, after))
+    fits = fits and obeys(pc, block.friction, would_sink(on.c - k.c, t.c, -one, one, face, after))
+    fits = fits and obeys(pd, block.friction, would_sink(on.d - k.d, t.d, one, one, face, after))
+    v, o = after.v, after.o
+    found = Velocity(v.x, v.y, v.z, o.x, o.y, o.z)
+    return Held(fits, fits and count > zero, found, pa, pb, pc, pd)
+
+
+@wp.func
+def impulse_if(held: bool, p: Impulse, before: Impulse) -> Impulse:
+    """An impulse of a corner where it is held, else what it had. Zero is added: no number is -0."""
+    zero = real(0.0)
+    return Impulse(
+        wp.where(held, p.fx, before.fx) + zero, wp.where(held, p.fy, before.fy) + zero,
+        wp.where(held, p.n, before.n) + zero,
+    )  # fmt: skip
+
+
+@wp.func
+def velocity_if(held: bool, v: Velocity, before: Velocity) -> Velocity:
+    """The velocity of a block where it is held, else what it had; likewise."""
+    zero = real(0.0)
+    return Velocity(
+        wp.where(held, v.x, before.x) + zero, wp.where(held, v.y, before.y) + zero,
+        wp.where(held, v.z, before.z) + zero, wp.where(held, v.turn_x, before.turn_x) + zero,
+        wp.where(held, v.turn_y, before.turn_y) + zero,
+        wp.where(held, v.turn_z, before.turn_z) + zero,
+    )  # fmt: skip

@@ -7,86 +7,75 @@ time is when it last did. It moves while it rocks or slides, see `slips`.
 
 import warp as wp
 
-from warprock.kernels.impulse_space.block import Knobs, slips
+from warprock.kernels.impulse_space.block import (
+    Box,
+    Gaps,
+    Impulse,
+    Knobs,
+    Velocity,
+    slips,
+)
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
-from warprock.kernels.shape_space.block import Block, matrix_of, product, slide_of, turns_of
+from warprock.kernels.shape_space.block import Block, product
+from warprock.kernels.shape_space.block_found import Peaks, Result, observe_slide, observe_turns
+from warprock.kernels.shape_space.lanes import State, find_slide, find_turns, turn_of
 
 
 @wp.func
-def glides(block: Block, knobs: Knobs, ux: real, uy: real, ox: real, oy: real, oz: real) -> bool:
-    """Whether a block that stands flat slides, with the velocities u and o after a step."""
-    x, y = fused_less(block.half_height, oy, ux), fused(block.half_height, ox, uy)
-    turn = oz * (block.half_width + block.half_depth)
+def glides(box: Box, knobs: Knobs, u: Velocity) -> bool:
+    """Whether a block that stands flat slides, with its velocity after a step."""
+    x = fused_less(box.half_height, u.turn_y, u.x)
+    y = fused(box.half_height, u.turn_x, u.y)
+    turn = u.turn_z * (box.half_width + box.half_depth)
     return slips(product(x, y, turn, x, y, turn), knobs)
 
 
 @wp.func
-def stands(n0: real, n1: real, n2: real, n3: real) -> bool:
+def stands(a: Impulse, b: Impulse, c: Impulse, d: Impulse) -> bool:
     """Whether a block stands flat: two opposite corners carry."""
-    return smaller(n0, n3) > real(0.0) or smaller(n1, n2) > real(0.0)
-
-
-@wp.func
-def lifted_since(n1: real, n2: real, n3: real, n4: real, since: real, before: real) -> real:
-    """Time since which a block has not stood flat [s], or NEVER; `before`, end of the last step."""
-    return wp.where(stands(n1, n2, n3, n4), NEVER, smaller(since, before))
+    return smaller(a.n, d.n) > real(0.0) or smaller(b.n, c.n) > real(0.0)
 
 
 @wp.func
 def observe_contacts(
-    live: bool, time: real, landed: real, lowest: real, lifted: real, slides: bool,
-    since: real, uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real],
-    impacts: wp.ref[int], steps: wp.ref[int],
-):  # fmt: skip
+    live: bool, time: real, gaps: Gaps, slides: bool, since: real, seen: wp.ref[Result]
+):
     """Whether a block moves, whether it lands, and how deep it is.
 
     Args:
         live: Whether the lane lives on.
         time: End of the step [s].
-        landed: Corners that land.
-        lowest: Lowest gap [m].
-        lifted: Corners that have parted.
+        gaps: What its contacts show.
         slides: Whether it slides if it stands flat.
         since: Time since which it has not stood flat [s], or NEVER.
-        uplift_time: Time at which it first lifted [s], or NEVER.
-        moved: Last time at which a corner has parted, or the block slides [s].
-        deepest: Deepest penetration [m].
-        impacts: Landings.
-        steps: Steps of a lane that lived on.
+        seen: What is seen of the lane.
     """
     zero = real(0.0)
-    rocks = live and lifted > zero
-    uplift_time = wp.where(rocks, smaller(uplift_time, smaller(since, time)), uplift_time)
-    moved = wp.where(rocks or (live and slides), time, moved)
-    impacts = impacts + wp.where(live and landed > zero, 1, 0)
-    steps = steps + wp.where(live, 1, 0)
-    deepest = wp.where(live, larger(-lowest, deepest), deepest)
+    rocks = live and gaps.lifted > zero
+    lifts = smaller(seen.uplift_time, smaller(since, time))
+    seen.uplift_time = wp.where(rocks, lifts, seen.uplift_time)
+    seen.moved = wp.where(rocks or (live and slides), time, seen.moved)
+    seen.impacts = seen.impacts + wp.where(live and gaps.landed > zero, 1, 0)
+    seen.steps = seen.steps + wp.where(live, 1, 0)
+    seen.deepest = wp.where(live, larger(-gaps.lowest, seen.deepest), seen.deepest)
 
 
 @wp.func
-def observe_block(
-    live: bool, time: real, block: Block, x: real, y: real, z: real, qx: real, qy: real, qz: real,
-    qw: real, speed: real, slide_x: wp.ref[real], slide_y: wp.ref[real],
-    peak: wp.ref[real], peak_time: wp.ref[real],
-    peak_across: wp.ref[real], peak_tilt: wp.ref[real], peak_yaw: wp.ref[real],
-    peak_slide: wp.ref[real], mode: wp.ref[int],
-):  # fmt: skip
-    """Peaks and slide of a block after a step, and whether its lane lives on.
+def observe_block(live: bool, time: real, block: Block, s: State, peaks: Peaks) -> Peaks:
+    """Peaks and slide of a block after a step, if its lane lives on."""
+    r = turn_of(s)
+    along, across, tilt, yaw = find_turns(block, r, s)
+    x, y = find_slide(block, s.x, s.y, r)
+    turned = observe_turns(live, time, along, across, tilt, yaw, peaks)
+    return observe_slide(live, x, y, dot(x, y, x, y), turned)
 
-    `speed` is a sum of its velocities, which is finite only if they are.
-    """
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    tan_x, tan_y, tilt, yaw = turns_of(block, r13, r23, r33, qz, qw)
-    away_x, away_y = slide_of(block, x, y, r11, r12, r13, r21, r22, r23, r31, r32)
-    higher = live and tan_x > peak
-    peak_time = wp.where(higher, time, peak_time)
-    peak = wp.where(higher, tan_x, peak)
-    peak_across = wp.where(live, larger(tan_y, peak_across), peak_across)
-    peak_tilt = wp.where(live, larger(tilt, peak_tilt), peak_tilt)
-    peak_yaw = wp.where(live, larger(yaw, peak_yaw), peak_yaw)
-    slide_x = wp.where(live, away_x, slide_x)
-    slide_y = wp.where(live, away_y, slide_y)
-    peak_slide = wp.where(live, larger(dot(away_x, away_y, away_x, away_y), peak_slide), peak_slide)
-    total = x + y + z + r33 + qw + speed
-    found = wp.where(r33 <= real(0.0), OVERTURNED, RUNNING)
-    mode = wp.where(live, wp.where(total - total == real(0.0), found, BROKEN), mode)
+
+@wp.func
+def mode_after(mode: int, s: State) -> int:
+    """How a lane goes on after a step; one that has ended stays as it is."""
+    speed = s.vx + s.vy + s.vz + s.lx + s.ly + s.lz
+    up = turn_of(s).r33
+    total = s.x + s.y + s.z + up + s.qw + speed
+    found = wp.where(up <= real(0.0), OVERTURNED, RUNNING)
+    goes = wp.where(total - total == real(0.0), found, BROKEN)
+    return wp.where(mode == RUNNING, goes, mode)

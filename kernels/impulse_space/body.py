@@ -12,235 +12,185 @@ or slides.
 
 import warp as wp
 
-from warprock.kernels.impulse_space.block import FAR, Knobs, observe_contact, slips
-from warprock.kernels.impulse_space.bounce import bounce
+from warprock.kernels.impulse_space.block import (
+    FAR,
+    Contact,
+    Gaps,
+    Knobs,
+    Velocity,
+    observe_contact,
+    slips,
+)
+from warprock.kernels.impulse_space.bounce import bounce, rounded_into_base
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
-from warprock.kernels.shape_space.block import Block, inverse_inertia, matrix_of
+from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.block_found import Peaks, Result, observe_slide, observe_turns
 from warprock.kernels.shape_space.body import (
     Frame,
     Point,
     body_attitude,
-    observe_turns,
     spans,
     throw_of,
-    touches_as_lowest,
     turns_of_body,
 )
+from warprock.kernels.shape_space.lanes import State, Symmetric, Triple, Turn
 from warprock.kernels.shape_space.thrown import push
 
 
-@wp.func
-def start_body(
-    block: Block, frame: Frame, knobs: Knobs, mu: wp.ref[real],
-    ix: wp.ref[real], iy: wp.ref[real], iz: wp.ref[real],
-    x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],
-    qx: wp.ref[real], qy: wp.ref[real], qz: wp.ref[real], qw: wp.ref[real],
-    vx: wp.ref[real], vy: wp.ref[real], vz: wp.ref[real],
-    lx: wp.ref[real], ly: wp.ref[real], lz: wp.ref[real],
-    uplift_time: wp.ref[real], mode: wp.ref[int],
-    peak: wp.ref[real], peak_across: wp.ref[real], peak_tilt: wp.ref[real],
-):  # fmt: skip
-    """Puts a body where it starts; its velocity is that of half a step before."""
-    mu = block.friction
-    ix = block.inverse_x
-    iy = block.inverse_y
-    iz = block.inverse_z
-    x = block.x
-    y = block.y
-    z = block.z
-    a, b, c, d = body_attitude(frame, block.qx, block.qy, block.qz, block.qw)
-    qx = a
-    qy = b
-    qz = c
-    qw = d
-    inverse_x, inverse_y, inverse_z = block.inverse_x, block.inverse_y, block.inverse_z
-    push(throw_of(frame), a, b, c, d, inverse_x, inverse_y, inverse_z, vx, vy, vz, lx, ly, lz)
-    vz = vz + HALF * knobs.time_step * knobs.gravity
-    stands = block.standing == frame.feet
-    uplift_time = wp.where(stands, NEVER, real(0.0))
-    mode = RUNNING
-    along, across, tilt, _yaw, _up, _qz, _qw = turns_of_body(block, frame, a, b, c, d)
-    peak = along
-    peak_across = across
-    peak_tilt = tilt
+@wp.struct
+class Stance:
+    """Sums over the points of a body in the pose that the last step led to.
 
-
-@wp.func
-def start_point(
-    point: Point, knobs: Knobs, frame: Frame, x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],
-    stood_x: wp.ref[real], stood_y: wp.ref[real], foot: wp.ref[real],
-    n: wp.ref[real], apart: wp.ref[real],
-):  # fmt: skip
-    """Copies a point; the feet share the weight, the others count as parted."""
-    x = point.x
-    y = point.y
-    z = point.z
-    stood_x = point.stood_x
-    stood_y = point.stood_y
-    foot = point.foot
-    touches = point.foot > real(0.0)
-    n = wp.where(touches, HALF * knobs.time_step * knobs.gravity / frame.feet, real(0.0))
-    apart = wp.where(touches, real(0.0), real(1.0))
-
-
-@wp.func
-def predict(
-    dvx: real, dvy: real, dvz: real, knobs: Knobs,
-    qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real,
-    ix: real, iy: real, iz: real, vx: real, vy: real, vz: real,
-    r11: wp.ref[real], r12: wp.ref[real], r13: wp.ref[real],
-    r21: wp.ref[real], r22: wp.ref[real], r23: wp.ref[real],
-    r31: wp.ref[real], r32: wp.ref[real], r33: wp.ref[real],
-    jxx: wp.ref[real], jxy: wp.ref[real], jxz: wp.ref[real],
-    jyy: wp.ref[real], jyz: wp.ref[real], jzz: wp.ref[real],
-    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
-    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
-    lowest: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
-):  # fmt: skip
-    """Velocities u and omega (o) of a body without contact, its rotation matrix, and J."""
-    a, b, c, d, e, f, g, h, i = matrix_of(qx, qy, qz, qw)
-    xx, xy, xz, yy, yz, zz = inverse_inertia(a, b, c, d, e, f, g, h, i, ix, iy, iz)
-    r11 = a
-    r12 = b
-    r13 = c
-    r21 = d
-    r22 = e
-    r23 = f
-    r31 = g
-    r32 = h
-    r33 = i
-    jxx = xx
-    jxy = xy
-    jxz = xz
-    jyy = yy
-    jyz = yz
-    jzz = zz
-    ux = vx - dvx
-    uy = vy - dvy
-    uz = vz - dvz - knobs.time_step * knobs.gravity
-    ox = xx * lx + xy * ly + xz * lz
-    oy = xy * lx + yy * ly + yz * lz
-    oz = xz * lx + yz * ly + zz * lz
-    lowest = FAR
-    lifted = real(0.0)
-    landed = real(0.0)
-
-
-@wp.func
-def find_point(
-    there: bool, px: real, py: real, pz: real, z: real,
-    r11: real, r12: real, r13: real, r21: real, r22: real, r23: real, r31: real, r32: real,
-    r33: real,
-    rx: wp.ref[real], ry: wp.ref[real], rz: wp.ref[real], lowest: wp.ref[real],
-):  # fmt: skip
-    """Lever of a point (rx, ry, rz) [m], and the lowest gap so far; a point that is not is high."""
-    rx = r11 * px + r12 * py + r13 * pz
-    ry = r21 * px + r22 * py + r23 * pz
-    height = wp.where(there, r31 * px + r32 * py + r33 * pz, FAR)
-    rz = height
-    lowest = smaller(lowest, z + height)
-
-
-@wp.func
-def find_contact(
-    knobs: Knobs, foot: real, reach: real, half_width: real, lowest: real,
-    x: real, y: real, z: real, rx: real, ry: real, rz: real, stood_x: real, stood_y: real,
-    uz: real, ox: real, oy: real, oz: real,
-    aim: wp.ref[real], on: wp.ref[real], held: wp.ref[real],
-    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real], apart: wp.ref[real],
-    lifted: wp.ref[real], landed: wp.ref[real],
-    count: wp.ref[real], sx: wp.ref[real], sy: wp.ref[real],
-    xx: wp.ref[real], xy: wp.ref[real], yy: wp.ref[real],
-    touching: wp.ref[real], slide_x: wp.ref[real], slide_y: wp.ref[real],
-):  # fmt: skip
-    """Finds whether a point is a contact, as `find_contact` of impulse_space/block.py.
-
-    Besides, adds a point that carried in the last step to the sums of `spans`, and one that touches
-    to those of the slide.
+    Attributes:
+        count: Points that carried in the last step.
+        x, y, xx, xy, yy: Of these, the levers along the base [m] and their products [m^2].
+        touching: Points that touch where a slide is told.
+        way_x, way_y: Ways of these from where they stood [m].
     """
-    zero, one = real(0.0), real(1.0)
-    g = z + rz
-    carried = wp.where(n > zero, one, zero)
-    a, b = carried * rx, carried * ry
-    count = count + carried
-    sx = sx + a
-    sy = sy + b
-    xx = xx + a * rx
-    xy = xy + a * ry
-    yy = yy + b * ry
-    low = touches_as_lowest(g, lowest, half_width)
-    touching = touching + wp.where(low, one, zero)
-    slide_x = slide_x + wp.where(low, x + rx - stood_x, zero)
-    slide_y = slide_y + wp.where(low, y + ry - stood_y, zero)
-    gone = real(0.0)
-    observe_contact(knobs, g, reach, ox, oy, oz, n, apart, gone, landed)
-    lifted = lifted + wp.where(foot > zero, gone, zero)
-    contact = g <= knobs.collision_margin
-    now = wp.where(contact, one, zero)
-    closes = -now * larger(g, zero) * knobs.rate
-    leaves = bounce(knobs, rx, ry, uz, ox, oy, now, closes)
-    aim = wp.where(knobs.restitution > zero, leaves, closes)
-    on = now
-    held = now
-    fx = wp.where(contact, fx, zero)
-    fy = wp.where(contact, fy, zero)
-    n = wp.where(contact, n, zero)
+
+    count: real
+    x: real
+    y: real
+    xx: real
+    xy: real
+    yy: real
+    touching: real
+    way_x: real
+    way_y: real
 
 
 @wp.func
-def tell_stance(
-    live: bool, before: real, count: wp.ref[real], sx: wp.ref[real], sy: wp.ref[real],
-    xx: wp.ref[real], xy: wp.ref[real], yy: wp.ref[real], lifted: wp.ref[real],
-    since: wp.ref[real], touching: wp.ref[real], way_x: wp.ref[real], way_y: wp.ref[real],
-    slide_x: wp.ref[real], slide_y: wp.ref[real], peak_slide: wp.ref[real],
+def start_body(block: Block, frame: Frame, knobs: Knobs) -> State:
+    """A body where it starts; its velocity is that of half a step before."""
+    qx, qy, qz, qw = body_attitude(frame, block.qx, block.qy, block.qz, block.qw)
+    vx, vy, vz, lx = real(0.0), real(0.0), real(0.0), real(0.0)
+    ly, lz = real(0.0), real(0.0)
+    ix, iy, iz = block.inverse_x, block.inverse_y, block.inverse_z
+    push(throw_of(frame), qx, qy, qz, qw, ix, iy, iz, vx, vy, vz, lx, ly, lz)
+    vz = vz + HALF * knobs.time_step * knobs.gravity
+    return State(block.x, block.y, block.z, qx, qy, qz, qw, vx, vy, vz, lx, ly, lz)
+
+
+@wp.func
+def start_lane(block: Block, frame: Frame) -> Result:
+    """What is seen of a lane before its first step."""
+    zero = real(0.0)
+    stands = block.standing == frame.feet
+    return Result(wp.where(stands, NEVER, zero), zero, zero, zero, 0, RUNNING, 0)
+
+
+@wp.func
+def weight_on(foot: real, knobs: Knobs, frame: Frame) -> real:
+    """Normal impulse of a point at the start: the feet share the weight."""
+    part = HALF * knobs.time_step * knobs.gravity / frame.feet
+    return wp.where(foot > real(0.0), part, real(0.0))
+
+
+@wp.func
+def free_velocity(dv: Triple, knobs: Knobs, j: Symmetric, s: State) -> Velocity:
+    """Velocity of a body without contact; dv is the change of the base velocity [m/s]."""
+    return Velocity(
+        s.vx - dv.x, s.vy - dv.y, s.vz - dv.z - knobs.time_step * knobs.gravity,
+        j.xx * s.lx + j.xy * s.ly + j.xz * s.lz,
+        j.xy * s.lx + j.yy * s.ly + j.yz * s.lz,
+        j.xz * s.lx + j.yz * s.ly + j.zz * s.lz,
+    )  # fmt: skip
+
+
+@wp.func
+def lever_of(point: Point, r: Turn) -> Triple:
+    """Lever of a point [m]; a point that is not is high."""
+    at = rounded_into_base(r, Triple(point.x, point.y, point.z))
+    return Triple(at.x, at.y, wp.where(point.foot >= real(0.0), at.z, FAR))
+
+
+@wp.func
+def add_to_stance(
+    carries: bool, low: bool, at: Contact, point: Point, s: State, sums: wp.ref[Stance]
+):
+    """Adds a point that carried in the last step to the sums, and one that touches."""
+    zero, one = real(0.0), real(1.0)
+    carried = wp.where(carries, one, zero)
+    a, b = carried * at.x, carried * at.y
+    sums.count = sums.count + carried
+    sums.x = sums.x + a
+    sums.y = sums.y + b
+    sums.xx = sums.xx + a * at.x
+    sums.xy = sums.xy + a * at.y
+    sums.yy = sums.yy + b * at.y
+    sums.touching = sums.touching + wp.where(low, one, zero)
+    sums.way_x = sums.way_x + wp.where(low, s.x + at.x - point.stood_x, zero)
+    sums.way_y = sums.way_y + wp.where(low, s.y + at.y - point.stood_y, zero)
+
+
+@wp.func
+def observe_point(
+    knobs: Knobs, gap: real, frame: Frame, foot: real, u: Velocity, n: real, apart: wp.ref[real],
+    gaps: wp.ref[Gaps],
 ):  # fmt: skip
+    """As `observe_contact` of impulse_space/block.py, of a point: only feet count as lifted."""
+    lifted = real(gaps.lifted)
+    gaps.lifted = real(0.0)
+    observe_contact(knobs, gap, frame.reach, u, n, apart, gaps)
+    gaps.lifted = lifted + wp.where(foot > real(0.0), gaps.lifted, real(0.0))
+
+
+@wp.func
+def find_contact(knobs: Knobs, gap: real, at: Triple, u: Velocity) -> Contact:
+    """Whether a point is a contact, and what it aims at."""
+    zero = real(0.0)
+    on = wp.where(gap <= knobs.collision_margin, real(1.0), zero)
+    closes = Contact(at.x, at.y, at.z, -on * larger(gap, zero) * knobs.rate, on)
+    leaves = bounce(knobs, closes, u)
+    aim = wp.where(knobs.restitution > zero, leaves, closes.aim)
+    return Contact(at.x, at.y, at.z, aim, on)
+
+
+@wp.func
+def tell_stance(live: bool, before: real, sums: Stance, gaps: wp.ref[Gaps], since: real, p: Peaks):
     """What the points tell of the pose that the last step led to, at the time `before` [s].
 
-    The sums become zero; `since` is the time since which the body has not stood, or NEVER.
+    Returns:
+        The time since which the body has not stood [s], or NEVER; and what is seen of its slide.
     """
-    zero, part = real(0.0), real(1.0) / larger(count, real(1.0))
-    stands = spans(count, xx - part * sx * sx, xy - part * sx * sy, yy - part * sy * sy)
-    since = wp.where(stands, NEVER, smaller(since, before))
-    lifted = wp.where(stands, zero, lifted)
-    x, y = way_x / touching, way_y / touching
-    slide_x = wp.where(live, x, slide_x)
-    slide_y = wp.where(live, y, slide_y)
-    peak_slide = wp.where(live, larger(x * x + y * y, peak_slide), peak_slide)
-    count = zero
-    sx = zero
-    sy = zero
-    xx = zero
-    xy = zero
-    yy = zero
-    touching = zero
-    way_x = zero
-    way_y = zero
+    zero, part = real(0.0), real(1.0) / larger(sums.count, real(1.0))
+    stands = spans(
+        sums.count, sums.xx - part * sums.x * sums.x, sums.xy - part * sums.x * sums.y,
+        sums.yy - part * sums.y * sums.y,
+    )  # fmt: skip
+    gaps.lifted = wp.where(stands, zero, gaps.lifted)
+    x, y = sums.way_x / sums.touching, sums.way_y / sums.touching
+    waits = wp.where(stands, NEVER, smaller(since, before))
+    return waits, observe_slide(live, x, y, x * x + y * y, p)
 
 
 @wp.func
-def glides(
-    frame: Frame, knobs: Knobs, z: real, ux: real, uy: real, ox: real, oy: real, oz: real
-) -> bool:
-    """Whether a body that stands slides, with the velocities u and o after a step."""
-    x, y, turn = ux - z * oy, uy + z * ox, oz * frame.reach
+def glides(frame: Frame, knobs: Knobs, z: real, u: Velocity) -> bool:
+    """Whether a body that stands slides, with its velocity after a step."""
+    x, y, turn = u.x - z * u.turn_y, u.y + z * u.turn_x, u.turn_z * frame.reach
     return slips(x * x + y * y + turn * turn, knobs)
 
 
 @wp.func
 def observe_body(
-    live: bool, time: real, block: Block, frame: Frame, sum: real,
-    qx: real, qy: real, qz: real, qw: real, peak: wp.ref[real], peak_time: wp.ref[real],
-    peak_across: wp.ref[real], peak_tilt: wp.ref[real], peak_yaw: wp.ref[real], mode: wp.ref[int],
-):  # fmt: skip
+    time: real, block: Block, frame: Frame, s: State, mode: wp.ref[int], way: wp.ref[real], p: Peaks
+) -> Peaks:  # fmt: skip
     """Peaks of a body after a step, and whether its lane lives on.
 
-    `sum` is one of its other numbers, which is finite only if they are.
+    The lane of one that tumbles lives on; its slide is the way of its centre, `way` the square of
+    the largest so far [m^2].
     """
-    up = real(0.0)
-    observe_turns(
-        live, time, block, frame, qx, qy, qz, qw, peak, peak_time, peak_across, peak_tilt,
-        peak_yaw, up,
-    )  # fmt: skip
-    total = sum + up + qw
-    found = wp.where(up <= real(0.0), OVERTURNED, RUNNING)
-    mode = wp.where(live, wp.where(total - total == real(0.0), found, BROKEN), mode)
+    live, tumbles = mode == RUNNING, throw_of(frame).tumbles == 1
+    along, across, tilt, yaw, up, _z, _w = turns_of_body(block, frame, s.qx, s.qy, s.qz, s.qw)
+    seen = observe_turns(live, time, along, across, tilt, yaw, p)
+    total = s.x + s.y + s.z + s.vx + s.vy + s.vz + s.lx + s.ly + s.lz + up + s.qw
+    falls = wp.where(up <= real(0.0), OVERTURNED, RUNNING)
+    goes = wp.where(total - total == real(0.0), falls, BROKEN)
+    mode = wp.where(live, goes, mode)
+    mode = wp.where(tumbles and mode == OVERTURNED, RUNNING, mode)
+    dx, dy = s.x - block.x, s.y - block.y
+    way = larger(way, dx * dx + dy * dy)
+    seen.slide_x = wp.where(tumbles, dx, seen.slide_x)
+    seen.slide_y = wp.where(tumbles, dy, seen.slide_y)
+    seen.slide = wp.where(tumbles, way, seen.slide)
+    return seen

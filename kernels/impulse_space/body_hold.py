@@ -20,11 +20,22 @@ of impulse_space/block.py do the rest.
 
 import warp as wp
 
-from warprock.kernels.impulse_space.block import Knobs, copy_vector
-from warprock.kernels.impulse_space.block_hold import WITHIN, over, times
-from warprock.kernels.shape_space.block import inverse_inertia, product, vector_product
+from warprock.kernels.impulse_space.block import Contact, Impulse, Knobs, Velocity
+from warprock.kernels.impulse_space.block_hold import WITHIN, over
 from warprock.kernels.shape_space.body import APART, divide_by_moments, spans
 from warprock.kernels.shape_space.contact import holds
+from warprock.kernels.shape_space.lanes import (
+    State,
+    Symmetric,
+    Triple,
+    Turn,
+    cross_product,
+    minus,
+    plus,
+    scalar_product,
+    times,
+    weighted,
+)
 
 LEFT = by_precision(1.0e-9, 1.0e-2)
 """Part of gravity's velocity in a step by which a point may miss what it aims at: round-off."""
@@ -32,232 +43,220 @@ ROUNDS = 6
 """Most rounds in which the held points are looked for."""
 
 
-@wp.func
-def add_held(
-    held: real, x: real, y: real, z: real, aim: real,
-    count: wp.ref[real], sx: wp.ref[real], sy: wp.ref[real], sz: wp.ref[real],
-    xx: wp.ref[real], xy: wp.ref[real], yy: wp.ref[real], zx: wp.ref[real], zy: wp.ref[real],
-    t: wp.ref[real], tx: wp.ref[real], ty: wp.ref[real],
-):  # fmt: skip
-    """Adds a point to the sums over the held ones: of their places and aims, and of products."""
-    on = held > real(0.0)
-    a, b, c, d = wp.where(on, x, real(0.0)), wp.where(on, y, real(0.0)), held * z, held * aim
-    count = count + held
-    sx = sx + a
-    sy = sy + b
-    sz = sz + c
-    xx = xx + a * a
-    xy = xy + a * b
-    yy = yy + b * b
-    zx = zx + c * a
-    zy = zy + c * b
-    t = t + d
-    tx = tx + d * a
-    ty = ty + d * b
+@wp.struct
+class Sums:
+    """Sums over the held points: of their number, levers and aims, and of products.
 
-
-@wp.func
-def clear_sums(
-    count: wp.ref[real], xx: wp.ref[real], xy: wp.ref[real], yy: wp.ref[real],
-    zx: wp.ref[real], zy: wp.ref[real], t: wp.ref[real], tx: wp.ref[real], ty: wp.ref[real],
-):  # fmt: skip
-    """Makes the sums of `add_held` zero but those that become the middle of the points."""
-    count = real(0.0)
-    xx = real(0.0)
-    xy = real(0.0)
-    yy = real(0.0)
-    zx = real(0.0)
-    zy = real(0.0)
-    t = real(0.0)
-    tx = real(0.0)
-    ty = real(0.0)
-
-
-@wp.func
-def rolling(
-    alone: bool, x: real, y: real, z: real, wx: real, wy: real, wz: real,
-    sx: real, sy: real, sz: real, xx: real, xy: real, xz: real, yy: real, yz: real, zz: real,
-):  # fmt: skip
-    """Angular velocity about a point m (x, y, z), alone, or a line w through it, from s about m.
-
-    xx to zz are moments of inertia about the centre of mass.
+    Attributes:
+        count: Their number.
+        x, y, z: Of the levers [m].
+        xx, xy, yy, zx, zy: Of products of these [m^2].
+        t, tx, ty: Of the aims [m/s], and of their products with x and y.
     """
-    mm = product(x, y, z, x, y, z)
-    axx, axy, axz = xx + mm - x * x, xy - x * y, xz - x * z
-    ayy, ayz, azz = yy + mm - y * y, yz - y * z, zz + mm - z * z
-    hx, hy, hz = times(axx, axy, axz, ayy, ayz, azz, wx, wy, wz)
-    spin = product(wx, wy, wz, sx, sy, sz) / larger(product(wx, wy, wz, hx, hy, hz), TINY)
-    hx, hy, hz = over(axx, axy, axz, ayy, ayz, azz, sx, sy, sz)
-    return (
-        wp.where(alone, hx, spin * wx), wp.where(alone, hy, spin * wy),
-        wp.where(alone, hz, spin * wz),
+
+    count: real
+    x: real
+    y: real
+    z: real
+    xx: real
+    xy: real
+    yy: real
+    zx: real
+    zy: real
+    t: real
+    tx: real
+    ty: real
+
+
+@wp.struct
+class Bed:
+    """What the held points carry together.
+
+    Attributes:
+        x, y: Their middle, from the centre of mass [m].
+        ex, ey, ez: Their impulse [m/s].
+        gz: Its moment about the vertical through their middle [m^2/s].
+        push, bx, by: The plane of the normal impulses, in the middle and its slopes.
+    """
+
+    x: real
+    y: real
+    ex: real
+    ey: real
+    ez: real
+    gz: real
+    push: real
+    bx: real
+    by: real
+
+
+@wp.struct
+class Pressure:
+    """Moments of the normal impulses about the middle: first ones and the polar one."""
+
+    x: real
+    y: real
+    polar: real
+
+
+@wp.struct
+class Turning:
+    """The turn of the friction about the centre of pressure (x, y) [m]."""
+
+    x: real
+    y: real
+    turn: real
+
+
+@wp.func
+def add_held(held: real, at: Contact, sums: wp.ref[Sums]):
+    """Adds a point to the sums over the held ones."""
+    on, zero = held > real(0.0), real(0.0)
+    a, b, c, d = wp.where(on, at.x, zero), wp.where(on, at.y, zero), held * at.h, held * at.aim
+    sums.count = sums.count + held
+    sums.x = sums.x + a
+    sums.y = sums.y + b
+    sums.z = sums.z + c
+    sums.xx = sums.xx + a * a
+    sums.xy = sums.xy + a * b
+    sums.yy = sums.yy + b * b
+    sums.zx = sums.zx + c * a
+    sums.zy = sums.zy + c * b
+    sums.t = sums.t + d
+    sums.tx = sums.tx + d * a
+    sums.ty = sums.ty + d * b
+
+
+@wp.func
+def roll(alone: bool, m: Triple, w: Triple, s: Triple, j: Symmetric) -> Triple:
+    """Angular velocity about a point m, alone, or a line w through it, from s about m.
+
+    j are moments of inertia about the centre of mass.
+    """
+    mm = scalar_product(m, m)
+    about = Symmetric(
+        j.xx + mm - m.x * m.x, j.xy - m.x * m.y, j.xz - m.x * m.z,
+        j.yy + mm - m.y * m.y, j.yz - m.y * m.z, j.zz + mm - m.z * m.z,
+    )  # fmt: skip
+    spin = scalar_product(w, s) / larger(scalar_product(w, times(about, w)), TINY)
+    o = over(about, s)
+    return Triple(
+        wp.where(alone, o.x, spin * w.x), wp.where(alone, o.y, spin * w.y),
+        wp.where(alone, o.z, spin * w.z),
     )  # fmt: skip
 
 
 @wp.func
-def find_motion(
-    reach: real, ux: real, uy: real, uz: real, px: real, py: real, pz: real, lx: real, ly: real,
-    lz: real, r11: real, r12: real, r13: real, r21: real, r22: real, r23: real, r31: real,
-    r32: real, r33: real, ix: real, iy: real, iz: real, count: wp.ref[real], mx: wp.ref[real],
-    my: wp.ref[real], mz: wp.ref[real], xx: wp.ref[real], xy: wp.ref[real], yy: wp.ref[real],
-    zx: wp.ref[real], zy: wp.ref[real], t: wp.ref[real], tx: wp.ref[real], ty: wp.ref[real],
-    vx: wp.ref[real], vy: wp.ref[real], vz: wp.ref[real], ox: wp.ref[real], oy: wp.ref[real],
-    oz: wp.ref[real], ex: wp.ref[real], ey: wp.ref[real], ez: wp.ref[real], gz: wp.ref[real],
-    push: wp.ref[real], bx: wp.ref[real], by: wp.ref[real],
-):  # fmt: skip
-    """Motion v, o of a body whose held points are stopped, from u, p and l without contact.
+def find_motion(reach: real, u: Velocity, s: State, r: Turn, inverse: Triple, sums: Sums):
+    """Motion of a body whose held points are stopped, from u and s without contact.
 
-    The sums over the held points become their middle m, and zero for the next round. Found are the
-    impulse e, its moment about the vertical g_z, and the plane of the normal impulses.
+    Returns:
+        The motion, and what the points carry.
     """
-    zero, one = real(0.0), real(1.0)
-    over_count = one / larger(count, one)
-    ax, ay, az, rise = over_count * mx, over_count * my, over_count * mz, over_count * t
-    axx, axy, ayy = xx - mx * ax, xy - mx * ay, yy - my * ay
-    flat, whole = spans(count, axx, axy, ayy), axx + ayy
-    some, alone = count > zero, count < real(1.5) or whole <= APART * reach * reach
+    zero, one, n = real(0.0), real(1.0), sums
+    over_count = one / larger(n.count, one)
+    m, rise = Triple(over_count * n.x, over_count * n.y, over_count * n.z), over_count * n.t
+    axx, axy, ayy = n.xx - n.x * m.x, n.xy - n.x * m.y, n.yy - n.y * m.y
+    flat, whole = spans(n.count, axx, axy, ayy), axx + ayy
+    some, alone = n.count > zero, n.count < real(1.5) or whole <= APART * reach * reach
     # Slopes of the plane, or the line, through the points; and of their aims.
-    slope_x, slope_y = divide_by_moments(flat, alone, axx, axy, ayy, zx - mz * ax, zy - mz * ay)
-    climb_x, climb_y = divide_by_moments(flat, alone, axx, axy, ayy, tx - t * ax, ty - t * ay)
-    ox = climb_y
-    oy = -climb_x
+    slope_x, slope_y = divide_by_moments(
+        flat, alone, axx, axy, ayy, n.zx - n.z * m.x, n.zy - n.z * m.y
+    )
+    climb_x, climb_y = divide_by_moments(
+        flat, alone, axx, axy, ayy, n.tx - n.t * m.x, n.ty - n.t * m.y
+    )
+    closes = Triple(climb_y, -climb_x, zero)
     # In the plane of the points; what closes gaps along a line is level.
-    oz = wp.where(flat, ox * slope_x + oy * slope_y, zero)
+    level = wp.where(flat, closes.x * slope_x + closes.y * slope_y, zero)
     # Along the line: its direction is the longer column of the second moments.
     wide = axx >= ayy
     wx, wy = wp.where(wide, axx, axy), wp.where(wide, axy, ayy)
-    wz = slope_x * wx + slope_y * wy
-    ixx, ixy, ixz, iyy, iyz, izz = inverse_inertia(
-        r11, r12, r13, r21, r22, r23, r31, r32, r33, one / ix, one / iy, one / iz
-    )
-    sx, sy, sz = vector_product(ax, ay, az, ox, oy, zero)
-    sx, sy, sz = vector_product(ux - sx, uy - sy, uz - sz - rise, ax, ay, az)
-    hx, hy, hz = times(ixx, ixy, ixz, iyy, iyz, izz, ox, oy, zero)
-    sx, sy, sz = lx - hx + sx, ly - hy + sy, lz - hz + sz
-    hx, hy, hz = rolling(alone, ax, ay, az, wx, wy, wz, sx, sy, sz, ixx, ixy, ixz, iyy, iyz, izz)
-    ox = ox + wp.where(flat, zero, hx)
-    oy = oy + wp.where(flat, zero, hy)
-    oz = oz + wp.where(flat, zero, hz)
-    sx, sy, sz = vector_product(ax, ay, az, ox, oy, oz)
-    vx = wp.where(some, sx, ux)
-    vy = wp.where(some, sy, uy)
-    vz = wp.where(some, sz + rise, uz)
-    ox = wp.where(some, ox, px)
-    oy = wp.where(some, oy, py)
-    oz = wp.where(some, oz, pz)
-    copy_vector(vx - ux, vy - uy, vz - uz, ex, ey, ez)
-    hx, hy, hz = times(ixx, ixy, ixz, iyy, iyz, izz, ox, oy, oz)
-    sx, sy, sz = vector_product(ex, ey, ez, ax, ay, az)
-    gz = hz - lz + sz
-    push = over_count * ez
-    sx, sy = divide_by_moments(flat, alone, axx, axy, ayy, ly - hy - sy, hx - lx + sx)
-    bx = sx
-    by = sy
-    copy_vector(ax, ay, az, mx, my, mz)
-    clear_sums(count, xx, xy, yy, zx, zy, t, tx, ty)
+    w = Triple(wx, wy, slope_x * wx + slope_y * wy)
+    j = weighted(r, Triple(one / inverse.x, one / inverse.y, one / inverse.z))
+    closing = cross_product(m, closes)
+    left = Triple(u.x - closing.x, u.y - closing.y, u.z - closing.z - rise)
+    spin = minus(Triple(s.lx, s.ly, s.lz), times(j, closes))
+    about = plus(spin, cross_product(left, m))
+    rolls = roll(alone, m, w, about, j)
+    o = Triple(
+        closes.x + wp.where(flat, zero, rolls.x), closes.y + wp.where(flat, zero, rolls.y),
+        level + wp.where(flat, zero, rolls.z),
+    )  # fmt: skip
+    rides = cross_product(m, o)
+    v = Velocity(
+        wp.where(some, rides.x, u.x), wp.where(some, rides.y, u.y),
+        wp.where(some, rides.z + rise, u.z), wp.where(some, o.x, u.turn_x),
+        wp.where(some, o.y, u.turn_y), wp.where(some, o.z, u.turn_z),
+    )  # fmt: skip
+    e = Triple(v.x - u.x, v.y - u.y, v.z - u.z)
+    h = times(j, Triple(v.turn_x, v.turn_y, v.turn_z))
+    g = cross_product(e, m)
+    bx, by = divide_by_moments(flat, alone, axx, axy, ayy, s.ly - h.y - g.y, h.x - s.lx + g.x)
+    return v, Bed(m.x, m.y, e.x, e.y, e.z, h.z - s.lz + g.z, over_count * e.z, bx, by)
 
 
 @wp.func
-def judge(
-    knobs: Knobs, on: real, aim: real, x: real, y: real, mx: real, my: real,
-    vz: real, ox: real, oy: real, push: real, bx: real, by: real,
-    held: wp.ref[real], same: wp.ref[real],
-):  # fmt: skip
+def pressure_at(bed: Bed, at: Contact) -> real:
+    """Normal impulse of a held point."""
+    return bed.push + bed.bx * (at.x - bed.x) + bed.by * (at.y - bed.y)
+
+
+@wp.func
+def judge(knobs: Knobs, at: Contact, v: Velocity, bed: Bed, held: wp.ref[real], same: wp.ref[real]):
     """Lets a held point go that would pull, holds one that would sink; `same` is 0 then."""
     zero, one = real(0.0), real(1.0)
     # What is no contact may lie anywhere.
-    n = push + bx * (x - mx) + by * (y - my)
-    sinks = vz + ox * y - oy * x < aim - LEFT * knobs.gravity * knobs.time_step
+    n = pressure_at(bed, at)
+    rises = v.z + v.turn_x * at.y - v.turn_y * at.x
+    sinks = rises < at.aim - LEFT * knobs.gravity * knobs.time_step
     was = held > zero
-    now = on > zero and ((was and n > zero) or (not was and sinks))
+    now = at.on > zero and ((was and n > zero) or (not was and sinks))
     held = wp.where(now, one, zero)
     same = wp.where(now == was, same, zero)
 
 
 @wp.func
-def add_pressure(
-    held: real, x: real, y: real, mx: real, my: real, push: real, bx: real, by: real,
-    sx: wp.ref[real], sy: wp.ref[real], sq: wp.ref[real],
-):  # fmt: skip
-    """Adds a point to the moments of the normal impulses about m: first ones and the polar one."""
-    ax, ay = x - mx, y - my
-    n = wp.where(held > real(0.0), push + bx * ax + by * ay, real(0.0))
-    sx = sx + n * ax
-    sy = sy + n * ay
-    sq = sq + n * (ax * ax + ay * ay)
+def add_pressure(held: real, at: Contact, bed: Bed, sums: wp.ref[Pressure]):
+    """Adds a point to the moments of the normal impulses."""
+    x, y = at.x - bed.x, at.y - bed.y
+    n = wp.where(held > real(0.0), bed.push + bed.bx * x + bed.by * y, real(0.0))
+    sums.x = sums.x + n * x
+    sums.y = sums.y + n * y
+    sums.polar = sums.polar + n * (x * x + y * y)
 
 
 @wp.func
-def find_turn(
-    ex: real, ey: real, ez: real, gz: real, mx: real, my: real,
-    sx: wp.ref[real], sy: wp.ref[real], sq: wp.ref[real],
-):  # fmt: skip
-    """From the sums of `add_pressure`: the centre of pressure, and friction's turn about it."""
-    part = real(1.0) / larger(ez, TINY)
-    cx, cy = part * sx, part * sy
-    polar = sq - (sx * cx + sy * cy)
-    sq = wp.where(polar > TINY, (gz - (cx * ey - cy * ex)) / larger(polar, TINY), real(0.0))
-    sx = mx + cx
-    sy = my + cy
+def find_turn(bed: Bed, sums: Pressure) -> Turning:
+    """The centre of pressure, and friction's turn about it."""
+    part = real(1.0) / larger(bed.ez, TINY)
+    cx, cy = part * sums.x, part * sums.y
+    polar = sums.polar - (sums.x * cx + sums.y * cy)
+    moment = bed.gz - (cx * bed.ey - cy * bed.ex)
+    turn = wp.where(polar > TINY, moment / larger(polar, TINY), real(0.0))
+    return Turning(bed.x + cx, bed.y + cy, turn)
 
 
 @wp.func
 def share(
-    knobs: Knobs, mu: real, on: real, held: real, aim: real, x: real, y: real, mx: real, my: real,
-    push: real, bx: real, by: real, ex: real, ey: real, ez: real, cx: real, cy: real, turn: real,
-    vz: real, ox: real, oy: real,
-    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real], good: wp.ref[real],
-):  # fmt: skip
+    knobs: Knobs, mu: real, held: real, at: Contact, v: Velocity, bed: Bed, turning: Turning,
+    good: wp.ref[real],
+) -> Impulse:  # fmt: skip
     """Impulse of a point; `good` becomes 0 where it does not obey the law of contact.
 
     A held point moves as it aims to, and pushes with friction within the bound; another one carries
     nothing and does not sink.
     """
-    zero, part = real(0.0), real(1.0) / larger(ez, TINY)
+    zero, part = real(0.0), real(1.0) / larger(bed.ez, TINY)
     touches = held > zero
-    push_n = push + bx * (x - mx) + by * (y - my)
-    new_x = push_n * (part * ex - turn * (y - cy))
-    new_y = push_n * (part * ey + turn * (x - cx))
-    left = vz + ox * y - oy * x - aim
+    n = pressure_at(bed, at)
+    fx = n * (part * bed.ex - turning.turn * (at.y - turning.y))
+    fy = n * (part * bed.ey + turning.turn * (at.x - turning.x))
+    left = v.z + v.turn_x * at.y - v.turn_y * at.x - at.aim
     dust = LEFT * knobs.gravity * knobs.time_step
-    held_well = size(left) <= dust and holds(new_x, new_y, push_n, WITHIN * mu)
-    obeys = on <= zero or (touches and held_well) or (not touches and left >= -dust)
+    held_well = size(left) <= dust and holds(fx, fy, n, WITHIN * mu)
+    obeys = at.on <= zero or (touches and held_well) or (not touches and left >= -dust)
     good = wp.where(obeys, good, zero)
-    fx = wp.where(touches, new_x, zero)
-    fy = wp.where(touches, new_y, zero)
-    n = wp.where(touches, push_n, zero)
-
-
-@wp.func
-def keep(
-    good: bool, a: real, b: real, c: real, d: real, e: real, f: real,
-    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
-    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
-    mx: wp.ref[real], my: wp.ref[real], mz: wp.ref[real],
-    cx: wp.ref[real], cy: wp.ref[real], turn: wp.ref[real],
-):  # fmt: skip
-    """Writes the velocities of a body that is held; sums become zero for the next step."""
-    ux = wp.where(good, a, ux)
-    uy = wp.where(good, b, uy)
-    uz = wp.where(good, c, uz)
-    ox = wp.where(good, d, ox)
-    oy = wp.where(good, e, oy)
-    oz = wp.where(good, f, oz)
-    mx = real(0.0)
-    my = real(0.0)
-    mz = real(0.0)
-    cx = real(0.0)
-    cy = real(0.0)
-    turn = real(0.0)
-
-
-@wp.func
-def take(
-    good: bool, a: real, b: real, c: real,
-    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real], on: wp.ref[real],
-):  # fmt: skip
-    """Writes the impulse of a point where its body is held: the sweeps then leave it alone."""
-    fx = wp.where(good, a, fx)
-    fy = wp.where(good, b, fy)
-    n = wp.where(good, c, n)
-    on = wp.where(good, real(0.0), on)
+    return Impulse(
+        wp.where(touches, fx, zero), wp.where(touches, fy, zero), wp.where(touches, n, zero)
+    )

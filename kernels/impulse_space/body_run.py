@@ -5,83 +5,86 @@ As impulse_space/block_run.py, with as many rows of points as the body with the 
 
 import warp as wp
 
-from warprock.kernels.impulse_space.block import Knobs
-from warprock.kernels.impulse_space.block_run import Attitude, attitude_to_store, move_base
-from warprock.kernels.impulse_space.body_hold import ROUNDS
-from warprock.kernels.impulse_space.body_lanes import (
-    BASE,
-    DEEPEST,
-    DV,
-    GOOD,
-    IMPACTS,
-    IX,
-    IY,
-    IZ,
-    LOSS,
-    LX,
-    LY,
-    LZ,
-    MODE,
-    MOVED,
-    ON,
-    PEAK,
-    PEAK_ACROSS,
-    PEAK_SLIDE,
-    PEAK_TILT,
-    PEAK_TIME,
-    PEAK_YAW,
-    QW,
-    QX,
-    QY,
-    QZ,
-    ROWS,
-    SLIDE_X,
-    SLIDE_Y,
-    STEPS,
-    UPLIFT_TIME,
-    VX,
-    VY,
-    VZ,
-    Marks,
-    Numbers,
-    Points,
-    X,
-    Y,
-    Z,
-    add_held_of_lane,
-    add_pressure_of_lane,
-    at,
-    clear_middle,
-    find_contact_of_lane,
-    find_motion_of_lane,
-    find_point_of_lane,
-    find_turn_of_lane,
-    integrate_lane,
-    judge_lane,
-    keep_lane,
-    mark,
-    predict_lane,
-    share_lane,
-    solve_lane,
-    start_lane,
-    start_point_of_lane,
-    take_lane,
-    tell_stance_of_lane,
-    warm_start_lane,
+from warprock.kernels.impulse_space.block import (
+    FAR,
+    Contact,
+    Gains,
+    Gaps,
+    Impulse,
+    Knobs,
+    Velocity,
+    impulse_where,
+    integrate,
+    solve_contact,
+    warm_start,
 )
+from warprock.kernels.impulse_space.block_run import attitude_at, place_at
+from warprock.kernels.impulse_space.block_seen import observe_contacts
+from warprock.kernels.impulse_space.body import (
+    Stance,
+    add_to_stance,
+    find_contact,
+    free_velocity,
+    glides,
+    lever_of,
+    observe_body,
+    observe_point,
+    start_body,
+    start_lane,
+    tell_stance,
+    weight_on,
+)
+from warprock.kernels.impulse_space.body_hold import (
+    ROUNDS,
+    Bed,
+    Pressure,
+    Sums,
+    Turning,
+    add_held,
+    add_pressure,
+    find_motion,
+    find_turn,
+    judge,
+    share,
+)
+from warprock.kernels.impulse_space.bounce import calm
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.rows import kernel, rows
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
-from warprock.kernels.shape_space.body import Frame, Point, block_attitude
+from warprock.kernels.shape_space.block_found import (  # noqa: F401
+    BlockResult,
+    Found,
+    Peaks,
+    Result,
+    block_result,
+    start_peaks,
+)
+from warprock.kernels.shape_space.body import (
+    MOST_POINTS,
+    Frame,
+    Point,
+    block_attitude,
+    touches_as_lowest,
+    turns_of_body,
+)
+from warprock.kernels.shape_space.lanes import State, Symmetric, Triple, Turn, turn_of, weighted
 
 wp.set_module_options(ONE_VECTOR)
 
+ROWS = MOST_POINTS + 1
+"""Rows of points: an even number would put the same point of all numbers in the same places of the
+processor's cache, ten times slower."""
+R = wp.types.vector(length=LANES, dtype=real)
+"""A number a lane."""
+Three = wp.types.matrix(shape=(3, LANES), dtype=real)
+Marks = wp.types.matrix(shape=(ROWS, LANES), dtype=real)
+"""A number a point."""
 Counts = wp.types.vector(length=ROWS, dtype=int)
 
 
-@wp.kernel
+@kernel
 def run_lanes(
     blocks: wp.array2d(dtype=Block), frames: wp.array(dtype=Frame),
     points: wp.array2d(dtype=Point), motions: wp.array2d(dtype=Motion),
@@ -90,92 +93,198 @@ def run_lanes(
     """Runs LANES lanes a thread, all at the same time."""
     pack, _one = wp.tid()
     first, dt, zero, time = pack * LANES, knobs.time_step, real(0.0), real(0.0)
-    m, p, k, busy = Numbers(), Points(), Marks(), Counts()
-    rows, count = points.shape[0], int(0)
+    state = rows(State)
+    inverse = rows(Triple)
+    turn = rows(Turn)
+    ease = rows(Symmetric)
+    free = rows(Velocity)
+    gaps = rows(Gaps)
+    stance = rows(Stance)
+    sums = rows(Sums)
+    trial = rows(Velocity)
+    bed = rows(Bed)
+    pressure = rows(Pressure)
+    turning = rows(Turning)
+    seen = rows(Result)
+    peaks = rows(Peaks)
+    point = rows(Point, ROWS)
+    contact = rows(Contact, ROWS)
+    impulse = rows(Impulse, ROWS)
+    part = rows(Impulse, ROWS)
+    gains = rows(Gains, ROWS)
+    held, apart, busy, base, dv = Marks(), Marks(), Counts(), Three(), Three()
+    mu, since, way, good = R(), R(), R(), R()
+    count, corners = int(0), points.shape[0]
     for i in range(LANES):
-        start_lane(blocks[0, first + i], frames[first + i], knobs, m, k, i)
-    for c in range(rows):
+        block = blocks[0, first + i]
+        frame = frames[first + i]
+        s = start_body(block, frame, knobs)
+        along, across, tilt, _yaw, _up, _z, _w = turns_of_body(block, frame, s.qx, s.qy, s.qz, s.qw)
+        state[i] = s
+        mu[i] = block.friction
+        inverse[i] = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
+        seen[i] = start_lane(block, frame)
+        peaks[i] = start_peaks(along, across, tilt)
+    for c in range(corners):
         for i in range(LANES):
-            start_point_of_lane(points[c, first + i], frames[first + i], knobs, p, c, i)
+            own = points[c, first + i]
+            point[c, i] = own
+            impulse[c, i].n = weight_on(own.foot, knobs, frames[first + i])
+            apart[c, i] = wp.where(own.foot > zero, zero, real(1.0))
     for sample in range(sample_times.shape[0]):
         while time < sample_times[sample]:
             count += 1
             time, half = real(count) * dt, (real(count) - HALF) * dt
             for i in range(LANES):
                 for d in range(3):
-                    way = motions[d, first + i]
-                    place = sample_index(way, sample_segment(way, half))
-                    v = base_velocity(way, half, pool[2, place], pool[0, place], pool[1, place])
-                    move_base(v, m[BASE + d, i], m[DV + d, i])
-                predict_lane(knobs, m, i)
-            for c in range(rows):
+                    ride = motions[d, first + i]
+                    place = sample_index(ride, sample_segment(ride, half))
+                    v = base_velocity(ride, half, pool[2, place], pool[0, place], pool[1, place])
+                    dv[d, i] = v - base[d, i]
+                    base[d, i] = v
+                change = Triple(dv[0, i], dv[1, i], dv[2, i])
+                r = turn_of(state[i])
+                j = weighted(r, inverse[i])
+                turn[i] = r
+                ease[i] = j
+                free[i] = free_velocity(change, knobs, j, state[i])
+                gaps[i] = Gaps(FAR, zero, zero)
+                stance[i] = Stance(zero, zero, zero, zero, zero, zero, zero, zero, zero)
+            for c in range(corners):
                 for i in range(LANES):
-                    find_point_of_lane(m, p, c, i)
-            for c in range(rows):
+                    at = lever_of(point[c, i], turn[i])
+                    contact[c, i].x = at.x
+                    contact[c, i].y = at.y
+                    contact[c, i].h = at.z
+                    gaps[i].lowest = smaller(gaps[i].lowest, state[i].z + at.z)
+            for c in range(corners):
                 for i in range(LANES):
-                    find_contact_of_lane(blocks[0, first + i], frames[first + i], knobs, m, p, c, i)
+                    gap, n = state[i].z + contact[c, i].h, impulse[c, i].n
+                    lever = Triple(contact[c, i].x, contact[c, i].y, contact[c, i].h)
+                    at_point = find_contact(knobs, gap, lever, free[i])
+                    width = blocks[0, first + i].half_width
+                    low = touches_as_lowest(gap, gaps[i].lowest, width)
+                    stood, shows = stance[i], gaps[i]
+                    add_to_stance(n > zero, low, at_point, point[c, i], state[i], stood)
+                    observe_point(
+                        knobs,
+                        gap,
+                        frames[first + i],
+                        point[c, i].foot,
+                        free[i],
+                        n,
+                        apart[c, i],
+                        shows,
+                    )
+                    stance[i] = stood
+                    gaps[i] = shows
+                    contact[c, i] = at_point
+                    held[c, i] = at_point.on
+                    impulse[c, i] = impulse_where(at_point.on > zero, impulse[c, i])
             for i in range(LANES):
-                tell_stance_of_lane(time - dt, m, k, i)
+                shows = gaps[i]
+                stays, slid = tell_stance(
+                    seen[i].mode == RUNNING, time - dt, stance[i], shows, since[i], peaks[i]
+                )
+                gaps[i] = shows
+                since[i] = stays
+                peaks[i] = slid
             changes, turns = int(1), int(0)
             while changes > 0 and turns < ROUNDS:
                 for i in range(LANES):
-                    clear_middle(m, i)
-                for c in range(rows):
+                    sums[i] = Sums(
+                        zero, zero, zero, zero, zero, zero, zero, zero, zero, zero, zero, zero
+                    )
+                    good[i] = real(1.0)
+                for c in range(corners):
                     for i in range(LANES):
-                        add_held_of_lane(m, p, c, i)
+                        whole = sums[i]
+                        add_held(held[c, i], contact[c, i], whole)
+                        sums[i] = whole
                 for i in range(LANES):
-                    find_motion_of_lane(frames[first + i], m, i)
-                for c in range(rows):
+                    stops, carries = find_motion(
+                        frames[first + i].reach, free[i], state[i], turn[i], inverse[i], sums[i]
+                    )
+                    trial[i] = stops
+                    bed[i] = carries
+                    pressure[i] = Pressure(zero, zero, zero)
+                for c in range(corners):
                     for i in range(LANES):
-                        judge_lane(knobs, m, p, c, i)
+                        judge(knobs, contact[c, i], trial[i], bed[i], held[c, i], good[i])
                 changes = int(0)
                 for i in range(LANES):
-                    changes += wp.where(at(m[GOOD, i]) > zero, 0, 1)
+                    changes += wp.where(good[i] > zero, 0, 1)
                 turns += 1
-            for c in range(rows):
+            for c in range(corners):
                 for i in range(LANES):
-                    add_pressure_of_lane(m, p, c, i)
+                    moments = pressure[i]
+                    add_pressure(held[c, i], contact[c, i], bed[i], moments)
+                    pressure[i] = moments
             for i in range(LANES):
-                find_turn_of_lane(m, i)
-            for c in range(rows):
+                turning[i] = find_turn(bed[i], pressure[i])
+            for c in range(corners):
                 for i in range(LANES):
-                    share_lane(knobs, m, p, c, i)
+                    part[c, i] = share(
+                        knobs,
+                        mu[i],
+                        held[c, i],
+                        contact[c, i],
+                        trial[i],
+                        bed[i],
+                        turning[i],
+                        good[i],
+                    )
             for i in range(LANES):
-                keep_lane(m, i)
-            for c in range(rows):
+                free[i] = wp.where(good[i] > zero, trial[i], free[i])
+            for c in range(corners):
                 busy[c] = 0
                 for i in range(LANES):
-                    take_lane(m, p, c, i)
-                    busy[c] += wp.where(at(p[ON + c, i]) > zero, 1, 0)
+                    stuck = good[i] > zero
+                    impulse[c, i] = wp.where(stuck, part[c, i], impulse[c, i])
+                    contact[c, i].on = wp.where(stuck, zero, contact[c, i].on)
+                    busy[c] += wp.where(contact[c, i].on > zero, 1, 0)
                 if busy[c] > 0:
                     for i in range(LANES):
-                        warm_start_lane(m, p, c, i)
-            for step in range(knobs.sweeps * rows):
-                c = step % rows
-                if (step // rows) % 2 == 1:
-                    c = rows - 1 - c
+                        u = free[i]
+                        gains[c, i] = warm_start(contact[c, i], impulse[c, i], ease[i], u)
+                        free[i] = u
+            for step in range(knobs.sweeps * corners):
+                c = step % corners
+                if (step // corners) % 2 == 1:
+                    c = corners - 1 - c
                 if busy[c] > 0:
                     for i in range(LANES):
-                        solve_lane(m, p, c, i)
+                        p, u = impulse[c, i], free[i]
+                        solve_contact(mu[i], contact[c, i], gains[c, i], ease[i], p, u)
+                        impulse[c, i] = p
+                        free[i] = u
             for i in range(LANES):
-                integrate_lane(blocks[0, first + i], frames[first + i], knobs, time, m, k, i)
+                live, sees, u = seen[i].mode == RUNNING, seen[i], free[i]
+                change, lowest = Triple(dv[0, i], dv[1, i], dv[2, i]), gaps[i].lowest
+                calm(knobs, change, inverse[i], state[i], u)
+                s = integrate(live, knobs, inverse[i], change, u, lowest, state[i], sees.loss)
+                slides = glides(frames[first + i], knobs, s.z, u)
+                observe_contacts(live, time, gaps[i], slides, since[i], sees)
+                peaks[i] = observe_body(
+                    time, blocks[0, first + i], frames[first + i], s, sees.mode, way[i], peaks[i]
+                )
+                seen[i] = sees
+                state[i] = s
         past = time - sample_times[sample]
         for i in range(wp.where(found.attitudes.shape[0] > 0, LANES, 0)):
-            q = attitude_to_store(mark(k[MODE, i]) == RUNNING, -past, m[QX, i], m[QY, i], m[QZ, i],
-                m[QW, i], m[LX, i], m[LY, i], m[LZ, i], m[IX, i], m[IY, i], m[IZ, i])  # fmt: skip
-            qx, qy, qz, qw = block_attitude(frames[first + i], q[0], q[1], q[2], q[3])
-            e = Attitude(qx, qy, qz, qw)
-            for d in range(4):
-                found.attitudes[sample, 0, d, first + i] = e[d]
+            x, y, z, w = attitude_at(seen[i].mode == RUNNING, -past, inverse[i], state[i])
+            qx, qy, qz, qw = block_attitude(frames[first + i], x, y, z, w)
+            found.attitudes[sample, 0, 0, first + i] = qx
+            found.attitudes[sample, 0, 1, first + i] = qy
+            found.attitudes[sample, 0, 2, first + i] = qz
+            found.attitudes[sample, 0, 3, first + i] = qw
         for i in range(wp.where(found.places.shape[0] > 0, LANES, 0)):
-            back = wp.where(mark(k[MODE, i]) == RUNNING, past, zero)
-            found.places[sample, 0, 0, first + i] = m[X, i] - back * m[VX, i]
-            found.places[sample, 0, 1, first + i] = m[Y, i] - back * m[VY, i]
-            found.places[sample, 0, 2, first + i] = m[Z, i] - back * m[VZ, i]
+            spot = place_at(wp.where(seen[i].mode == RUNNING, past, zero), state[i])
+            found.places[sample, 0, 0, first + i] = spot.x
+            found.places[sample, 0, 1, first + i] = spot.y
+            found.places[sample, 0, 2, first + i] = spot.z
     for i in range(LANES):
-        found.results[first + i] = Result(m[UPLIFT_TIME, i], m[MOVED, i], m[LOSS, i], m[DEEPEST, i],
-            k[IMPACTS, i], k[MODE, i], k[STEPS, i])  # fmt: skip
-        _x, _y, tz, tw = block_attitude(frames[first + i], m[QX, i], m[QY, i], m[QZ, i], m[QW, i])
-        found.blocks[0, first + i] = BlockResult(tz, tw, m[SLIDE_X, i], m[SLIDE_Y, i], m[PEAK, i],
-            m[PEAK_TIME, i], m[PEAK_ACROSS, i], m[PEAK_TILT, i], m[PEAK_YAW, i],
-            m[PEAK_SLIDE, i])  # fmt: skip
+        s = state[i]
+        _x, _y, tz, tw = block_attitude(frames[first + i], s.qx, s.qy, s.qz, s.qw)
+        found.results[first + i] = seen[i]
+        found.blocks[0, first + i] = block_result(tz, tw, peaks[i])

@@ -6,8 +6,14 @@ A point that touches and comes down faster than `SLOW` g dt asks for e times tha
 
 import warp as wp
 
-from warprock.kernels.impulse_space.block import Knobs
-from warprock.kernels.shape_space.block import matrix_of
+from warprock.kernels.impulse_space.block import (
+    Contact,
+    Knobs,
+    Velocity,
+    rate_of,
+    spin_of,
+)
+from warprock.kernels.shape_space.lanes import State, Triple, Turn, minus, scaled_each, turn_of
 
 SLOW = real(4.0)
 """Speed over that which gravity gives in a step up to which a corner does not bounce: a block that
@@ -15,22 +21,35 @@ rests comes down at one of it, one that has just landed at two."""
 
 
 @wp.func
-def bounce(
-    knobs: Knobs, rx: real, ry: real, uz: real, ox: real, oy: real, on: real, aim: real
-) -> real:  # fmt: skip
+def bounce(knobs: Knobs, at: Contact, u: Velocity) -> real:
     """Normal velocity that a corner asks for [m/s], from that at which it comes down."""
-    speed = -(uz + ox * ry - oy * rx)
-    falls = on > real(0.0) and speed > SLOW * knobs.gravity * knobs.time_step
-    return wp.where(falls, larger(knobs.restitution * speed, aim), aim)
+    speed = -(u.z + u.turn_x * at.y - u.turn_y * at.x)
+    falls = at.on > real(0.0) and speed > SLOW * knobs.gravity * knobs.time_step
+    return wp.where(falls, larger(knobs.restitution * speed, at.aim), at.aim)
 
 
 @wp.func
-def calm(
-    knobs: Knobs, dvx: real, dvy: real, dvz: real, qx: real, qy: real, qz: real, qw: real,
-    ix: real, iy: real, iz: real, vx: real, vy: real, vz: real, lx: real, ly: real, lz: real,
-    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
-    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
-):  # fmt: skip
+def rounded_into_body(r: Turn, v: Triple) -> Triple:
+    """`into_body`, every product rounded."""
+    return Triple(
+        r.r11 * v.x + r.r21 * v.y + r.r31 * v.z,
+        r.r12 * v.x + r.r22 * v.y + r.r32 * v.z,
+        r.r13 * v.x + r.r23 * v.y + r.r33 * v.z,
+    )
+
+
+@wp.func
+def rounded_into_base(r: Turn, v: Triple) -> Triple:
+    """`into_base`, every product rounded."""
+    return Triple(
+        r.r11 * v.x + r.r12 * v.y + r.r13 * v.z,
+        r.r21 * v.x + r.r22 * v.y + r.r23 * v.z,
+        r.r31 * v.x + r.r32 * v.y + r.r33 * v.z,
+    )
+
+
+@wp.func
+def calm(knobs: Knobs, dv: Triple, inverse: Triple, s: State, u: wp.ref[Velocity]):
     """Takes back what an impact gave that was not there.
 
     With friction Newton's restitution may make energy. The impulses of the contacts, for unit mass
@@ -43,23 +62,21 @@ def calm(
     References:
         Kane and Levinson (1985), Dynamics: Theory and Applications.
     """
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    ax = ix * (r11 * lx + r21 * ly + r31 * lz)
-    ay = iy * (r12 * lx + r22 * ly + r32 * lz)
-    az = iz * (r13 * lx + r23 * ly + r33 * lz)
-    bx = r11 * ox + r21 * oy + r31 * oz - ax
-    by = r12 * ox + r22 * oy + r32 * oz - ay
-    bz = r13 * ox + r23 * oy + r33 * oz - az
-    fx, fy, fz = vx - dvx, vy - dvy, vz - dvz - knobs.time_step * knobs.gravity
-    px, py, pz = ux - fx, uy - fy, uz - fz
-    once = px * fx + py * fy + pz * fz + bx * ax / ix + by * ay / iy + bz * az / iz
-    twice = px * px + py * py + pz * pz + bx * bx / ix + by * by / iy + bz * bz / iz
+    r = turn_of(s)
+    a = scaled_each(inverse, rounded_into_body(r, spin_of(s)))
+    b = minus(rounded_into_body(r, rate_of(u)), a)
+    fx, fy, fz = s.vx - dv.x, s.vy - dv.y, s.vz - dv.z - knobs.time_step * knobs.gravity
+    px, py, pz = u.x - fx, u.y - fy, u.z - fz
+    ix, iy, iz = inverse.x, inverse.y, inverse.z
+    once = px * fx + py * fy + pz * fz + b.x * a.x / ix + b.y * a.y / iy + b.z * a.z / iz
+    twice = px * px + py * py + pz * pz + b.x * b.x / ix + b.y * b.y / iy + b.z * b.z / iz
     makes = knobs.restitution > real(0.0) and once + HALF * twice > real(0.0)
     less = wp.where(makes, real(1.0) + TWO * once / larger(twice, TINY), real(0.0))
     less = smaller(less, real(1.0))
-    ux = ux - less * px
-    uy = uy - less * py
-    uz = uz - less * pz
-    ox = ox - less * (r11 * bx + r12 * by + r13 * bz)
-    oy = oy - less * (r21 * bx + r22 * by + r23 * bz)
-    oz = oz - less * (r31 * bx + r32 * by + r33 * bz)
+    turn = rounded_into_base(r, b)
+    u.x = u.x - less * px
+    u.y = u.y - less * py
+    u.z = u.z - less * pz
+    u.turn_x = u.turn_x - less * turn.x
+    u.turn_y = u.turn_y - less * turn.y
+    u.turn_z = u.turn_z - less * turn.z

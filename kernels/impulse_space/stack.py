@@ -115,6 +115,23 @@ def fastest_slip(
     return most
 
 
+@wp.struct
+class Opening:
+    """What an interface shows in a step.
+
+    Attributes:
+        wide: Bits of the slots that do not touch now.
+        lands: 1 where one touches that did not.
+        deep: Deepest penetration [m].
+        push: What it gives back of that [m].
+    """
+
+    wide: int
+    lands: int
+    deep: real
+    push: real
+
+
 @wp.func
 def find_contacts(gaps: CornerNumbers, there: int, lean: Vector, was: int, knobs: Knobs):
     """The contacts among the corners of what two faces share.
@@ -127,8 +144,7 @@ def find_contacts(gaps: CornerNumbers, there: int, lean: Vector, was: int, knobs
         knobs: Settings.
 
     Returns:
-        Slots of the contacts and their number; bits of the slots that do not touch now; 1 where one
-        touches that did not; the deepest penetration [m]; and what the interface gives back [m].
+        Slots of the contacts and their number; and what the interface shows.
     """
     zero = real(0.0)
     slack = real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity
@@ -146,4 +162,5 @@ def find_contacts(gaps: CornerNumbers, there: int, lean: Vector, was: int, knobs
             if gaps[t] <= knobs.collision_margin and number < CONTACTS:
                 chosen[number] = t
                 number += 1
-    return chosen, number, wide, lands, deep, knobs.erp * larger(deep - slack, zero)
+    push = knobs.erp * larger(deep - slack, zero)
+    return chosen, number, Opening(wide, lands, deep, push)

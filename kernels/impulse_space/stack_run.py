@@ -127,10 +127,27 @@ def attitude_to_store(block: Block, q: Quaternion, spin: Vector, past: real) -> 
     return Quaternion(e, f, g, h)
 
 
+@wp.struct
+class State:
+    """What a block keeps from step to step.
+
+    Attributes:
+        at: Centre of mass [m].
+        v: Velocity, of half a step before [m/s].
+        spin: Angular momentum for unit mass, in the axes of the base [m^2/s].
+        q: Attitude.
+    """
+
+    at: Vector
+    v: Vector
+    spin: Vector
+    q: Quaternion
+
+
 @wp.func
 def integrate(
-    settles: bool, block: Block, knobs: Knobs, dv: Vector, at: Vector, v: Vector, spin: Vector,
-    q: Quaternion, r: Matrix, u: Vector, o: Vector, lift: Vector,
+    settles: bool, block: Block, knobs: Knobs, dv: Vector, s: State, u: Vector, o: Vector,
+    lift: Vector,
 ):  # fmt: skip
     """Moves a block by a step, or by half a step back before the first one.
 
@@ -139,25 +156,24 @@ def integrate(
         block: The block.
         knobs: Settings.
         dv: Change of the base velocity [m/s].
-        at, q, r: Centre of mass [m], attitude, and its rotation matrix.
-        v, u: Velocity before the step [m/s] and after it.
-        spin: Angular momentum before the step, for unit mass [m^2/s].
-        o: Angular velocity after the step [rad/s].
+        s: The block before the step.
+        u: Its velocity after it [m/s].
+        o: Its angular velocity after it [rad/s].
         lift: What its interfaces give back of their penetration [m].
 
     Returns:
-        Centre of mass, velocity, angular momentum, attitude, and what its contacts took [J].
+        The block after the step, and what its contacts took [J].
     """
-    dt, one = knobs.time_step, real(1.0)
+    dt, one, r = knobs.time_step, real(1.0), frame(s.q)
     x, y, z = block.inverse_x, block.inverse_y, block.inverse_z
-    before = weighted(r, x, y, z) * spin
+    before = weighted(r, x, y, z) * s.spin
     gain = weighted(r, one / x, one / y, one / z) * (o - before)
     if settles:
-        return at, -HALF * u, -HALF * gain, q, real(0.0)
-    push = u - v + dv + Vector(real(0.0), real(0.0), dt * knobs.gravity)
-    work = HALF * (wp.dot(push, v + u) + wp.dot(gain, before + o)) + knobs.gravity * lift[2]
-    turned = attitude_to_store(block, q, spin + gain, dt)
-    return at + dt * u + lift, u, spin + gain, turned, -block.mass * work
+        return State(s.at, -HALF * u, -HALF * gain, s.q), real(0.0)
+    push = u - s.v + dv + Vector(real(0.0), real(0.0), dt * knobs.gravity)
+    work = HALF * (wp.dot(push, s.v + u) + wp.dot(gain, before + o)) + knobs.gravity * lift[2]
+    turned = attitude_to_store(block, s.q, s.spin + gain, dt)
+    return State(s.at + dt * u + lift, u, s.spin + gain, turned), -block.mass * work
 
 
 @wp.kernel
@@ -214,9 +230,7 @@ def run_lanes(
                 m, c = down * r, down * (at[k] - at[k - 1])
                 lean[k] = lean_of(m, down * (o[k] - o[k - 1]), hint, lean[k])
                 places, gaps, some = shared_corners(block, below, m, c, lean[k])
-                chosen, number, wide, lands, deep, push = find_contacts(
-                    gaps, some, lean[k], apart[k], knobs
-                )
+                chosen, number, open = find_contacts(gaps, some, lean[k], apart[k], knobs)
                 for i in range(number):
                     t = chosen[i]
                     rl[total] = wp.transpose(down) * places[t]
@@ -228,9 +242,9 @@ def run_lanes(
                     p[total] = wp.where(count > 0, kept[key[total]], share)
                     total += 1
                 there[k] = some
-                apart[k] = wide
-                lifted, landed = lifted | wide, landed | lands
-                deepest, shift = larger(deepest, deep), shift + push * axes[3 * k - 1]
+                apart[k] = open.wide
+                lifted, landed = lifted | open.wide, landed | open.lands
+                deepest, shift = larger(deepest, open.deep), shift + open.push * axes[3 * k - 1]
                 lift[k] = shift
             p, u, o = solve(wp.where(count > 0, knobs.sweeps, SETTLING), total, knobs.rate, mu,
                 light, axes, ease, body, gap, ru, rl, p, u, o)  # fmt: skip
@@ -239,17 +253,18 @@ def run_lanes(
                 kept[key[i]] = p[i]
             for k in range(1, bodies):
                 block = blocks[k - 1, lane]
-                r, down = frame(attitude[k]), wp.transpose(frame(attitude[k - 1]))
-                place, speed, turns, q, took = integrate(count == 0, block, knobs, dv, at[k], v[k],
-                    spin[k], attitude[k], r, u[k], o[k], lift[k])  # fmt: skip
-                at[k] = place
-                v[k] = speed
-                spin[k] = turns
-                attitude[k] = q
-                r, loss = frame(q), loss + took
-                m, c = down * r, down * (place - at[k - 1])
-                seen[k] = observe_block(seen[k], time, block, q, r, m, c)
-                sums = place[0] + speed[0] + speed[1] + speed[2] + turns[0] + turns[1] + turns[2]
+                down = wp.transpose(frame(attitude[k - 1]))
+                own = State(at[k], v[k], spin[k], attitude[k])
+                after, took = integrate(count == 0, block, knobs, dv, own, u[k], o[k], lift[k])
+                at[k] = after.at
+                v[k] = after.v
+                spin[k] = after.spin
+                attitude[k] = after.q
+                r, loss = frame(after.q), loss + took
+                m, c = down * r, down * (after.at - at[k - 1])
+                seen[k] = observe_block(seen[k], time, block, after.q, r, m, c)
+                sums = after.at[0] + after.v[0] + after.v[1] + after.v[2]
+                sums = sums + after.spin[0] + after.spin[1] + after.spin[2]
                 mode = mode_after(mode, sums, there[k], r, m)
             steps, impacts = steps + wp.where(count > 0, 1, 0), impacts + landed
             slides = slips(fastest_slip(total, axes, body, ru, rl, u, o), knobs)

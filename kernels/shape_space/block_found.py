@@ -73,3 +73,55 @@ class Found:
     blocks: wp.array2d(dtype=BlockResult)
     attitudes: wp.array4d(dtype=real)
     places: wp.array4d(dtype=real)
+
+
+@wp.struct
+class Peaks:
+    """What is seen of a block up to now; its fields are those of `BlockResult`."""
+
+    slide_x: real
+    slide_y: real
+    rotation: real
+    time: real
+    across: real
+    tilt: real
+    yaw: real
+    slide: real
+
+
+@wp.func
+def start_peaks(along: real, across: real, tilt: real) -> Peaks:
+    """What is seen of a block before its first step; see `turns_of`."""
+    zero = real(0.0)
+    return Peaks(zero, zero, along, zero, across, tilt, zero, zero)
+
+
+@wp.func
+def observe_turns(
+    live: bool, time: real, along: real, across: real, tilt: real, yaw: real, p: Peaks
+) -> Peaks:
+    """Peaks of how far a block has turned after a step, if its lane lives on; see `turns_of`."""
+    higher = live and along > p.rotation
+    return Peaks(
+        p.slide_x, p.slide_y, wp.where(higher, along, p.rotation), wp.where(higher, time, p.time),
+        wp.where(live, larger(across, p.across), p.across),
+        wp.where(live, larger(tilt, p.tilt), p.tilt), wp.where(live, larger(yaw, p.yaw), p.yaw),
+        p.slide,
+    )  # fmt: skip
+
+
+@wp.func
+def observe_slide(live: bool, x: real, y: real, square: real, p: Peaks) -> Peaks:
+    """Slide of a block after a step [m], if its lane lives on, and its square."""
+    return Peaks(
+        wp.where(live, x, p.slide_x), wp.where(live, y, p.slide_y), p.rotation, p.time, p.across,
+        p.tilt, p.yaw, wp.where(live, larger(square, p.slide), p.slide),
+    )  # fmt: skip
+
+
+@wp.func
+def block_result(qz: real, qw: real, p: Peaks) -> BlockResult:
+    """What a block leaves behind whose attitude has this twist."""
+    return BlockResult(
+        qz, qw, p.slide_x, p.slide_y, p.rotation, p.time, p.across, p.tilt, p.yaw, p.slide
+    )  # fmt: skip

@@ -1,0 +1,354 @@
+"""Contacts of a block that moves in a plane of its own symmetry, solved exactly.
+
+Several motions may obey Coulomb's law after an impact with friction. A block that comes down flat
+and slides may tip over the edge ahead. It may as well take the whole blow on one corner of that
+edge and turn about the vertical. Corners that are visited in turn find the second motion: the first
+corner leaves the next one nothing to carry. A block whose state is its own mirror image has a
+motion that is its own mirror image, too, and that one is taken here.
+
+Both corners of an edge across the plane then carry the same, and the contact problem is that of the
+planar block: two edges A and B, B towards the lean, at the levers (x, h) along the plane and
+upwards. Let s, w and o be speeds along the plane and upwards and the angular velocity, J the
+inverse moment of inertia, mass 1; f and n the friction and the normal impulse of an edge. Then
+
+    s' = s + f_A + f_B,    w' = w + n_A + n_B,    o' = o + J (h_A f_A - x_A n_A + h_B f_B - x_B n_B)
+
+and an edge slips at s' + h o' and parts at w' - x o'. Each edge presses or not; if it presses, its
+normal velocity is what it aims at, and it sticks or slides to one of two sides. Each of these cases
+is a linear system with a closed form. Where both edges press, their aims give o' and w', so that
+both edges share known sums of normal impulses and of moments. The first case whose result obeys
+the law of contact is the solution. Cases stand in this order: what leaves no edge to slide, what
+slides, what parts. In `hold` (block_hold.py) stands the case before them, in which both stick.
+
+References:
+    Stewart and Trinkle (1996), An implicit time-stepping scheme for rigid body dynamics with
+    inelastic collisions and Coulomb friction.
+"""
+
+import warp as wp
+
+from warprock.kernels.impulse_space.block import (
+    Box,
+    Contact,
+    Corners,
+    Impulse,
+    Knobs,
+    Lean,
+    Velocity,
+)
+from warprock.kernels.impulse_space.block_hold import Four
+from warprock.kernels.shape_space.contact import CONE
+from warprock.kernels.shape_space.lanes import State, turn_of
+
+PLANE = by_precision(1.0e-9, 1.0e-4)
+"""Part of its motion by which a block may leave a plane that it moves in: round-off that grew."""
+EXACT = by_precision(1.0e-11, 1.0e-4)
+"""Part of the speeds by which a solution may miss the law of contact: round-off."""
+
+
+@wp.struct
+class Edge:
+    """Two corners that are mirror images of each other.
+
+    Attributes:
+        x, h: Lever from the centre of mass, along the plane and upwards [m].
+        aim: Normal velocity that it asks for [m/s].
+        on: 1 where it is a contact, else 0.
+    """
+
+    x: real
+    h: real
+    aim: real
+    on: real
+
+
+@wp.struct
+class Speeds:
+    """Motion in the plane: along it and upwards [m/s], and the angular velocity [rad/s]."""
+
+    along: real
+    up: real
+    turn: real
+
+
+@wp.struct
+class Edges:
+    """The contact problem of two edges.
+
+    Attributes:
+        a, b: The edges.
+        free: Motion without contact.
+        inertia: Inverse moment of inertia across the plane, for unit mass [1/m^2].
+        mu: Friction coefficient.
+        round_off: By how much a solution may miss the law of contact [m/s].
+    """
+
+    a: Edge
+    b: Edge
+    free: Speeds
+    inertia: real
+    mu: real
+    round_off: real
+
+
+@wp.struct
+class Shares:
+    """Friction and normal impulses of the edges A and B, for mass 1 [m/s].
+
+    `found` is 1 where they obey the law of contact, else 0.
+    """
+
+    fa: real
+    na: real
+    fb: real
+    nb: real
+    found: real
+
+
+@wp.func
+def find_plane(knobs: Knobs, box: Box, s: State, u: Velocity) -> real:
+    """The plane of its symmetry that a block moves in: 1 along its width, 2 along its depth.
+
+    0 where it moves in neither. Friction within a box must have its axes there. u is the velocity
+    without contact.
+    """
+    zero, h = real(0.0), box.half_height
+    r = turn_of(s)
+    # Speeds along the width and along the depth, in both the turn about the other axis.
+    about_width = size(dot(r.r11, r.r21, u.turn_x, u.turn_y))
+    about_depth = size(dot(r.r12, r.r22, u.turn_x, u.turn_y))
+    wide = size(dot(r.r11, r.r21, u.x, u.y)) + h * about_depth
+    deep = size(dot(r.r12, r.r22, u.x, u.y)) + h * about_width
+    fall, yaw = knobs.gravity * knobs.time_step, h * size(u.turn_z)
+    wide_only = deep + yaw <= PLANE * (wide + fall) and size(r.r32) <= PLANE
+    deep_only = wide + yaw <= PLANE * (deep + fall) and size(r.r31) <= PLANE
+    wide_only = wide_only and box.centre_y == zero
+    deep_only = deep_only and box.centre_x == zero
+    if not CONE:
+        square = smaller(size(r.r21), size(r.r11)) <= PLANE
+        wide_only = wide_only and square
+        deep_only = deep_only and square
+    return wp.where(wide_only, real(1.0), wp.where(deep_only, real(2.0), zero))
+
+
+@wp.func
+def mate(plane: real, x: Four) -> Four:
+    """The number of the mirror image of each corner; its own where there is no plane."""
+    wide, deep = plane == real(1.0), plane == real(2.0)
+    return Four(
+        wp.where(wide, x.c, wp.where(deep, x.b, x.a)),
+        wp.where(wide, x.d, wp.where(deep, x.a, x.b)),
+        wp.where(wide, x.a, wp.where(deep, x.d, x.c)),
+        wp.where(wide, x.b, wp.where(deep, x.c, x.d)),
+    )
+
+
+@wp.func
+def beside(c: Contact, aim: real, on: real) -> Contact:
+    """A corner whose mirror image aims at `aim` and is a contact where `on` is 1."""
+    return Contact(c.x, c.y, c.h, HALF * (c.aim + aim), larger(c.on, on))
+
+
+@wp.func
+def level(plane: real, at: Corners) -> Corners:
+    """Corners that aim at the same as their mirror image, and are contacts if it is one.
+
+    Where there is no plane they stay as they are. A gap is a small difference of lengths, and an
+    aim is a gap over the time step.
+    """
+    aim = mate(plane, Four(at.a.aim, at.b.aim, at.c.aim, at.d.aim))
+    on = mate(plane, Four(at.a.on, at.b.on, at.c.on, at.d.on))
+    return Corners(
+        beside(at.a, aim.a, on.a), beside(at.b, aim.b, on.b), beside(at.c, aim.c, on.c),
+        beside(at.d, aim.d, on.d),
+    )  # fmt: skip
+
+
+@wp.func
+def edge_of(x: real, y: real, one: Contact, other: Contact) -> Edge:
+    """The edge between two corners across a plane along the horizontal direction (x, y)."""
+    lever = HALF * (dot(x, y, one.x, one.y) + dot(x, y, other.x, other.y))
+    h, aim = HALF * (one.h + other.h), HALF * (one.aim + other.aim)
+    return Edge(lever, h, aim, larger(one.on, other.on))
+
+
+@wp.func
+def moved(two: Edges, p: Shares) -> Speeds:
+    """Motion after the impulses of both edges."""
+    free, a, b, inertia = two.free, two.a, two.b, two.inertia
+    moment = dot(a.h, b.h, p.fa, p.fb) - dot(a.x, b.x, p.na, p.nb)
+    along, up = free.along + p.fa + p.fb, free.up + p.na + p.nb
+    return Speeds(along, up, fused(inertia, moment, free.turn))
+
+
+@wp.func
+def misses(v: Speeds, edge: Edge, f: real, n: real, mu: real) -> real:
+    """By how much an edge with the impulses f and n misses the law of contact [m/s]."""
+    bound = mu * larger(n, real(0.0))
+    slip = fused(v.turn, edge.h, v.along)
+    rise = fused_less(v.turn, edge.x, v.up) - edge.aim
+    dragged = larger(smaller(f - slip, bound), -bound)
+    pressed = larger(n - rise, real(0.0))
+    return wp.where(edge.on > real(0.0), size(f - dragged) + size(n - pressed), real(0.0))
+
+
+@wp.func
+def try_shares(best: Shares, fits: bool, new: Shares, two: Edges) -> Shares:
+    """These impulses, where they fit and obey the law of contact and none before them did."""
+    v = moved(two, new)
+    off = misses(v, two.a, new.fa, new.na, two.mu) + misses(v, two.b, new.fb, new.nb, two.mu)
+    takes = fits and best.found == real(0.0) and off <= two.round_off
+    return Shares(
+        wp.where(takes, new.fa, best.fa), wp.where(takes, new.na, best.na),
+        wp.where(takes, new.fb, best.fb), wp.where(takes, new.nb, best.nb),
+        wp.where(takes, real(1.0), best.found),
+    )  # fmt: skip
+
+
+@wp.func
+def alone(two: Edges, e: Edge, side: real):
+    """Friction and normal impulse of an edge that presses alone.
+
+    It sticks where `side` is 0; else it slides to that side, -1 or 1.
+    """
+    free, inertia, mu = two.free, two.inertia, two.mu
+    slip, rise = fused(free.turn, e.h, free.along), fused_less(free.turn, e.x, free.up) - e.aim
+    one, jh, jx = real(1.0), inertia * e.h, inertia * e.x
+    kff, knn, kfn = fused(jh, e.h, one), fused(jx, e.x, one), -jx * e.h
+    over = one / fused(jh, e.h, knn)
+    f, n = over * (kfn * rise - knn * slip), over * (kfn * slip - kff * rise)
+    push = -rise / (knn - side * mu * kfn)
+    sticks = side == real(0.0)
+    return wp.where(sticks, f, -side * mu * push), wp.where(sticks, n, push)
+
+
+@wp.func
+def press(free: bool, f: real, n: real) -> Shares:
+    """Impulses of one edge alone: of A, or of B where A is free."""
+    zero = real(0.0)
+    return Shares(
+        wp.where(free, zero, f), wp.where(free, zero, n), wp.where(free, f, zero),
+        wp.where(free, n, zero), real(1.0),
+    )  # fmt: skip
+
+
+@wp.func
+def solve_edges(two: Edges) -> Shares:
+    """Impulses of two edges that obey the law of contact; `found` is 0 where none is found."""
+    zero, one = real(0.0), real(1.0)
+    p, a, b, mu = Shares(), two.a, two.b, two.mu
+    on_a, on_b = a.on > zero, b.on > zero
+    both = on_a and on_b
+    # One edge sticks, the other one parts.
+    f, n = alone(two, a, zero)
+    p = try_shares(p, on_a, press(False, f, n), two)
+    f, n = alone(two, b, zero)
+    p = try_shares(p, on_b, press(True, f, n), two)
+    # Both press: the motion upwards and the turn, then sums of normal impulses and of moments.
+    width = wp.where(both, b.x - a.x, one)
+    turn = (a.aim - b.aim) / width
+    push = fused(turn, a.x, a.aim) - two.free.up
+    moment = (turn - two.free.turn) / two.inertia
+    for to_b in range(2):
+        side_b = real(2 * to_b - 1)
+        for way in range(2):
+            side_a = wp.where(way == 0, side_b, -side_b)
+            ga, gb = -fused(side_a * mu, a.h, a.x), -fused(side_b * mu, b.h, b.x)
+            n = fused_less(gb, push, moment) / (ga - gb)
+            m = push - n
+            p = try_shares(p, both, Shares(-side_a * mu * n, n, -side_b * mu * m, m, one), two)
+    for to in range(2):
+        side = real(2 * to - 1)
+        # A sticks and B slides; B sticks and A slides.
+        drag = -fused(turn, a.h, two.free.along)
+        n = fused_less(a.x, push, a.h * drag) - moment
+        n = n / fused(side * mu, b.h - a.h, width)
+        f = -side * mu * n
+        p = try_shares(p, both, Shares(drag - f, push - n, f, n, one), two)
+        drag = -fused(turn, b.h, two.free.along)
+        n = moment - fused_less(b.x, push, b.h * drag)
+        n = n / fused(side * mu, b.h - a.h, width)
+        f = -side * mu * n
+        p = try_shares(p, both, Shares(f, n, drag - f, push - n, one), two)
+    for to in range(2):
+        side = real(2 * to - 1)
+        f, n = alone(two, a, side)
+        p = try_shares(p, on_a, press(False, f, n), two)
+        f, n = alone(two, b, side)
+        p = try_shares(p, on_b, press(True, f, n), two)
+    return try_shares(p, True, Shares(zero, zero, zero, zero, one), two)
+
+
+@wp.struct
+class Solved:
+    """What the contacts of a block in its plane do.
+
+    Attributes:
+        found: Whether it moves in a plane, touches, and a solution is found.
+        touches: Whether anything presses.
+        after: Velocity of the block then; without the round-off it moves in its plane.
+        a, b, c, d: Impulses of its corners.
+    """
+
+    found: bool
+    touches: bool
+    after: Velocity
+    a: Impulse
+    b: Impulse
+    c: Impulse
+    d: Impulse
+
+
+@wp.func
+def along(f: real, n: real, x: real, y: real) -> Impulse:
+    """An impulse with the friction f in the horizontal direction (x, y)."""
+    return Impulse(f * x, f * y, n)
+
+
+@wp.func
+def one_of(first: bool, one: Contact, other: Contact) -> Contact:
+    """One of two contacts."""
+    return Contact(
+        wp.where(first, one.x, other.x), wp.where(first, one.y, other.y),
+        wp.where(first, one.h, other.h), wp.where(first, one.aim, other.aim),
+        wp.where(first, one.on, other.on),
+    )  # fmt: skip
+
+
+@wp.func
+def find_edges(
+    knobs: Knobs, box: Box, x: real, y: real, inertia: real, a: Edge, b: Edge, u: Velocity
+) -> Edges:  # fmt: skip
+    """The contact problem of two edges in the plane along (x, y); u is free of contact."""
+    free = Speeds(dot(x, y, u.x, u.y), u.z, wedge(x, y, u.turn_x, u.turn_y))
+    reach = size(a.x) + size(b.x) + size(a.h) + size(b.h)
+    fall = knobs.gravity * knobs.time_step
+    whole = fall + size(free.along) + size(free.up) + reach * size(free.turn)
+    return Edges(a, b, free, inertia, box.friction, EXACT * whole)
+
+
+@wp.func
+def solve_in_plane(
+    plane: real, knobs: Knobs, box: Box, lean: Lean, s: State, u: Velocity, at: Corners
+) -> Solved:  # fmt: skip
+    """Solves the contacts of a block that moves in a plane, if it does; see `find_plane`."""
+    zero, wide = real(0.0), plane == real(1.0)
+    r = turn_of(s)
+    # The plane's horizontal direction, towards the lean; a unit vector.
+    x = wp.where(wide, lean.x * r.r22, -lean.y * r.r21)
+    y = wp.where(wide, -lean.x * r.r12, lean.y * r.r11)
+    inertia = wp.where(wide, box.inverse_y, box.inverse_x)
+    # The corner a belongs to the edge A, the corner d to B, the others as the plane lies.
+    first = edge_of(x, y, at.a, one_of(wide, at.c, at.b))
+    second = edge_of(x, y, at.d, one_of(wide, at.b, at.c))
+    two = find_edges(knobs, box, x, y, inertia, first, second, u)
+    p = solve_edges(two)
+    v = moved(two, p)
+    found = plane > zero and p.found > zero and at.a.on + at.b.on + at.c.on + at.d.on > zero
+    fa, na, fb, nb = HALF * p.fa, HALF * larger(p.na, zero), HALF * p.fb, HALF * larger(p.nb, zero)
+    return Solved(
+        found, found and na + nb > zero,
+        Velocity(v.along * x, v.along * y, v.up, -v.turn * y, v.turn * x, zero),
+        along(fa, na, x, y), along(wp.where(wide, fb, fa), wp.where(wide, nb, na), x, y),
+        along(wp.where(wide, fa, fb), wp.where(wide, na, nb), x, y), along(fb, nb, x, y),
+    )  # fmt: skip
