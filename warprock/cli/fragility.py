@@ -69,7 +69,7 @@ def fragility(
     limit, or none.
     """
     from warprock.analysis.lane_tables import read_lanes
-    from warprock.api.analyses import fragility_of
+    from warprock.api.analyses.fragility import fragility_of
 
     source = table if table.is_dir() else table.parent
 

@@ -37,7 +37,7 @@ def ida(
     -o every finished stage is kept, and the same command goes on behind the last one.
     """
     from warprock.analysis.incremental import Ladder
-    from warprock.api.analyses import ida_of
+    from warprock.api.analyses.ida import ida_of
 
     ladder = Ladder(lowest, highest, count, accuracy)
     ladder.judge()

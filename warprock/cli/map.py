@@ -28,7 +28,7 @@ def overturning_map(
     CASE sweeps motion.frequency and motion.amplitude, the grid of the map; further axes, each with
     a label, make panels. Every change of the mode in a column is halved down to the accuracy.
     """
-    from warprock.api.analyses import map_of
+    from warprock.api.analyses.map import map_of
 
     with case_work(**asked) as work:
         found = map_of(work, accuracy)

@@ -30,7 +30,7 @@ def sensitivity(
     sample.lanes, a power of 2, is the size of the two samples that are compared; with d inputs
     (d + 2) times as many lanes run. Axes of the sweep, each with a label, make panels.
     """
-    from warprock.api.analyses import sensitivity_of
+    from warprock.api.analyses.sensitivity import sensitivity_of
 
     with case_work(**asked) as work:
         found = sensitivity_of(work, of, resamples)

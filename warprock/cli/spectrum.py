@@ -20,7 +20,7 @@ def spectrum(folder: pathlib.Path | None, as_json: bool, **asked: Any) -> None:
     CASE has a [spectrum] table with the periods 2 pi / p and the slenderness angles; axes of its
     sweep, each with a label, make panels.
     """
-    from warprock.api.analyses import spectrum_of
+    from warprock.api.analyses.spectrum import spectrum_of
 
     with case_work(**asked, runs=1) as work:
         found = spectrum_of(work)
