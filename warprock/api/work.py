@@ -20,6 +20,13 @@ from warprock.running.work import Work
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
+Column = str
+"""Name of a column. The name of such an alias is the placeholder of the option: COLUMN."""
+Length = str
+"""A length with its unit."""
+Share = float
+"""A share, from 0 to 1."""
+
 
 class How(TypedDict, total=False):
     """How lanes are run; `run` says what each is."""

@@ -10,11 +10,12 @@ from typing import Any
 
 import pandas as pd
 
-from warprock.analysis.fragility import INTENSITY, MOST_DOUBT, fragility_curves
+from warprock.analysis.fragility import fragility_curves
 from warprock.analysis.lane_tables import measure_named, read_lanes
 from warprock.analysis.limits import DEFAULT_LIMITS, read_limits
 from warprock.api.found import Found
 from warprock.api.names import python_names
+from warprock.api.work import Column, Length, Share
 from warprock.arguments import at_the_door, require_within, several
 from warprock.figures.fragility import draw_curves, groups_of, plot_curves
 from warprock.findings.fragility import find_fragility
@@ -28,11 +29,11 @@ Table = pd.DataFrame | Found | str | os.PathLike[str]
 def fragility(
     table: Table,
     *,
-    im: str = INTENSITY,
+    im: Column = "peak_acceleration_m_s2",
     limit: str | float | Sequence[str | float] = (),
-    limit_slide: str | Sequence[str] = (),
-    by: str | Sequence[str] = (),
-    max_doubt: float = MOST_DOUBT,
+    limit_slide: Length | Sequence[Length] = (),
+    by: Column | Sequence[Column] = (),
+    max_doubt: Share = 0.2,
 ) -> Found:
     """Fragility functions: how likely a limit state is, over an intensity of the motion.
 
@@ -41,11 +42,11 @@ def fragility(
 
     Args:
         table: A lane table, what `run` or `sweep` found, or the path of one or of its folder.
-        im: Column of the intensity measure, above 0 in every lane; or PGA, PGV.
-        limit: Limit state, or several: "uplift", "overturning" or a peak rotation / slenderness
-            angle; uplift, 0.15, 0.35 and overturning where neither these nor slides are given.
-        limit_slide: Limit states that are a peak slide, such as "10 mm".
-        by: Column that makes groups of lanes, or several.
+        im: Column of the intensity measure; or PGA, PGV.
+        limit: Limit state: uplift, overturning or a peak rotation / slenderness angle; or several
+            [default: uplift, 0.15, 0.35, overturning].
+        limit_slide: Limit state: a peak slide, such as "10 mm"; or several.
+        by: Column of groups; or several.
         max_doubt: Share of a group's lanes that may be left out or in doubt [-]; more is refused.
 
     Returns:

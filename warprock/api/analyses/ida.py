@@ -9,13 +9,12 @@ from collections.abc import Sequence
 from typing import Unpack
 
 from warprock.analysis.capacities import INTENSITIES, capacities, require_columns
-from warprock.analysis.fragility import INTENSITY
 from warprock.analysis.incremental import Ladder, plan_analysis, run_analysis
 from warprock.analysis.lane_tables import measure_named
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.api.work import HowHeld, listing_how, working
+from warprock.api.work import Column, HowHeld, listing_how, working
 from warprock.arguments import at_the_door, several
 from warprock.figures.incremental import draw_analysis, plot_analysis
 from warprock.findings.incremental import find_analysis
@@ -33,8 +32,8 @@ def ida(
     to: float = 10.0,
     count: int = 21,
     accuracy: float = 0.01,
-    im: str = INTENSITY,
-    by: str | Sequence[str] = (),
+    im: Column = "peak_acceleration_m_s2",
+    by: Column | Sequence[Column] = (),
     folder: str | os.PathLike[str] | None = None,
     **how: Unpack[HowHeld],
 ) -> Found:
@@ -45,12 +44,12 @@ def ida(
     Args:
         case: The case, as in `run`.
         engine: Name of the engine, as in `run`.
-        from_: Least factor on the motion [-].
+        from_: Least factor on a motion [-].
         to: Greatest factor [-].
         count: Factors of the first stage.
         accuracy: Width of a bracket over its least factor at which it is narrow enough [-].
-        im: Intensity measure: this column, or PGA, normalised_acceleration, scale, factor.
-        by: Column that makes groups of lanes, or several.
+        im: Intensity measure, or PGA; or normalised_acceleration, scale, factor.
+        by: Column of groups; or several.
         folder: Where finished stages are kept, so that the same call goes on behind the last one;
             None keeps none.
         **how: overrides, tolerance, precision, device, workers and progress, as in `run`.

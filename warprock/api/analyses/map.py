@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from typing import Unpack
 
-from warprock.analysis.boundaries import ACCURACY, refine, require_accuracy
+from warprock.analysis.boundaries import refine, require_accuracy
 from warprock.analysis.overturning import run_grid
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
@@ -16,6 +16,9 @@ from warprock.findings.overturning import find_map
 from warprock.report.scenes import scenes_of
 from warprock.running.work import Work
 
+COUNTED = False
+"""Whether as many lanes run as the case has."""
+
 
 @listing_how
 @at_the_door
@@ -23,14 +26,16 @@ def map(
     case: AnyCase,
     engine: str | None = None,
     *,
-    accuracy: float = ACCURACY,
+    accuracy: float = 1e-4,
     **how: Unpack[How],
 ) -> Found:
     """How pulses overturn a block: without an impact, with impacts, or not at all.
 
+    `case` sweeps motion.frequency and motion.amplitude, the grid of the map; further axes, each
+    with a label, make panels. Every change of the mode in a column is halved down to the accuracy.
+
     Args:
-        case: The case, as in `run`, which sweeps motion.frequency and motion.amplitude; further
-            axes, each with a label, make panels.
+        case: The case, as in `run`.
         engine: Name of the engine, as in `run`.
         accuracy: Width of a boundary over its height at which it is narrow enough [-].
         **how: overrides, precision, device, workers and progress, as in `run`.
@@ -53,7 +58,7 @@ def map(
         >>> found.tables["boundaries"]["acceleration_ratio"].round(2).tolist()
         [1.23, 2.31, 2.35]
     """
-    with working(case, engine, counted=False, **how) as work:
+    with working(case, engine, counted=COUNTED, **how) as work:
         return map_of(work, accuracy)
 
 

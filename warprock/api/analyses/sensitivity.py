@@ -5,15 +5,18 @@ from __future__ import annotations
 import functools
 from typing import Unpack
 
-from warprock.analysis.sensitivity import PEAK, run_sensitivity
+from warprock.analysis.sensitivity import run_sensitivity
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
-from warprock.api.work import HowHeld, listing_how, working
+from warprock.api.work import Column, HowHeld, listing_how, working
 from warprock.arguments import at_the_door, require_within
 from warprock.figures.sensitivity import draw_sensitivity, plot_sensitivity
 from warprock.findings.sensitivity import find_sensitivity
 from warprock.report.scenes import scenes_of
 from warprock.running.work import Work
+
+COUNTED = False
+"""Whether as many lanes run as the case has."""
 
 
 @listing_how
@@ -22,17 +25,19 @@ def sensitivity(
     case: AnyCase,
     engine: str | None = None,
     *,
-    of: str = PEAK,
+    of: Column = "peak_rotation_ratio",
     resamples: int = 200,
     **how: Unpack[HowHeld],
 ) -> Found:
-    """Sobol' indices: which inputs of a case with a sample explain the variance of a result.
+    """Sobol' indices: which inputs of a `case` with a [sample] explain the variance of a result.
+
+    sample.lanes, a power of 2, is the size of the two samples that are compared; with d inputs
+    (d + 2) times as many lanes run. Axes of the sweep, each with a label, make panels.
 
     Args:
-        case: The case, as in `run`, with a `Sample` of a power of 2 of lanes; with d inputs
-            (d + 2) times as many run. Axes of its sweep, each with a label, make panels.
+        case: The case, as in `run`, with a `Sample`.
         engine: Name of the engine, as in `run`.
-        of: Result of the lane table, or "overturned".
+        of: Result of the lane table, or overturned.
         resamples: Samples for the bands of the indices, from 10 to 10,000.
         **how: overrides, tolerance, precision, device, workers and progress, as in `run`.
 
@@ -53,7 +58,7 @@ def sensitivity(
         >>> len(found.table)
         12
     """
-    with working(case, engine, counted=False, **how) as work:
+    with working(case, engine, counted=COUNTED, **how) as work:
         return sensitivity_of(work, of, resamples)
 
 

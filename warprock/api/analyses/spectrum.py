@@ -15,6 +15,9 @@ from warprock.findings.spectrum import find_spectrum
 from warprock.report.scenes import scenes_of
 from warprock.running.work import Work
 
+COUNTED = True
+"""Whether as many lanes run as the case has."""
+
 
 @listing_how
 @at_the_door
@@ -25,9 +28,11 @@ def spectrum(
 ) -> Found:
     """Rocking spectra: peak rotation / slenderness angle over 2 pi / p, a curve a slenderness.
 
+    `case` has a [spectrum] table with the periods 2 pi / p and the slenderness angles; axes of its
+    sweep, each with a label, make panels.
+
     Args:
-        case: The case, as in `run`, with a `Spectrum`; axes of its sweep, each with a label, make
-            panels.
+        case: The case, as in `run`, with a `Spectrum`.
         engine: Name of the engine, as in `run`.
         **how: overrides, tolerance, precision, device, workers and progress, as in `run`.
 
@@ -49,7 +54,7 @@ def spectrum(
         >>> found.table["period_s"].tolist()
         [2.0, 4.0]
     """
-    with working(case, engine, **how) as work:
+    with working(case, engine, counted=COUNTED, **how) as work:
         return spectrum_of(work)
 
 
