@@ -22,8 +22,11 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 Column = str
 """Name of a column. The name of such an alias is the placeholder of the option: COLUMN."""
+Angle = str
+Density = str
 Length = str
-"""A length with its unit."""
+Mass = str
+"""Texts with a unit."""
 Share = float
 """A share, from 0 to 1."""
 

@@ -18,11 +18,12 @@ from typing import Any, NamedTuple, TypeVar
 import click
 
 import warprock.api
+from warprock.cli.completion import Completer
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 ROOM = pathlib.Path(warprock.api.__path__[0])
-SHARED = {"overrides", "tolerance", "precision", "device", "workers", "progress", "folder"}
+SHARED = {"overrides", "precision", "device", "workers", "progress", "folder"}
 """Arguments of many functions, whose options are those of `warprock.cli.options`."""
 
 _TYPES = {"int": int, "float": float, "bool": bool}
@@ -94,23 +95,31 @@ def _kind(annotation: ast.expr | None) -> str:
     return ast.unparse(annotation).partition(" ")[0]
 
 
-def own_options(module: str, name: str) -> Callable[[Command], Command]:
+def own_options(module: str, name: str, **complete: Completer) -> Callable[[Command], Command]:
     """The options of the arguments of a function, each under the name of its argument.
 
     Args:
         module: Its file in `warprock.api`, without the ending: `analyses/map`.
         name: Its name.
+        **complete: What a shell completes an option with, by the name of its argument.
     """
 
     def add(command: Command) -> Command:
-        for argument in reversed(read_function(module, name).arguments):
-            command = _option(argument)(command)
+        arguments = read_function(module, name).arguments
+        options = {f"`{each.name}`": each.option for each in arguments}
+        for argument in reversed(arguments):
+            text = argument.text.replace(" [-]", "").replace("; or several", "; repeat for each")
+            for quoted, option in options.items():
+                text = text.replace(quoted, option)
+            command = _option(argument, text, complete.get(argument.name))(command)
         return command
 
     return add
 
 
-def _option(argument: Argument) -> Callable[[Command], Command]:
+def _option(
+    argument: Argument, text: str, complete: Completer | None
+) -> Callable[[Command], Command]:
     """An option: () as a default takes it several times, an alias of a type is its placeholder."""
     default, several = argument.default, argument.default == ()
     kind = _TYPES.get(argument.kind, str) if several or default is None else type(default)
@@ -123,5 +132,6 @@ def _option(argument: Argument) -> Callable[[Command], Command]:
         show_default=not several and default is not None,
         type=kind,
         metavar=None if argument.kind in known else argument.kind.upper(),
-        help=argument.text.replace(" [-]", "").replace("; or several", "; repeat for each"),
+        help=text,
+        shell_complete=complete,
     )
