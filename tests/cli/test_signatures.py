@@ -18,7 +18,7 @@ MADE |= {"body": "body", "validate": "validation"}
 
 @pytest.mark.parametrize(("name", "module"), MADE.items())
 def test_a_function_that_is_read_is_the_one_that_is_imported(name: str, module: str):
-    parameters = inspect.signature(getattr(wr, name)).parameters.values()
+    parameters = inspect.signature(inspect.unwrap(getattr(wr, name))).parameters.values()
     own = {
         each.name: each.default
         for each in parameters
