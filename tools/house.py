@@ -186,7 +186,7 @@ ROOMS = (
     ),
     _room(
         "cli",
-        "the commands, one file each, and how they end",
+        "the commands, made of the functions of api where these say all, and how they end",
         f"""{_BASE} records case bodies running sweeps analysis verification measure findings tables
         figures scenes paper report api""",
         "click",

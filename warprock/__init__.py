@@ -31,11 +31,11 @@ import pathlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from warprock.api.analyses import fragility as fragility
-    from warprock.api.analyses import ida as ida
-    from warprock.api.analyses import map as map
-    from warprock.api.analyses import sensitivity as sensitivity
-    from warprock.api.analyses import spectrum as spectrum
+    from warprock.api.analyses.fragility import fragility as fragility
+    from warprock.api.analyses.ida import ida as ida
+    from warprock.api.analyses.map import map as map
+    from warprock.api.analyses.sensitivity import sensitivity as sensitivity
+    from warprock.api.analyses.spectrum import spectrum as spectrum
     from warprock.api.body import body as body
     from warprock.api.case import Case as Case
     from warprock.api.case import load_case as load_case
@@ -113,17 +113,17 @@ _HOME = {
     "case_names": "case.text",
     "compare": "api.comparison",
     "expand_lanes": "case.lanes",
-    "fragility": "api.analyses",
-    "ida": "api.analyses",
+    "fragility": "api.analyses.fragility",
+    "ida": "api.analyses.ida",
     "lane_table": "running.lane_table",
     "load_case": "api.case",
-    "map": "api.analyses",
+    "map": "api.analyses.map",
     "run": "api.run",
     "run_batch": "running.batch",
     "run_case": "running.case_run",
     "save_record": "api.record",
-    "sensitivity": "api.analyses",
-    "spectrum": "api.analyses",
+    "sensitivity": "api.analyses.sensitivity",
+    "spectrum": "api.analyses.spectrum",
     "study": "api.study",
     "sweep": "api.sweep",
     "validate": "api.validation",

@@ -31,8 +31,6 @@ from warprock.errors import InputError
 from warprock.model.response import SampleTimes
 from warprock.running.batch import run_batch
 
-ACCURACY = 1e-4
-"""Width of a boundary's bracket over its strength, where none is asked for."""
 LEAST_ACCURACY, MOST_ACCURACY = 1e-9, 0.1
 SAME_FREQUENCY = 1e-3
 """Two frequency ratios that differ by less, relatively, are one column."""
@@ -57,7 +55,7 @@ class _Brackets:
 
 def refine(
     found: OverturningMap,
-    accuracy: float = ACCURACY,
+    accuracy: float,
     *,
     chosen: npt.NDArray[np.bool_] | None = None,
     progress: Callable[[int], None] | None = None,

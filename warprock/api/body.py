@@ -10,6 +10,7 @@ import tomllib
 from warprock.api.case import Case
 from warprock.api.found import Found, untitled
 from warprock.api.names import python_names
+from warprock.api.work import Angle, Density, Length, Mass
 from warprock.arguments import at_the_door
 from warprock.bodies.body import Asked, Body, Texts, find_body, read_asked
 from warprock.bodies.case_text import CASE_FILE, case_of
@@ -23,33 +24,38 @@ from warprock.tables.bodies import body_report
 def body(
     mesh: str | os.PathLike[str],
     *,
-    density: str | None = None,
-    mass: str | None = None,
+    density: Density | None = None,
+    mass: Mass | None = None,
     unit: str | None = None,
     up: str = "z",
     pose: int | None = None,
-    tolerance: str | None = None,
+    tolerance: Length | None = None,
     base: str = "hull",
     points: int | None = None,
     model: str = "planar",
-    direction: str | None = None,
+    direction: Angle | None = None,
     record: str | None = None,
 ) -> BodyFound:
     """A rigid body from its mesh: mass, inertia, what it stands on, and a case of it.
 
     Args:
         mesh: A closed surface around one body, .ply, .obj or .stl; needs the extra `mesh`.
-        density: Such as "2700 kg/m^3"; give this or the mass.
+        density: Such as "2700 kg/m^3"; or give `mass`.
         mass: Such as "350 kg".
-        unit: Unit of lengths in the file; None takes metres if its size looks like that.
-        up: Axis of the file that points upwards: "x", "y", "z", "-x", "-y" or "-z".
-        pose: Number of a pose in which it rests; 0 is as in the file, None settles from there.
-        tolerance: What lies at most so high is pressed to the ground; None is 1 mm of "flat".
-        base: "hull" keeps points above the ground that touch it as the body leans; or "flat".
-        points: Contact points that the case may have; None is 24 in the plane, 12 in space.
-        model: "planar", in the plane of the direction, or "spatial".
-        direction: Direction of shaking, from x towards y, such as "-25 deg"; None is the weakest.
-        record: A shipped record, or a file that says its unit; None shakes the case by a pulse.
+        unit: Unit of lengths in the file: m without, or mm, cm, in, ft, km.
+        up: Axis of the file that points upwards: x, y, z, -x, -y or -z.
+        pose: Number of a pose in which it rests, as listed; 0 is that of the file as it is.
+            Without, the rest next to that, into which it settles.
+        tolerance: What lies at most so high above its lowest point is pressed to the ground.
+            Without, 1 mm of a flat base, about what a good scan can tell; 0.01 mm, round-off, with
+            `base` hull.
+        base: hull: what touches the ground, and what touches it as the body leans, of a base that
+            is not flat; flat: the first alone.
+        points: Contact points that the case may have, from 3 to 48; without, 24 in the plane and
+            12 in space, where each costs.
+        model: planar: rocking in the plane of `direction`; spatial: free in space.
+        direction: Direction of shaking, from x towards y, such as "-25 deg"; the weakest without.
+        record: A shipped record, or a file that says its unit, in the place of a pulse.
 
     Returns:
         A `Found` whose table has slenderness angles by direction, and whose `case` is ready to run.

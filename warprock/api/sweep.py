@@ -19,7 +19,7 @@ from warprock.errors import InputError
 from warprock.findings.finding import Finding
 from warprock.running.lane_table import LANE_TABLE
 from warprock.sweeps.chunks import merge, sweep_state
-from warprock.sweeps.plan import CHUNK_LANES, Plan, make_plan, write_plan
+from warprock.sweeps.plan import Plan, make_plan, write_plan
 from warprock.sweeps.run import Shard, chunks_to_run, run_here
 from warprock.tables.sweeps import print_state
 
@@ -31,7 +31,7 @@ def sweep(
     folder: str | os.PathLike[str],
     engine: str | None = None,
     *,
-    chunk: int = CHUNK_LANES,
+    chunk: int = 50_000,
     **how: Unpack[HowHeld],
 ) -> Found:
     """Runs many lanes in chunks that are kept, and merges them.

@@ -12,7 +12,7 @@ import pandas as pd
 
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
-from warprock.api.work import HowHeld, listing_how, working
+from warprock.api.work import Column, HowHeld, listing_how, working
 from warprock.arguments import at_the_door, several
 from warprock.figures.validation import draw_validation
 from warprock.findings.validation import find_validation
@@ -28,7 +28,7 @@ def validate(
     engine: str | Sequence[str] = (),
     *,
     column: str | None = None,
-    group: str | None = None,
+    group: Column | None = None,
     **how: Unpack[HowHeld],
 ) -> Found:
     """Engines held to observed outcomes: how many tests do they say rightly?
@@ -44,9 +44,9 @@ def validate(
             takes the label `observed` of the case.
         engine: Names, one or several, of engines and of programs; without, the one that the case
             has as a rule.
-        column: Column of the outcome; None takes observed, overturned or outcome.
-        group: Column of the table or of the lane table that says which tests share a ground motion;
-            None takes the record.
+        column: Column of the outcome [default: observed, overturned or outcome].
+        group: Column of the file or of the lane table that says which tests share a ground motion
+            [default: record].
         **how: overrides, tolerance, precision, device, workers and progress, as in `run`.
 
     Returns:

@@ -13,60 +13,12 @@ from warprock.cli import completion
 from warprock.cli.analysis import finish
 from warprock.cli.exits import waited_for
 from warprock.cli.options import json_option, output_to
+from warprock.cli.signatures import own_options
 
 
 @click.command()
 @click.argument("mesh", type=click.Path(path_type=pathlib.Path))
-@click.option("--density", metavar="DENSITY", help='Such as "2700 kg/m^3"; or give --mass.')
-@click.option("--mass", metavar="MASS", help='Such as "350 kg".')
-@click.option("--unit", help="Unit of lengths in the file: m without, or mm, cm, in, ft, km.")
-@click.option(
-    "--up",
-    default="z",
-    show_default=True,
-    help="Axis of the file that points upwards: x, y, z, -x, -y or -z.",
-)
-@click.option(
-    "--pose",
-    type=int,
-    help="Number of a pose in which it rests, as listed; 0 is that of the file as it is. Without, "
-    "the rest next to that, into which it settles.",
-)
-@click.option(
-    "--tolerance",
-    metavar="LENGTH",
-    help="What lies at most so high above its lowest point is pressed to the ground. Without, 1 mm "
-    "of a flat base, about what a good scan can tell; 0.01 mm, round-off, with --base hull.",
-)
-@click.option(
-    "--base",
-    default="hull",
-    show_default=True,
-    help="hull: what touches the ground, and what touches it as the body leans, of a base that is "
-    "not flat; flat: the first alone.",
-)
-@click.option(
-    "--points",
-    type=int,
-    help="Contact points that the case may have, from 3 to 48; without, 24 in the plane and 12 in "
-    "space, where each costs.",
-)
-@click.option(
-    "--model",
-    default="planar",
-    show_default=True,
-    help="planar: rocking in the plane of --direction; spatial: free in space.",
-)
-@click.option(
-    "--direction",
-    metavar="ANGLE",
-    help='Direction of shaking, from x towards y, such as "-25 deg"; the weakest without.',
-)
-@click.option(
-    "--record",
-    shell_complete=completion.records,
-    help="A shipped record, or a file that says its unit, in the place of a pulse.",
-)
+@own_options("body", "body", record=completion.records)
 @output_to("Folder for the case, a figure and a page; made if it does not exist.", metavar="CASE")
 @json_option
 def body(

@@ -9,51 +9,24 @@ from typing import Any
 import click
 
 from warprock.cli.analysis import finish
-from warprock.cli.options import (
-    by_option,
-    intensity_option,
-    json_option,
-    output_option,
-)
+from warprock.cli.options import json_option, output_option
 from warprock.cli.pages import on_case
+from warprock.cli.signatures import own_options
 from warprock.errors import InputError
 
 
 @click.command()
 @click.argument("table", type=click.Path(path_type=pathlib.Path))
-@intensity_option("Column of the intensity measure; or PGA, PGV.")
-@click.option(
-    "--limit",
-    "limits",
-    multiple=True,
-    help="Limit state: uplift, overturning or a peak rotation / slenderness angle; repeat for each "
-    "[default: uplift, 0.15, 0.35, overturning].",
-)
-@click.option(
-    "--limit-slide",
-    "slides",
-    multiple=True,
-    metavar="LENGTH",
-    help='Limit state: a peak slide, such as "10 mm"; repeat for each.',
-)
-@by_option
-@click.option(
-    "--max-doubt",
-    "most_doubt",
-    default=0.2,
-    show_default=True,
-    metavar="SHARE",
-    help="Share of a group's lanes that may be left out or in doubt; more is refused.",
-)
+@own_options("analyses/fragility", "fragility")
 @output_option
 @json_option
 def fragility(
     table: pathlib.Path,
-    intensity: str,
-    limits: tuple[str, ...],
-    slides: tuple[str, ...],
+    im: str,
+    limit: tuple[str, ...],
+    limit_slide: tuple[str, ...],
     by: tuple[str, ...],
-    most_doubt: float,
+    max_doubt: float,
     folder: pathlib.Path | None,
     as_json: bool,
 ) -> None:
@@ -69,7 +42,7 @@ def fragility(
     limit, or none.
     """
     from warprock.analysis.lane_tables import read_lanes
-    from warprock.api.analyses import fragility_of
+    from warprock.api.analyses.fragility import fragility_of
 
     source = table if table.is_dir() else table.parent
 
@@ -80,7 +53,7 @@ def fragility(
         return None if beside else played_beside(lanes, table, intensity)
 
     lanes = read_lanes(table)
-    found = fragility_of(lanes, str(table), intensity, limits, slides, by, most_doubt, play)
+    found = fragility_of(lanes, str(table), im, limit, limit_slide, by, max_doubt, play)
     finish(found, folder, as_json=as_json, then=_then(source, folder))
 
 

@@ -8,24 +8,20 @@ from typing import Any
 import click
 
 from warprock.cli.analysis import case_work, finish, run_of
-from warprock.cli.options import by_option, case_options, estimate_options, intensity_option
+from warprock.cli.options import case_options, estimate_options
+from warprock.cli.signatures import own_options
 
 
 @click.command()
 @case_options
 @estimate_options
-@click.option("--from", "lowest", default=0.1, show_default=True, help="Least factor on a motion.")
-@click.option("--to", "highest", default=10.0, show_default=True, help="Greatest factor.")
-@click.option("--count", default=21, show_default=True, help="Factors of the first stage.")
-@click.option("--accuracy", default=0.01, show_default=True, help="Width of a bracket, relatively.")
-@intensity_option("Intensity measure, or PGA; or normalised_acceleration, scale, factor.")
-@by_option
+@own_options("analyses/ida", "ida")
 def ida(
     folder: pathlib.Path | None,
-    intensity: str,
+    im: str,
     by: tuple[str, ...],
-    lowest: float,
-    highest: float,
+    from_: float,
+    to: float,
     count: int,
     accuracy: float,
     as_json: bool,
@@ -37,12 +33,12 @@ def ida(
     -o every finished stage is kept, and the same command goes on behind the last one.
     """
     from warprock.analysis.incremental import Ladder
-    from warprock.api.analyses import ida_of
+    from warprock.api.analyses.ida import ida_of
 
-    ladder = Ladder(lowest, highest, count, accuracy)
+    ladder = Ladder(from_, to, count, accuracy)
     ladder.judge()
     with case_work(**asked, factors=ladder.factors.tolist()) as work:
-        found = ida_of(work, ladder, intensity, by, folder)
+        found = ida_of(work, ladder, im, by, folder)
     finish(found, folder, as_json=as_json, then=run_of(work.engine, folder, **asked))
 
 

@@ -281,26 +281,3 @@ def reading_options(command: Command) -> Command:
     ):
         command = click.option(f"--{name}", help=meaning)(command)
     return command
-
-
-def by_option(command: Command) -> Command:
-    """`--by`, of fits."""
-    return click.option("--by", multiple=True, metavar="COLUMN", help="Column of groups; repeat.")(
-        command
-    )
-
-
-def intensity_option(meaning: str) -> Callable[[Command], Command]:
-    """`--im`, as `intensity`.
-
-    Args:
-        meaning: What may be named.
-    """
-    return click.option(
-        "--im",
-        "intensity",
-        default="peak_acceleration_m_s2",
-        show_default=True,
-        metavar="COLUMN",
-        help=meaning,
-    )

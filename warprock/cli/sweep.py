@@ -28,6 +28,7 @@ from warprock.cli.options import (
     workers_option,
 )
 from warprock.cli.pages import add_page
+from warprock.cli.signatures import own_options
 
 EXIT_RESUMABLE = 75
 
@@ -52,7 +53,7 @@ def _folder_argument(command: Command) -> Command:
 @engine_option
 @set_option
 @output_to("Folder of the sweep; made if it does not exist.", required=True)
-@click.option("--chunk", "chunk_lanes", type=int, help="Lanes in a chunk; 50,000 without.")
+@own_options("sweep", "sweep")
 @device_options
 @estimate_options
 @json_option
@@ -61,7 +62,7 @@ def plan(
     engine: str | None,
     overrides: tuple[str, ...],
     folder: pathlib.Path,
-    chunk_lanes: int | None,
+    chunk: int,
     precision: str,
     device: str,
     tolerance: float | None,
@@ -70,7 +71,7 @@ def plan(
 ) -> None:
     """Write the plan of a sweep over the lanes of a CASE, after a look at every one of them."""
     from warprock.case.load import load_case
-    from warprock.sweeps.plan import CHUNK_LANES, make_plan, plan_facts, write_plan
+    from warprock.sweeps.plan import make_plan, plan_facts, write_plan
     from warprock.tables import sweeps, terminal
 
     case = load_case(case_name, overrides)
@@ -81,7 +82,7 @@ def plan(
             case,
             choice.engine,
             dataclasses.replace(options, progress=progress),
-            chunk_lanes=CHUNK_LANES if chunk_lanes is None else chunk_lanes,
+            chunk_lanes=chunk,
         )
     written = write_plan(made, folder)
     say_engine(choice)

@@ -17,6 +17,7 @@ from warprock.cli.options import (
     run_options,
     set_option,
 )
+from warprock.cli.signatures import own_options
 
 
 @click.command()
@@ -27,16 +28,7 @@ from warprock.cli.options import (
     help="CSV or Parquet file with one row a test: its outcome, and a label of the case, the "
     "record or the lane; without, the case's own label `observed` says the outcomes.",
 )
-@click.option(
-    "--column",
-    help="Column of the outcome [default: observed, overturned or outcome].",
-)
-@click.option(
-    "--group",
-    metavar="COLUMN",
-    help="Column of the file or of the lane table that says which tests share a ground motion "
-    "[default: record].",
-)
+@own_options("validation", "validate")
 @click.option(
     "-e",
     "--engine",

@@ -16,6 +16,7 @@ from warprock.findings.numbers import counted, listed, three
 from warprock.findings.plain import plain
 from warprock.findings.sheets import Heading, Sheet, sheet_of
 from warprock.running.provenance import case_facts, surroundings
+from warprock.running.run_file import CASE, ROWS
 from warprock.verification.settings import plain_name
 
 TABLE = "comparison"
@@ -80,7 +81,18 @@ def tell_comparison(facts: Facts, tables: Tables) -> Finding:
     )
 
 
-COMPARISON = Kind((TABLE,), tell_comparison)
+COMPARISON = Kind(
+    (TABLE,),
+    tell_comparison,
+    "asked",
+    {
+        "asked": CASE,
+        "engines": [str],
+        "costs?": ROWS,
+        **dict.fromkeys(("stacked", "spatial"), bool),
+        "rows": ROWS,
+    },
+)
 
 
 def _against_housner(facts: Facts) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import pandas as pd
@@ -70,7 +71,12 @@ class Kind(NamedTuple):
     Attributes:
         tables: Names of the tables that it is told from, without the ending .parquet.
         tell: Makes the finding of facts and tables.
+        key: What only findings of this kind say in `run.json`, by which they are known; empty where
+            they are known by a file.
+        shape: What they say there besides what all say, a shape of `running.run_file`.
     """
 
     tables: Sequence[str]
     tell: Callable[[Facts, Tables], Finding]
+    key: str = ""
+    shape: Facts = MappingProxyType({})

@@ -26,6 +26,7 @@ from warprock.findings.measures import measure
 from warprock.findings.numbers import counted, listed
 from warprock.findings.sheets import Heading, Sheet, heading, sheet_of
 from warprock.running.provenance import case_facts, surroundings
+from warprock.running.run_file import CASE
 
 _COUNTS = {
     "lanes": "lanes",
@@ -117,7 +118,18 @@ def tell_analysis(facts: Facts, tables: Tables, said: Facts | None = None) -> Fi
     )
 
 
-INCREMENTAL = Kind(("capacities", "fragility"), tell_analysis)
+INCREMENTAL = Kind(
+    ("capacities", "fragility"),
+    tell_analysis,
+    "incremental",
+    {
+        "case": CASE,
+        "incremental": {"lowest": float, "highest": float, "count": int, "accuracy": float},
+        **dict.fromkeys(("intensity", "sentence"), str),
+        **dict.fromkeys(("runs", "stages", "stages_kept"), int),
+        **dict.fromkeys(("runs_missed_tolerance", "undecided_runs"), int),
+    },
+)
 
 
 def factor_sentence(found: Analysis, intensity: str) -> str:

@@ -15,6 +15,7 @@ from warprock.findings.numbers import counted, even_selection, listed, three
 from warprock.findings.sheets import Heading, Sheet, declared, sheet_of
 from warprock.running.lane_table import lane_table
 from warprock.running.provenance import provenance
+from warprock.running.run_file import COUNTS, OF_CASE
 from warprock.units import GRAVITY
 
 COLUMNS_SHOWN = 12
@@ -184,4 +185,19 @@ def _mode_sheet(group: str, grid: pd.DataFrame, boundaries: pd.DataFrame) -> She
     )
 
 
-MAP = Kind(("boundaries", "grid"), tell_map)
+MAP = Kind(
+    ("boundaries", "grid"),
+    tell_map,
+    "modes",
+    {
+        **OF_CASE,
+        "modes": COUNTS,
+        "grid_lanes": int,
+        "lanes_run": int,
+        "boundaries": int,
+        "stages": int,
+        "boundary_accuracy": float,
+        "decided_after_s": (float, None),
+        "duration_s": float,
+    },
+)

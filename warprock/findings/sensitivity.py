@@ -12,6 +12,7 @@ from warprock.findings.numbers import counted, listed, three
 from warprock.findings.refinement import refinement_sentences
 from warprock.findings.sheets import Heading, Sheet, declared, sheet_of
 from warprock.running.provenance import provenance
+from warprock.running.run_file import OF_CASE
 
 IDLE = 0.01
 """Share of the variance below which an input is said to change little."""
@@ -60,7 +61,24 @@ def tell_sensitivity(facts: Facts, tables: Tables) -> Finding:
     )
 
 
-SENSITIVITY = Kind(("sensitivity",), tell_sensitivity)
+SENSITIVITY = Kind(
+    ("sensitivity",),
+    tell_sensitivity,
+    "of",
+    {
+        **OF_CASE,
+        "of": str,
+        "groups": [
+            {
+                "group": str,
+                "lanes": int,
+                "mean": float,
+                "standard_deviation": float,
+                "overturned": int,
+            }
+        ],
+    },
+)
 
 
 def _headline(table: pd.DataFrame, of: str) -> str:

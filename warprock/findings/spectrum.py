@@ -18,6 +18,7 @@ from warprock.model.response import USABLE
 from warprock.model.undecided import UNDECIDED
 from warprock.running.lane_table import PEAK_RATIO, lane_table
 from warprock.running.provenance import provenance
+from warprock.running.run_file import OF_CASE
 
 PERIODS_SHOWN = 16
 """Periods that stand in the table to read, an even selection."""
@@ -63,7 +64,12 @@ def tell_spectrum(facts: Facts, tables: Tables) -> Finding:
 
 
 CURVE_KEY = f"label.{CURVE}"
-SPECTRUM = Kind(("spectrum",), tell_spectrum)
+SPECTRUM = Kind(
+    ("spectrum",),
+    tell_spectrum,
+    "curves",
+    {**OF_CASE, "curves": [str], "undecided": int, "duration_s": float},
+)
 
 
 def _sentences(facts: Facts, table: pd.DataFrame) -> list[str]:

@@ -11,6 +11,7 @@ import pandas as pd
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.numbers import three
 from warprock.findings.sheets import sheet_of
+from warprock.running.run_file import CASE
 from warprock.verification.study import STUDY, StudyRun, study_provenance
 
 _WANTED = (
@@ -55,7 +56,15 @@ def tell_study(facts: Facts, tables: Tables) -> Finding:
     )
 
 
-STUDIES = Kind((STUDY,), tell_study)
+STUDIES = Kind(
+    (STUDY,),
+    tell_study,
+    "study",
+    {
+        "case": CASE,
+        "study": [{"engine?": str, "vary": [{"setting": str, "baseline": float}]}],
+    },
+)
 
 
 def study_headline(table: pd.DataFrame) -> str:

@@ -20,6 +20,7 @@ from warprock.findings.sheets import heading, sheet_of
 from warprock.findings.validation_sheets import counts_sentence, left_out, markdown_lines, sections
 from warprock.model.response import USABLE
 from warprock.running.provenance import case_facts, duration_facts, surroundings
+from warprock.running.run_file import CASE, COUNTS, banded
 from warprock.verification.measured import measured_quantities, measured_rows, predicted, unit_of
 from warprock.verification.settings import plain_name
 from warprock.verification.validation import Judged, Validation, status_rows
@@ -81,7 +82,71 @@ def tell_validation(facts: Facts, tables: Tables) -> Finding:
     )
 
 
-VALIDATION = Kind((TABLE,), tell_validation)
+VALIDATION = Kind(
+    (TABLE,),
+    tell_validation,
+    "validation",
+    {
+        "case": CASE,
+        "validation": {
+            "tests": int,
+            "overturned": int,
+            "members": int,
+            "observed": str,
+            "group?": (str, None),
+            "records?": (int, None),
+            "unobserved": int,
+            "rules": [str],
+        },
+        "engines": [{"name": str, "left_out": int, "left_out_lanes": COUNTS}],
+        "sentence": str,
+        "pairs": [
+            {
+                "first": str,
+                "second": str,
+                "first_only_right": int,
+                "second_only_right": int,
+                "p_value": float,
+                "tests": int,
+                **banded("brier_difference"),
+            }
+        ],
+        "medians": [
+            {
+                "source": str,
+                "over_observed": (float, None),
+                "intensity": str,
+                "verdict": str,
+                **banded("median", "dispersion"),
+            }
+        ],
+        "scores": [
+            {
+                "predictor": str,
+                "threshold": (float, None),
+                **dict.fromkeys(("tests", "hits", "misses", "false_alarms"), int),
+                "correct_rejections": int,
+                **banded("accuracy", "balanced_accuracy", "auc", "brier"),
+            }
+        ],
+        "by_status": [{"engine": str, "status": str, "lanes": int, "right": (float, None)}],
+        "measured": [
+            {
+                **dict.fromkeys(("engine", "what", "unit"), str),
+                "tests": int,
+                **dict.fromkeys(("median_difference", "median_error"), (float, None)),
+                "rank_correlation": (float, None),
+            }
+        ],
+        "reliability": [
+            {
+                "engine": str,
+                "tests": int,
+                **dict.fromkeys(("from", "to", "predicted", "observed"), float),
+            }
+        ],
+    },
+)
 
 
 def _differences(facts: Facts) -> list[str]:

@@ -10,13 +10,7 @@ from typing import Any
 from warprock import __version__
 from warprock.errors import InputError
 from warprock.findings import asked
-from warprock.findings.comparison import COMPARISON
-from warprock.findings.incremental import INCREMENTAL
-from warprock.findings.overturning import MAP
-from warprock.findings.sensitivity import SENSITIVITY
-from warprock.findings.spectrum import SPECTRUM
-from warprock.findings.study import STUDIES
-from warprock.findings.validation import VALIDATION
+from warprock.findings.kinds import kinds
 from warprock.report.body_chapter import body_chapter
 from warprock.report.content import Chapter, Page
 from warprock.report.earlier import earlier_scenes
@@ -45,32 +39,21 @@ Make = Callable[[ResultFolder, Scenes | None], Chapter]
 def _makers(folder: ResultFolder) -> Iterator[Make]:
     """What makes the chapters of the results that lie in a folder, one after another."""
     facts = folder.facts
-    for key, make in _BY_FACT.items():
-        if key in facts:
-            yield make
-            break
-    else:
-        if facts and folder.has(LANE_TABLE):
-            require_shape(facts, RUN, str(folder.path / PROVENANCE))
-            yield run_chapter
-        elif folder.has(PLAN):
-            yield sweep_chapter
+    kind = next((kind for key, kind in kinds().items() if key in facts), None)
+    if kind is not None:
+        yield teller(kind)
+    elif "body" in facts:
+        yield body_chapter
+    elif facts and folder.has(LANE_TABLE):
+        require_shape(facts, RUN, str(folder.path / PROVENANCE))
+        yield run_chapter
+    elif folder.has(PLAN):
+        yield sweep_chapter
     for name, make in _BY_FILE.items():
         if folder.has(name):
             yield make
 
 
-_BY_FACT: dict[str, Make] = {
-    "modes": teller(MAP),
-    "curves": teller(SPECTRUM),
-    "incremental": teller(INCREMENTAL),
-    "study": teller(STUDIES),
-    "of": teller(SENSITIVITY),
-    "validation": teller(VALIDATION),
-    "body": body_chapter,
-    "asked": teller(COMPARISON),
-}
-"""What only one kind of results says in `run.json`, and its chapter; a run has none of these."""
 FITS = "fragility.csv"
 """Fragility functions, which may lie beside the run that they are of."""
 _BY_FILE: dict[str, Make] = {

@@ -1,4 +1,6 @@
-"""`run.json` as it is read: what each kind of results says there is declared here and held to.
+"""`run.json` as it is read: what results say there is held to what they declare.
+
+What all may say is declared here; what findings of a kind say, by their `Kind`.
 
 A file that was edited, damaged or written by another program is refused in one line, and readers
 take what they read for what it is.
@@ -86,155 +88,52 @@ COMMON: dict[Any, Shape] = {
 }
 """What results of any kind may say."""
 
-_OF_CASE = {"case": CASE, "engine": ENGINE, "lanes": int, "status": COUNTS, "outcome": COUNTS}
-RUN = {**_OF_CASE, "precision": str, "device": str}
+OF_CASE = {"case": CASE, "engine": ENGINE, "lanes": int, "status": COUNTS, "outcome": COUNTS}
+"""What an analysis says that runs the lanes of a case by one engine."""
+RUN = {**OF_CASE, "precision": str, "device": str}
 """What a run says."""
-_ROWS = [{...: (str, float, bool, None, [object])}]
+ROWS = [{...: (str, float, bool, None, [object])}]
 
 
-def _banded(*names: str) -> dict[str, Shape]:
+def banded(*names: str) -> dict[str, Shape]:
     """Numbers, each with the ends of its band."""
     return {f"{name}{end}": (float, None) for name in names for end in ("", "_p05", "_p95")}
 
 
-_FACTORS = {"lowest": float, "highest": float, "count": int, "accuracy": float}
-KINDS: dict[str, dict[Any, Shape]] = {
-    "modes": {
-        **_OF_CASE,
-        "modes": COUNTS,
-        "grid_lanes": int,
-        "lanes_run": int,
-        "boundaries": int,
-        "stages": int,
-        "boundary_accuracy": float,
-        "decided_after_s": (float, None),
-        "duration_s": float,
-    },
-    "curves": {**_OF_CASE, "curves": [str], "undecided": int, "duration_s": float},
-    "incremental": {
-        "case": CASE,
-        "incremental": _FACTORS,
-        **dict.fromkeys(("intensity", "sentence"), str),
-        **dict.fromkeys(("runs", "stages", "stages_kept"), int),
-        **dict.fromkeys(("runs_missed_tolerance", "undecided_runs"), int),
-    },
-    "study": {
-        "case": CASE,
-        "study": [{"engine?": str, "vary": [{"setting": str, "baseline": float}]}],
-    },
-    "of": {
-        **_OF_CASE,
-        "of": str,
-        "groups": [
-            {
-                "group": str,
-                "lanes": int,
-                "mean": float,
-                "standard_deviation": float,
-                "overturned": int,
-            }
-        ],
-    },
-    "validation": {
-        "case": CASE,
-        "validation": {
-            "tests": int,
-            "overturned": int,
-            "members": int,
-            "observed": str,
-            "group?": (str, None),
-            "records?": (int, None),
-            "unobserved": int,
-            "rules": [str],
-        },
-        "engines": [{"name": str, "left_out": int, "left_out_lanes": COUNTS}],
-        "sentence": str,
-        "pairs": [
-            {
-                "first": str,
-                "second": str,
-                "first_only_right": int,
-                "second_only_right": int,
-                "p_value": float,
-                "tests": int,
-                **_banded("brier_difference"),
-            }
-        ],
-        "medians": [
-            {
-                "source": str,
-                "over_observed": (float, None),
-                "intensity": str,
-                "verdict": str,
-                **_banded("median", "dispersion"),
-            }
-        ],
-        "scores": [
-            {
-                "predictor": str,
-                "threshold": (float, None),
-                **dict.fromkeys(("tests", "hits", "misses", "false_alarms"), int),
-                "correct_rejections": int,
-                **_banded("accuracy", "balanced_accuracy", "auc", "brier"),
-            }
-        ],
-        "by_status": [{"engine": str, "status": str, "lanes": int, "right": (float, None)}],
-        "measured": [
-            {
-                **dict.fromkeys(("engine", "what", "unit"), str),
-                "tests": int,
-                **dict.fromkeys(("median_difference", "median_error"), (float, None)),
-                "rank_correlation": (float, None),
-            }
-        ],
-        "reliability": [
-            {
-                "engine": str,
-                "tests": int,
-                **dict.fromkeys(("from", "to", "predicted", "observed"), float),
-            }
-        ],
-    },
+BODY: dict[Any, Shape] = {
     "body": {
-        "body": {
-            "name": str,
-            "file": str,
-            "unit": str,
-            "up": str,
-            "model": str,
-            "sizes_m": [float],
-            **dict.fromkeys(("mass_kg", "density_kg_m3", "centre_height_m"), float),
-            "direction_deg": (float, None),
-        },
-        "came_out": str,
-        "notes": [str],
-        "sha256": str,
-        "rests": _ROWS,
-        "by_tolerance": _ROWS,
+        "name": str,
+        "file": str,
+        "unit": str,
+        "up": str,
+        "model": str,
+        "sizes_m": [float],
+        **dict.fromkeys(("mass_kg", "density_kg_m3", "centre_height_m"), float),
+        "direction_deg": (float, None),
     },
-    "asked": {
-        "asked": CASE,
-        "engines": [str],
-        "costs?": _ROWS,
-        **dict.fromkeys(("stacked", "spatial"), bool),
-        "rows": _ROWS,
-    },
+    "came_out": str,
+    "notes": [str],
+    "sha256": str,
+    "rests": ROWS,
+    "by_tolerance": ROWS,
 }
-"""What only one kind of results says in `run.json`, by which it is known, and what goes with it."""
+"""What a body from a mesh says."""
+NO_SHAPES: Mapping[str, Shape] = {}
 
 
-def read_facts(path: pathlib.Path) -> dict[str, Any]:
+def read_facts(path: pathlib.Path, shapes: Mapping[str, Shape] = NO_SHAPES) -> dict[str, Any]:
     """What `run.json` holds.
 
     Args:
         path: The file.
+        shapes: What results of each kind say, by the key that only they have.
 
     Raises:
         InputError: It cannot be read, holds no object, or is not as a command wrote it.
     """
     facts = renamed_counts(read_object(path))
-    kind = next((name for name in KINDS if name in facts), None)
-    require_shape(facts, {**COMMON, **KINDS.get(kind or "", {})}, str(path))
+    kind = next((name for name in shapes if name in facts), "")
+    require_shape(facts, {**COMMON, **shapes.get(kind, {})}, str(path))
     return facts
 
 

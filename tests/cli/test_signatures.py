@@ -1,0 +1,45 @@
+"""Options are those of the Python function of the same name, which is read and not imported."""
+
+from __future__ import annotations
+
+import inspect
+import re
+
+import click
+import pytest
+
+import warprock as wr
+from warprock.cli.main import main
+from warprock.cli.signatures import SHARED, read_function
+
+MADE = {name: f"analyses/{name}" for name in ("fragility", "ida", "map", "sensitivity", "spectrum")}
+MADE |= {"body": "body", "validate": "validation"}
+
+
+@pytest.mark.parametrize(("name", "module"), MADE.items())
+def test_a_function_that_is_read_is_the_one_that_is_imported(name: str, module: str):
+    parameters = inspect.signature(inspect.unwrap(getattr(wr, name))).parameters.values()
+    own = {
+        each.name: each.default
+        for each in parameters
+        if each.kind is each.KEYWORD_ONLY and each.name not in SHARED
+    }
+    found = read_function(module, name).arguments
+    assert {each.name: each.default for each in found} == own
+    options = {each.name: each for each in main.commands[name].params}
+    for argument in found:
+        option = options[argument.name]
+        assert isinstance(option, click.Option)
+        assert option.opts == [argument.option]
+        assert option.multiple == (argument.default == ())
+        assert option.multiple or option.default == argument.default
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in wr.__all__ if inspect.isfunction(getattr(wr, name))]
+)
+def test_the_docstring_says_what_every_argument_is(name: str):
+    function = getattr(wr, name)
+    said = set(re.findall(r"^ {4}(?:\*\*)?(\w+): ", inspect.getdoc(function) or "", re.MULTILINE))
+    said |= set(re.findall(r"\w+", (inspect.getdoc(function) or "").partition("**how:")[2]))
+    assert set(inspect.signature(function).parameters) <= said

@@ -1,0 +1,20 @@
+"""The kinds of findings that there are: each file of this room declares its own."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import pkgutil
+from collections.abc import Mapping
+
+import warprock.findings
+from warprock.findings.finding import Kind
+
+
+@functools.cache
+def kinds() -> Mapping[str, Kind]:
+    """The kinds of findings by the key of `run.json` that only they have."""
+    names = [each.name for each in pkgutil.iter_modules(warprock.findings.__path__)]
+    modules = [importlib.import_module(f"warprock.findings.{name}") for name in names]
+    values = [value for module in modules for value in vars(module).values()]
+    return {each.key: each for each in values if isinstance(each, Kind) and each.key}
