@@ -74,7 +74,8 @@ from warprock.kernels.instance import LOOPS_STAY, ONE_VECTOR
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
 from warprock.kernels.shape_space.block import Block, slide_of
-from warprock.kernels.shape_space.block_found import BlockResult, Found, Result  # noqa: F401
+from warprock.kernels.shape_space.block_found import BlockResult, Found
+from warprock.kernels.shape_space.frame import turn_of_matrix
 from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(ONE_VECTOR | LOOPS_STAY)
@@ -113,10 +114,7 @@ def observe_hinge_step(block: Block, before: BlockResult, s: State, n: Rolled, d
     leaf.peak_across = wp.where(turns, back.peak_across, leaf.peak_across)
     leaf.peak_tilt = wp.where(turns, back.peak_tilt, leaf.peak_tilt)
     leaf.peak_yaw = wp.where(turns, back.peak_yaw, leaf.peak_yaw)
-    x, y = slide_of(
-        block, n.x[0], n.x[1], r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0],
-        r[2, 1],
-    )  # fmt: skip
+    x, y = slide_of(block, n.x[0], n.x[1], turn_of_matrix(r))
     leaf.slide_x = x
     leaf.slide_y = y
     leaf.peak_slide = larger(x * x + y * y, before.peak_slide)

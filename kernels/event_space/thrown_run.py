@@ -28,7 +28,7 @@ from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED, UNSOLVED
 from warprock.kernels.motion import Motion, sample_index
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.shape_space.block_found import BlockResult, Found, Result  # noqa: F401
+from warprock.kernels.shape_space.block_found import Found
 from warprock.kernels.shape_space.thrown import Throw, after, leans, new_axes, old_corner, renamed
 from warprock.kernels.vectors import Quaternion, Vector
 

@@ -51,17 +51,10 @@ from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import OVERTURNED, RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.rows import kernel, rows
-from warprock.kernels.shape_space.block import Block
-from warprock.kernels.shape_space.block_found import (  # noqa: F401
-    BlockResult,
-    Found,
-    Peaks,
-    Result,
-    block_result,
-    start_peaks,
-)
+from warprock.kernels.shape_space.block import Block, turns_of
+from warprock.kernels.shape_space.block_found import Found, Peaks, block_result, start_peaks
 from warprock.kernels.shape_space.frame import frame
-from warprock.kernels.shape_space.lanes import State, Triple, find_turns, turn_of
+from warprock.kernels.shape_space.lanes import State, Triple, turn_of
 from warprock.kernels.shape_space.thrown import Throw, after, leans, new_axes, renamed
 from warprock.kernels.vectors import Quaternion, Vector
 
@@ -132,7 +125,8 @@ def run_lanes(
     state = start_throw(block, knobs, throw)
     lean = Lean(sign_of(block.centre_x), sign_of(block.centre_y))
     seen = start_lane(block)
-    along, across, tilt, _yaw = find_turns(block, turn_of(state), state)
+    r = turn_of(state)
+    along, across, tilt, _yaw = turns_of(block, r.r13, r.r23, r.r33, state.qz, state.qw)
     peaks = start_peaks(along, across, tilt)
     contact = rows(Contact, 4)
     impulse = rows(Impulse, 4)
