@@ -107,7 +107,7 @@ def fly_all(found: wp.array2d(dtype=wp.float64)):
     flight = rows(Flight)
     for i in range(LANES):
         flight[i].place = Three(real(i), real(0.0), real(1.0))
-        flight[i].knots[0] = i
+        flight[i].knots[0] = int(i)
     for step in range(2):
         for i in range(LANES):
             flight[i] = wp.where(i > 0, fly(flight[i], real(0.25)), flight[i])
