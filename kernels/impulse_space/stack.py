@@ -84,7 +84,7 @@ class Touches:
 
 @wp.func
 def solve(
-    sweeps: int, rate: real, pose: wp.ref[Pose], t: wp.ref[Touches], first: Points, v: Bodies,
+    sweeps: int, rate: real, pose: Pose, t: Touches, first: Points, v: Bodies,
     w: Bodies,
 ):  # fmt: skip
     """Projected Gauss-Seidel on all contacts: their impulses, and the velocities of the bodies.
@@ -130,7 +130,7 @@ def solve(
 
 
 @wp.func
-def fastest_slip(pose: wp.ref[Pose], t: wp.ref[Touches], u: Bodies, o: Bodies) -> real:
+def fastest_slip(pose: Pose, t: Touches, u: Bodies, o: Bodies) -> real:
     """Square of the speed at which the fastest contact slides [m^2/s^2]; see `solve`."""
     most = real(0.0)
     for i in range(t.total):

@@ -232,7 +232,7 @@ def run_lanes(
                 places, gaps, some = shared_corners(block, below, m, c, lean[k])
                 chosen, number, open = find_contacts(gaps, some, lean[k], apart[k], knobs)
                 for i in range(number):
-                    slot, n = chosen[i], t.total
+                    slot, n = chosen[i], int(t.total)
                     lever = wp.transpose(down) * places[slot]
                     t.rl[n] = lever
                     t.ru[n] = lever + at[k - 1] - at[k]

@@ -6,6 +6,9 @@ The step is that of impulse_space/block.py. Besides,
     - of a block that tumbles the face that looks down becomes the bottom between two steps
       (shape_space/thrown.py). Its corners begin without impulses then. Its slide is the way of its
       centre along the base.
+
+It is a text of its own: its lanes go different ways, with a branch for each, where block_run.py
+keeps LANES lanes side by side without branches.
 """
 
 import warp as wp
