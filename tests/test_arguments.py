@@ -46,7 +46,7 @@ def calls(run: wr.Run) -> dict[Any, dict[str, Any]]:
     mesh |= {"base": "hull", "points": 8, "model": "planar", "direction": None, "record": None}
     record = {"file": "r.csv", "samples": [0.0, 1.0], "interval": "0.1 s", "unit": "g"}
     return {
-        wr.run: {"case": "free-b0", **HELD, "accuracy": None},
+        wr.run: {"case": "free-b0", **HELD, "cheapest": False},
         wr.fragility: {**fitted, "max_doubt": 1.0},
         wr.ida: {"case": "free-b0", **HELD, **ladder, "folder": None},
         wr.map: {"case": "free-b0", **HOW, "engine": "housner", "accuracy": 0.1},

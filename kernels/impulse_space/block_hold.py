@@ -144,8 +144,8 @@ def push_between(free: Motion, after: Motion, spin: Triple, m: Triple, inertia: 
 
     `spin` is the angular momentum before.
     """
-    e = minus(after.v, free.v)
-    return Push(e, plus(minus(times(inertia, after.o), spin), cross_product(e, m)))
+    lost = minus(after.v, free.v)
+    return Push(lost, plus(minus(times(inertia, after.o), spin), cross_product(lost, m)))
 
 
 @wp.func
@@ -235,10 +235,10 @@ def corners_of(k: Four) -> real:
 @wp.func
 def share_pressure(p: Push, face: Face) -> Pressure:
     """How four corners share an impulse whose moment is about their middle."""
-    e, g, a, b = p.e, p.g, face.a, face.b
-    part = real(1.0) / (larger(e.z, TINY) * fused_less(a.y, b.x, a.x * b.y))
+    push, g, a, b = p.e, p.g, face.a, face.b
+    part = real(1.0) / (larger(push.z, TINY) * fused_less(a.y, b.x, a.x * b.y))
     x, y = -part * dot(g.x, g.y, b.x, b.y), part * dot(g.x, g.y, a.x, a.y)
-    moment = fused_less(dot(x, y, a.y, b.y), e.x, dot(x, y, a.x, b.x) * e.y)
+    moment = fused_less(dot(x, y, a.y, b.y), push.x, dot(x, y, a.x, b.x) * push.y)
     levers = dot(a.x, a.y, a.x, a.y) + dot(b.x, b.y, b.x, b.y)
     return Pressure(x, y, QUARTER * (g.z - moment) / levers)
 

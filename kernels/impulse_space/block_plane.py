@@ -177,8 +177,8 @@ def moved(two: Edges, p: Shares) -> Speeds:
     """Motion after the impulses of both edges."""
     free, a, b, inertia = two.free, two.a, two.b, two.inertia
     moment = dot(a.h, b.h, p.fa, p.fb) - dot(a.x, b.x, p.na, p.nb)
-    along, up = free.along + p.fa + p.fb, free.up + p.na + p.nb
-    return Speeds(along, up, fused(inertia, moment, free.turn))
+    speed, up = free.along + p.fa + p.fb, free.up + p.na + p.nb
+    return Speeds(speed, up, fused(inertia, moment, free.turn))
 
 
 @wp.func
@@ -206,16 +206,17 @@ def try_shares(best: Shares, fits: bool, new: Shares, two: Edges) -> Shares:
 
 
 @wp.func
-def alone(two: Edges, e: Edge, side: real):
+def alone(two: Edges, edge: Edge, side: real):
     """Friction and normal impulse of an edge that presses alone.
 
     It sticks where `side` is 0; else it slides to that side, -1 or 1.
     """
     free, inertia, mu = two.free, two.inertia, two.mu
-    slip, rise = fused(free.turn, e.h, free.along), fused_less(free.turn, e.x, free.up) - e.aim
-    one, jh, jx = real(1.0), inertia * e.h, inertia * e.x
-    kff, knn, kfn = fused(jh, e.h, one), fused(jx, e.x, one), -jx * e.h
-    over = one / fused(jh, e.h, knn)
+    slip = fused(free.turn, edge.h, free.along)
+    rise = fused_less(free.turn, edge.x, free.up) - edge.aim
+    one, jh, jx = real(1.0), inertia * edge.h, inertia * edge.x
+    kff, knn, kfn = fused(jh, edge.h, one), fused(jx, edge.x, one), -jx * edge.h
+    over = one / fused(jh, edge.h, knn)
     f, n = over * (kfn * rise - knn * slip), over * (kfn * slip - kff * rise)
     push = -rise / (knn - side * mu * kfn)
     sticks = side == real(0.0)
@@ -300,7 +301,7 @@ class Solved:
 
 
 @wp.func
-def along(f: real, n: real, x: real, y: real) -> Impulse:
+def impulse_along(f: real, n: real, x: real, y: real) -> Impulse:
     """An impulse with the friction f in the horizontal direction (x, y)."""
     return Impulse(f * x, f * y, n)
 
@@ -349,6 +350,8 @@ def solve_in_plane(
     return Solved(
         found, found and na + nb > zero,
         Velocity(v.along * x, v.along * y, v.up, -v.turn * y, v.turn * x, zero),
-        along(fa, na, x, y), along(wp.where(wide, fb, fa), wp.where(wide, nb, na), x, y),
-        along(wp.where(wide, fa, fb), wp.where(wide, na, nb), x, y), along(fb, nb, x, y),
+        impulse_along(fa, na, x, y),
+        impulse_along(wp.where(wide, fb, fa), wp.where(wide, nb, na), x, y),
+        impulse_along(wp.where(wide, fa, fb), wp.where(wide, na, nb), x, y),
+        impulse_along(fb, nb, x, y),
     )  # fmt: skip

@@ -192,7 +192,8 @@ def run_lanes(
                 for i in range(LANES):
                     at = find_contact(c, knobs, box[i], lean[i], state[i])
                     reach = box[i].half_width + box[i].half_depth + box[i].half_height
-                    gap, n, shows = state[i].z + at.h, impulse[c, i].n, gaps[i]
+                    gap, shows = state[i].z + at.h, gaps[i]
+                    n = impulse[c, i].n
                     observe_contact(knobs, gap, reach, free[i], n, apart[c, i], shows)
                     gaps[i] = shows
                     contact[c, i] = at
@@ -251,7 +252,8 @@ def run_lanes(
             for i in range(LANES):
                 live = seen[i].mode == RUNNING
                 change = Triple(dv[0, i], dv[1, i], dv[2, i])
-                slides, lowest, sees = glides(box[i], knobs, free[i]), gaps[i].lowest, seen[i]
+                slides, sees = glides(box[i], knobs, free[i]), seen[i]
+                lowest = gaps[i].lowest
                 s = integrate(
                     live, knobs, inverse_of(box[i]), change, free[i], lowest, state[i], sees.loss
                 )

@@ -189,11 +189,11 @@ def find_motion(reach: real, u: Velocity, s: State, r: Turn, inverse: Triple, su
         wp.where(some, rides.z + rise, u.z), wp.where(some, o.x, u.turn_x),
         wp.where(some, o.y, u.turn_y), wp.where(some, o.z, u.turn_z),
     )  # fmt: skip
-    e = Triple(v.x - u.x, v.y - u.y, v.z - u.z)
+    lost = Triple(v.x - u.x, v.y - u.y, v.z - u.z)
     h = times(j, Triple(v.turn_x, v.turn_y, v.turn_z))
-    g = cross_product(e, m)
+    g = cross_product(lost, m)
     bx, by = divide_by_moments(flat, alone, axx, axy, ayy, s.ly - h.y - g.y, h.x - s.lx + g.x)
-    return v, Bed(m.x, m.y, e.x, e.y, e.z, h.z - s.lz + g.z, over_count * e.z, bx, by)
+    return v, Bed(m.x, m.y, lost.x, lost.y, lost.z, h.z - s.lz + g.z, over_count * lost.z, bx, by)
 
 
 @wp.func

@@ -152,7 +152,8 @@ def run_lanes(
                     gaps[i].lowest = smaller(gaps[i].lowest, state[i].z + at.z)
             for c in range(corners):
                 for i in range(LANES):
-                    gap, n = state[i].z + contact[c, i].h, impulse[c, i].n
+                    gap = state[i].z + contact[c, i].h
+                    n = impulse[c, i].n
                     lever = Triple(contact[c, i].x, contact[c, i].y, contact[c, i].h)
                     at_point = find_contact(knobs, gap, lever, free[i])
                     width = blocks[0, first + i].half_width
@@ -253,7 +254,8 @@ def run_lanes(
                         free[i] = u
             for i in range(LANES):
                 live, sees, u = seen[i].mode == RUNNING, seen[i], free[i]
-                change, lowest = Triple(dv[0, i], dv[1, i], dv[2, i]), gaps[i].lowest
+                change = Triple(dv[0, i], dv[1, i], dv[2, i])
+                lowest = gaps[i].lowest
                 calm(knobs, change, inverse[i], state[i], u)
                 s = integrate(live, knobs, inverse[i], change, u, lowest, state[i], sees.loss)
                 slides = glides(frames[first + i], knobs, s.z, u)

@@ -120,7 +120,7 @@ def test_lanes_that_cannot_be_used_are_left_out_and_counted_by_status(
     assert curve.left_out == {"nonfinite": 30, "unstable": 10}
     assert curve.seen.count.sum() == 360
     result = run(str(tmp_path), "-o", str(tmp_path / "out"))
-    assert "left out: 40 lanes" in result.stdout
+    assert "Left out: 40 lanes" in result.stdout
     assert "nonfinite 30, unstable 10" in result.stdout
     written = pd.read_csv(tmp_path / "out" / "fragility.csv")
     assert written["left_out_as"][0] == "nonfinite 30, unstable 10"
@@ -155,7 +155,7 @@ def test_a_table_without_an_estimate_and_few_records_say_so(
     first, second = json.loads(run(str(tmp_path), "--json").stdout)["warnings"]
     assert "no estimate of errors" in first
     assert "8 records" in second
-    assert "note: 8 records" in run(str(tmp_path)).stdout
+    assert "Note: 8 records" in run(str(tmp_path)).stdout
 
 
 def test_the_slide_is_a_limit_state(tmp_path: pathlib.Path, unrendered: None):

@@ -129,25 +129,25 @@ def test_an_ensemble_has_cells_and_another_run_says_that_it_has_none(run):
         _ = run.cells
 
 
-def test_an_accuracy_picks_an_engine_and_says_why():
-    run = wr.run("free-b0", accuracy=1e-2, overrides={"run.duration": "2 s"}, progress=False)
-    assert run.accuracy is not None
-    assert run.engine == run.accuracy.engine
-    assert run.found.options.precision == run.accuracy.precision
+def test_the_cheapest_engine_is_picked_and_says_why():
+    run = wr.run("free-b0", cheapest=True, overrides={"run.duration": "2 s"}, progress=False)
+    assert run.cheapest is not None
+    assert run.engine == run.cheapest.engine
+    assert run.found.options.precision == run.cheapest.precision
     assert run.found.options.tolerance == 1e-2
-    assert "0.01" in run.accuracy.why
-    assert wr.run("free-b0", "housner", progress=False).accuracy is None
+    assert "0.01" in run.cheapest.why
+    assert wr.run("free-b0", "housner", progress=False).cheapest is None
 
 
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ({"accuracy": 2.0}, "accuracy: got 2.0, must be > 0 and < 1"),
-        ({"tolerance": 0.1}, "tolerance: got 0.1, must be left out: accuracy sets it, too"),
+        ({"tolerance": 2.0}, "tolerance: got 2.0, must be > 0 and < 1"),
+        ({"tolerance": None}, "tolerance: got None, must be given with cheapest"),
         ({"overrides": {"engines.event.time_step": 1e-3}}, "chooses the settings itself"),
     ],
 )
-def test_an_accuracy_sets_tolerance_and_settings_itself(asked, said):
+def test_the_cheapest_needs_a_tolerance_and_sets_the_settings_itself(asked, said):
     with pytest.raises(wr.InputError) as refused:
-        wr.run("free-b0", **{"accuracy": 1e-2, "progress": False, **asked})
+        wr.run("free-b0", **{"cheapest": True, "progress": False, **asked})
     assert said in str(refused.value)

@@ -28,7 +28,7 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.running.batch import run_batch
-from warprock.running.estimate import run_with_estimate
+from warprock.running.tolerance import run_to_tolerance
 from warprock.settings.engines import EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 
@@ -246,9 +246,7 @@ def test_impulse_refined_comes_to_the_same(made: Made) -> None:
 
 def test_an_estimate_bounds_the_error() -> None:
     lanes, motions = statues(np.zeros((4, 2))), shaken(np.array([3.0, -3.5, 4.0, -4.5]))
-    found = run_with_estimate(
-        "event", lanes, motions, TIMES, settings=EventSettings(time_step=4e-2)
-    )
+    found = run_to_tolerance("event", lanes, motions, TIMES, settings=EventSettings(time_step=4e-2))
     assert np.all(found["status"] == Status.OK)
     exact = run(lanes, motions, step=2e-4)
     error = np.abs(found["rotation"] - exact["rotation"]).max(axis=2)

@@ -1,4 +1,4 @@
-"""The trade: its rows, its table kept and resumed, its levels, and what `--accuracy` picks."""
+"""The trade: its rows, its table kept and resumed, its levels, and what `--cheapest` picks."""
 
 from __future__ import annotations
 
@@ -353,7 +353,7 @@ def _scene_of(name: str) -> tuple[Lanes, GroundMotions, SampleTimes]:
     return lane_set.lanes, lane_set.motions, SampleTimes(lane_set.times.duration)
 
 
-def test_choice_names_the_best_where_nothing_met_the_accuracy() -> None:
+def test_choice_names_the_best_where_nothing_met_the_tolerance() -> None:
     case = load_case("free-b1-b3")
     table = rows_of(("event", {"time_step": 5e-3}, 1e-4, 1.0), ("impulse", {}, 2e-3, 2.0))
     with pytest.raises(InputError, match=r"the best is 0.0001, event with time_step=0.005"):
@@ -400,8 +400,8 @@ def test_shipped_errors_are_those_of_today(engine: str) -> None:
         )
 
 
-def test_run_takes_what_the_accuracy_asks_for(tmp_path: pathlib.Path) -> None:
-    arguments = ["run", "free-b1-b3", "-s", "run.duration=2 s", "--accuracy", "1e-3"]
+def test_run_takes_the_cheapest_within_its_tolerance(tmp_path: pathlib.Path) -> None:
+    arguments = ["run", "free-b1-b3", "-s", "run.duration=2 s", "--cheapest", "--tolerance", "1e-3"]
     result = CliRunner().invoke(
         main, [*arguments, "-e", "event", "--precision", "float64", "--json", "-o", str(tmp_path)]
     )
@@ -416,6 +416,9 @@ def test_run_takes_what_the_accuracy_asks_for(tmp_path: pathlib.Path) -> None:
     refused = CliRunner().invoke(main, [*arguments, "-s", "engines.event.time_step=0.1"])
     assert refused.exit_code == 2
     assert "chooses the settings itself" in refused.stderr
+    bare = CliRunner().invoke(main, [*arguments[:4], "--cheapest", "--no-estimate"])
+    assert bare.exit_code == 2
+    assert "--no-estimate" in bare.stderr
     printed = CliRunner().invoke(main, arguments)
     assert printed.exit_code == 0
     assert "CPU s a simulated second" in printed.stdout

@@ -18,7 +18,7 @@ from warprock.model.motion import Control, HarmonicMotions, StillBase
 from warprock.model.painleve import ambiguous, friction_limit, mark_ambiguous, spatial_limit
 from warprock.model.response import SOUND, USABLE, SampleTimes, Status
 from warprock.running.batch import run_batch
-from warprock.running.estimate import run_with_estimate
+from warprock.running.tolerance import run_to_tolerance
 from warprock.settings.engines import EventSettings, ImpulseSettings
 
 TIMES = SampleTimes(1.5, 0.01)
@@ -197,7 +197,7 @@ def test_what_other_statuses_say_comes_first():
 
 def test_ambiguous_lanes_have_an_estimate():
     lanes, motions = pulses()
-    found = run_with_estimate("event", lanes, motions, SampleTimes(0.5))
+    found = run_to_tolerance("event", lanes, motions, SampleTimes(0.5))
     marked = found["status"] == Status.AMBIGUOUS
     assert marked.any()
     assert np.all(np.isfinite(found["rotation_error"][marked]))

@@ -133,13 +133,13 @@ def test_a_run_that_cuts_its_motion_says_so(write: Write, tmp_path: pathlib.Path
     facts = json.loads((tmp_path / "o" / "run.json").read_text(encoding="utf-8"))
     assert (facts["undecided"], facts["motion_cut_short"]) == (1, 1)
     fits = invoke("fragility", tmp_path / "o", "--limit", "overturning", "--max-doubt", 1)
-    assert "undecided: 1 of 1 lane" in flat(fits.output)
+    assert "Undecided: 1 of 1 lane" in flat(fits.output)
     whole = invoke("run", file, "-e", "housner", "-s", "run.duration=75 s", "--json")
     found = json.loads(whole.output)
     assert (found["undecided"], found["motion_cut_short"]) == (0, 0)
     ladder = ("--from", "0.1", "--to", "0.2", "--count", "2")
     capacities = invoke("ida", file, "-e", "housner", "-s", short, *ladder)
-    assert "undecided: 2 runs" in flat(capacities.output)
+    assert "Undecided: 2 runs" in flat(capacities.output)
 
 
 def test_a_map_has_no_safe_lanes_before_its_pulses_are_over(write: Write):
@@ -153,5 +153,5 @@ def test_a_map_has_no_safe_lanes_before_its_pulses_are_over(write: Write):
     assert set(modes["20 s"]) >= {Mode.SAFE, Mode.WITH_IMPACT}
     assert not np.any(modes["20 s"] == Mode.UNDECIDED)
     said = invoke("map", file, "-e", "housner", "-s", "run.duration=1 ms").output
-    assert "grid of 8 lanes: 8 undecided" in flat(said)
+    assert "8 pulses of the grid 8 are undecided" in flat(said)
     assert "safe" not in said.partition("grid of")[2].partition("next:")[0]

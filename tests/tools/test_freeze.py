@@ -17,12 +17,13 @@ CASE = "free-b1-b3"
 
 
 @pytest.fixture
-def lines(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[str]]:
+def lines() -> Callable[..., list[str]]:
     """Lines of two lanes of a case over a moment, of one engine in double precision."""
-    monkeypatch.setattr(freeze, "ENGINES", ["housner"])
 
     def printed(case: str = CASE, seconds: float = 0.3) -> list[str]:
-        asked = argparse.Namespace(cases=[case], lanes=2, seconds=seconds, precisions=["float64"])
+        asked = argparse.Namespace(
+            cases=[case], lanes=2, seconds=seconds, precisions=["float64"], engines=["housner"]
+        )
         return list(freeze.lines(asked))
 
     return printed

@@ -279,7 +279,7 @@ def test_run_writes_the_table_with_units_where_from_and_figures(file, folder):
     [
         (("--history", "0"), "--history: got [0]"),
         (("--estimate",), "--estimate: got True"),
-        (("--accuracy", "1e-3"), "--accuracy: got 0.001"),
+        (("--cheapest",), "--cheapest: got True"),
         (("-e", "xpbd"), "--engine: got 'xpbd', must be an engine of the study (impulse, direct)"),
         (("--workers", "0"), "--workers: got 0"),
     ],

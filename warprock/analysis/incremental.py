@@ -32,13 +32,13 @@ from warprock.errors import InputError
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import USABLE, Outcome, Response, SampleTimes, Status
 from warprock.quantity import Said
-from warprock.running.accuracy import missed_tolerance
 from warprock.running.case_run import run_lane_set
 from warprock.running.files import require_writable
 from warprock.running.machine import require_workers
 from warprock.running.options import DEFAULT_OPTIONS, Progress, RunOptions
 from warprock.running.parts import State, find_part, read_part, write_part
 from warprock.running.provenance import count_words
+from warprock.running.refinement import missed_tolerance
 from warprock.sweeps.plan import PLAN, Plan, make_plan, read_plan, write_plan
 
 Array = npt.NDArray[np.float64]

@@ -57,7 +57,7 @@ class Run(Found):
     Attributes:
         found: The case, its lanes and the engine's response, `CaseRun`.
         choice: The engine, and why it was taken where none was named.
-        accuracy: What an accuracy chose and what its test said; None where none was asked for.
+        cheapest: The cheapest engine and settings, and their test; None where not asked for.
         kept: Lanes whose histories are written, too.
 
     Example:
@@ -74,13 +74,13 @@ class Run(Found):
     found: CaseRun
 
     def __init__(
-        self, found: CaseRun, choice: EngineChoice, accuracy: Choice | None = None
+        self, found: CaseRun, choice: EngineChoice, cheapest: Choice | None = None
     ) -> None:
         report = functools.partial(find_run, found, functools.partial(_show_run, found))
         super().__init__(
             found.case.name, found, report, functools.partial(untitled, draw_run, found)
         )
-        self.choice, self.accuracy = choice, accuracy
+        self.choice, self.cheapest = choice, cheapest
         self.kept: tuple[int, ...] = ()
 
     @property
@@ -177,11 +177,11 @@ class Run(Found):
 
     @functools.cached_property
     def finding(self) -> Finding:
-        """What came out, with what an accuracy chose."""
+        """What came out, with the cheapest engine and settings where they were asked for."""
         found = self._find()
-        if self.accuracy is None:
+        if self.cheapest is None:
             return found
-        said = {**found.facts, "choice": dataclasses.asdict(self.accuracy)}
+        said = {**found.facts, "choice": dataclasses.asdict(self.cheapest)}
         return dataclasses.replace(found, said=said)
 
     def write(self, folder: pathlib.Path) -> list[pathlib.Path]:
@@ -217,7 +217,7 @@ def run(
     *,
     overrides: Overrides = (),
     tolerance: float | None = TOLERANCE,
-    accuracy: float | None = None,
+    cheapest: bool = False,
     precision: str = "float64",
     device: str = "cpu",
     workers: int | None = None,
@@ -233,10 +233,10 @@ def run(
         tolerance: Largest error of a rotation over the slenderness angle [-]: lanes that miss it by
             their estimate run again at half the step, and again. None runs every lane once, and
             nothing says how far off it is.
-        accuracy: A tolerance [-] that also picks the cheapest engine, settings and precision that
-            met it in `warprock trade`, of the engine where one is named, and tests them on a sample
-            of the lanes: `Run.accuracy` says which and why. No tolerance and no settings beside it.
-        precision: "float64" or "float32"; with an accuracy only "float32" is held to.
+        cheapest: Whether to pick the cheapest engine, settings and precision that met the tolerance
+            in `warprock trade`, of the engine where one is named, and to test them on a sample of
+            the lanes: `Run.cheapest` says which and why. No settings beside it.
+        precision: "float64" or "float32"; of `cheapest` only "float32" is a condition.
         device: Warp device, such as "cpu" or "cuda:0".
         workers: Worker threads; None uses the cores at hand. No number depends on it.
         progress: Whether to show how far it is, or a function that is called with the number of
@@ -254,10 +254,9 @@ def run(
     how: HowHeld = {"overrides": overrides, "tolerance": tolerance, "precision": precision}
     how |= {"device": device, "workers": workers, "progress": progress}
     chosen: Choice | None = None
-    if accuracy is not None:
-        case, chosen = _for_accuracy(case, engine, accuracy, how)
-        engine, how = chosen.engine, how | {"overrides": (), "tolerance": accuracy}
-        how |= {"precision": chosen.precision}
+    if cheapest:
+        case, chosen = _choose(case, engine, tolerance, how)
+        engine, how = chosen.engine, how | {"overrides": (), "precision": chosen.precision}
     with working(case, engine, **how) as work:
         if work.case.study is not None:
             allowed = "must not be given: warprock.study runs a case with all settings of a study"
@@ -266,31 +265,30 @@ def run(
         return Run(found, work.choice, chosen)
 
 
-def _for_accuracy(
-    case: AnyCase, engine: str | None, accuracy: float, how: HowHeld
+def _choose(
+    case: AnyCase, engine: str | None, tolerance: float | None, how: HowHeld
 ) -> tuple[Case, Choice]:
-    """The case with the settings chosen for an accuracy, and the choice.
+    """The case with the cheapest settings within a tolerance, and the choice.
 
     Raises:
-        InputError: A tolerance or settings were given as well, or nothing met the accuracy.
+        InputError: No tolerance, or settings were given as well, or nothing met the tolerance.
     """
     overrides = how["overrides"]
     keys = overrides if isinstance(overrides, Mapping) else list(overrides)
     with python_names():
         if engine is not None:
             require_choice("--engine", engine, tuple(SETTINGS))
-        if how["tolerance"] != TOLERANCE:
-            allowed = "must be left out: accuracy sets it, too"
-            raise InputError("tolerance", "", how["tolerance"], allowed)
+        if tolerance is None:
+            raise InputError("tolerance", "", Said("None"), "must be given with cheapest")
         for key in keys:
             if str(key).startswith("engines"):
                 allowed = f"chooses the settings itself, without {key}"
-                raise InputError("accuracy", "", accuracy, allowed)
+                raise InputError("cheapest", "", True, allowed)
         found = any_case(case, overrides)
         precision = None if how["precision"] == "float64" else how["precision"]
         options = RunOptions(workers=how["workers"])
         start_warp()
-        chosen = choose(found, accuracy, engine=engine, precision=precision, options=options)
+        chosen = choose(found, tolerance, engine=engine, precision=precision, options=options)
         return found.override(chosen.overrides), chosen
 
 

@@ -45,7 +45,7 @@ from warprock.cli.pages import add_page, asked_command, on_case
 from warprock.cli.sections import Main
 from warprock.cli.study import run_study_of
 from warprock.cli.sweep import EXIT_RESUMABLE
-from warprock.cli.trade import choose_for, require_accuracy_alone
+from warprock.cli.trade import choose_for
 from warprock.errors import InputError, written_as
 
 if TYPE_CHECKING:
@@ -75,10 +75,10 @@ def main() -> None:
 @click.option("--history", "lanes", type=int, multiple=True, help="Lane whose history to write.")
 @estimate_options
 @click.option(
-    "--accuracy",
-    type=float,
-    help="A --tolerance that also picks the cheapest engine and settings that met it in `warprock "
-    "trade`, of --engine and --precision where given, and tests them.",
+    "--cheapest",
+    is_flag=True,
+    help="Pick the cheapest engine and settings that met the --tolerance in `warprock trade`, of "
+    "--engine and --precision where given, and test them on a sample of lanes.",
 )
 @max_bad_option
 @json_option
@@ -95,7 +95,7 @@ def run(
     lanes: tuple[int, ...],
     tolerance: float | None,
     estimate: bool,
-    accuracy: float | None,
+    cheapest: bool,
     max_bad: float | None,
     as_json: bool,
 ) -> None:
@@ -112,22 +112,24 @@ def run(
 
     case, choice = load_case(case_name, overrides), None
     if case.study is not None:
-        refused = {"--history": lanes or None, "--accuracy": accuracy, "--tolerance": tolerance}
+        refused = {
+            "--history": lanes or None,
+            "--cheapest": cheapest or None,
+            "--tolerance": tolerance,
+        }
         refused |= {"--max-bad": max_bad, "--estimate": estimate and not _is_default("estimate")}
         options = asked_options(precision, device, workers, estimate=False)
         return run_study_of(case, engine, folder, refused, options, as_json=as_json)
-    if accuracy is not None:
-        require_accuracy_alone(tolerance, estimate=estimate)
     options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
     require_options(engine or "event", options)
-    if accuracy is not None:
+    if cheapest:
         fixed = None if _is_default("precision") else precision
         tests = asked_options(workers=workers)
         case, choice = choose_for(
-            case_name, overrides, accuracy, engine=engine, precision=fixed, options=tests
+            case_name, overrides, options.tolerance, engine=engine, precision=fixed, options=tests
         )
         engine = choice.engine
-        options = dataclasses.replace(options, precision=choice.precision, tolerance=accuracy)
+        options = dataclasses.replace(options, precision=choice.precision)
     require_room_for_lanes(case)
     require_histories(case, lanes)
     if lanes and folder is None:

@@ -1,4 +1,4 @@
-"""The command `trade`, and what `run --accuracy` makes of its table."""
+"""The command `trade`, and what `run --cheapest` makes of its table."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def trade(
     """What accuracy costs: every engine over its own knobs, on fixed scenes.
 
     Writes trade.parquet row by row, so that a run that was stopped goes on where it was; then
-    trade.csv, in the form that `run --accuracy` reads, and the figure trade.png.
+    trade.csv, in the form that `run --cheapest` reads, and the figure trade.png.
     """
     from warprock.figures.drawing import write_drawings
     from warprock.figures.trade import draw_trade
@@ -58,52 +58,39 @@ def trade(
         print_trade(levels, texts, files)
 
 
-def require_accuracy_alone(tolerance: float | None, *, estimate: bool) -> None:
-    """Refuses what an accuracy sets itself: it is the tolerance of the run.
-
-    Raises:
-        InputError: A tolerance was asked for as well, or no estimate was wanted to hold it against.
-    """
-    from warprock.measure.trade_choice import OPTION
-
-    if tolerance is not None:
-        raise InputError("--tolerance", "", tolerance, f"must be left out: {OPTION} sets it, too")
-    if not estimate:
-        raise InputError("--no-estimate", "", "given", f"must be left out with {OPTION}")
-
-
 def choose_for(
     case_name: str,
     overrides: tuple[str, ...],
-    accuracy: float,
+    tolerance: float | None,
     *,
     engine: str | None,
     precision: str | None,
     options: RunOptions,
 ) -> tuple[Case, Choice]:
-    """A case with the settings chosen for an accuracy, and the choice.
+    """A case with the cheapest settings within a tolerance, and the choice.
 
     Args:
         case_name: The case asked for.
         overrides: The overrides asked for.
-        accuracy: The accuracy asked for.
+        tolerance: The tolerance asked for; None where no estimate is wanted.
         engine: The engine asked for; None if none was.
         precision: The precision asked for; None if none was.
         options: How the tests of the choice are run, but for their precision.
 
     Raises:
-        InputError: Settings were asked for as well, or nothing met the accuracy.
+        InputError: Settings, or no estimates, were asked for as well, or nothing met the tolerance.
     """
     from warprock.case.load import load_case
     from warprock.measure.trade_choice import OPTION, choose
 
+    if tolerance is None:
+        raise InputError("--no-estimate", "", "given", f"must be left out with {OPTION}")
     for override in overrides:
         if override.startswith("engines."):
-            raise InputError(
-                OPTION, "", accuracy, f"chooses the settings itself, without {override}"
-            )
+            allowed = f"chooses the settings itself, without {override}"
+            raise InputError(OPTION, "", "given", allowed)
     case = load_case(case_name, overrides)
-    choice = choose(case, accuracy, engine=engine, precision=precision, options=options)
+    choice = choose(case, tolerance, engine=engine, precision=precision, options=options)
     return load_case(case_name, (*overrides, *choice.overrides)), choice
 
 

@@ -85,7 +85,7 @@ COMPARISON = Kind((TABLE,), tell_comparison)
 
 def _against_housner(facts: Facts) -> bool:
     """Whether lanes of single blocks in the plane were held against Housner."""
-    single = not (facts["stacked"] or facts["spatial"])
+    single = not (facts.get("stacked") or facts.get("spatial"))
     return single and "ensemble" not in facts["asked"]["resolved"] and "observed" not in facts
 
 
@@ -105,10 +105,10 @@ def _nearest(facts: Facts) -> tuple[str, str]:
     # Housner's equation is no nearer to itself than it was before.
     others = [engine for engine in largest if engine != "housner"] or list(largest)
     best = min(others, key=lambda engine: largest[engine])
-    return (
-        f"{best} is nearest to Housner: within {largest[best]:.2g} of the slenderness angle.",
-        best,
-    )
+    within = f"within {largest[best]:.2g} of the slenderness angle"
+    if len(others) == 1:
+        return f"{best} is {within} of Housner.", best
+    return f"{best} is nearest to Housner: {within}.", best
 
 
 def _engines(table: pd.DataFrame) -> Iterator[tuple[str, list[str]]]:

@@ -7,9 +7,9 @@ from typing import Any
 import pandas as pd
 
 from warprock.analysis.sensitivity import Sensitivity
-from warprock.findings.accuracy import accuracy_sentences
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.numbers import counted, listed, three
+from warprock.findings.refinement import refinement_sentences
 from warprock.findings.sheets import Heading, Sheet, declared, sheet_of
 from warprock.running.provenance import provenance
 
@@ -48,7 +48,7 @@ def tell_sensitivity(facts: Facts, tables: Tables) -> Finding:
         sentences=[
             _headline(table, facts["of"]),
             *(sentence for group in groups for sentence in _sentences(*group, facts["of"])),
-            *accuracy_sentences(facts),
+            *refinement_sentences(facts),
         ],
         sheets=[
             *(_index_sheet(group["group"], rows, facts["of"]) for group, rows in groups),

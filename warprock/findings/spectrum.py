@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 
 from warprock.analysis.spectrum import Spectrum
-from warprock.findings.accuracy import accuracy_sentences
 from warprock.findings.asked import group_labels
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.lanes import lane_sheet
 from warprock.findings.numbers import counted, even_selection, listed, three
+from warprock.findings.refinement import refinement_sentences
 from warprock.findings.sheets import Heading, Sheet, declared
 from warprock.model.response import USABLE
 from warprock.model.undecided import UNDECIDED
@@ -52,7 +52,7 @@ def tell_spectrum(facts: Facts, tables: Tables) -> Finding:
         kind="Rocking spectrum",
         facts=facts,
         tables=tables,
-        sentences=[*_sentences(facts, table), *accuracy_sentences(facts)],
+        sentences=[*_sentences(facts, table), *refinement_sentences(facts)],
         sheets=[
             *(_curve_sheet(str(group), rows, facts["curves"]) for group, rows in groups),
             lane_sheet(facts, table, besides=(CURVE, "period_s"), file="spectrum.csv", folded=True),

@@ -295,9 +295,9 @@ def cpu_cost(
     return least / (count * lanes.block_count * duration), steps / duration
 
 
-def cheapest(table: pd.DataFrame, accuracy: float) -> pd.DataFrame:
-    """Rows of a table that meet an accuracy in every lane, the cheapest first."""
-    met = table[(table["error_max"] <= accuracy) & (table["ok_share"] == 1.0)]
+def cheapest(table: pd.DataFrame, tolerance: float) -> pd.DataFrame:
+    """Rows of a table that meet a tolerance in every lane, the cheapest first."""
+    met = table[(table["error_max"] <= tolerance) & (table["ok_share"] == 1.0)]
     return met.sort_values("cpu_s_per_simulated_s", kind="stable")
 
 

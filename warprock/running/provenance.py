@@ -14,9 +14,9 @@ from warprock.case.lanes import LaneSet
 from warprock.model.response import FIELDS, SOUND, Response
 from warprock.model.undecided import UNDECIDED, cut_short, undecided
 from warprock.running import machine
-from warprock.running.accuracy import accuracy_counts, count_bad
 from warprock.running.case_run import CaseRun
 from warprock.running.lane_table import words_of
+from warprock.running.refinement import count_bad, refinement_counts
 
 PACKAGES = ("warp-lang", "numpy", "scipy")
 """Distributions whose version can change a number."""
@@ -38,7 +38,7 @@ def provenance(run: CaseRun) -> dict[str, Any]:
         **undecided_counts(run.lane_set, response),
         "estimate": run.options.tolerance is not None,
         "tolerance": run.options.tolerance,
-        "accuracy": accuracy_counts(response, run.lane_set, run.settings, run.options.tolerance),
+        "refinement": lane_counts(run),
         "rotation_error_rad": error_summary(response),
         **duration_facts(run.lane_set),
         "wall_time_s": run.wall_time,
@@ -139,9 +139,12 @@ def undecided_counts(lane_set: LaneSet, response: Response) -> dict[str, int]:
 
 def bad_lanes(run: CaseRun) -> int:
     """Lanes of a run whose numbers may not be used, or that missed the tolerance."""
-    tolerance = run.options.tolerance
-    counts = accuracy_counts(run.response, run.lane_set, run.settings, tolerance)
-    return count_bad(count_words(run.response, "status"), counts)
+    return count_bad(count_words(run.response, "status"), lane_counts(run))
+
+
+def lane_counts(run: CaseRun) -> dict[str, int]:
+    """Lanes of a run by what their refinement came to, see `refinement_counts`."""
+    return refinement_counts(run.response, run.lane_set, run.settings, run.options.tolerance)
 
 
 def error_summary(response: Response) -> dict[str, float] | None:

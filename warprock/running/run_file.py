@@ -15,7 +15,15 @@ from typing import Any
 from warprock.errors import InputError
 from warprock.quantity import Said
 from warprock.reading import read_bytes, reason
-from warprock.running.accuracy import FIRST_STEPS, MET, MISSED, REFINED, SENSITIVE, TOTAL_STEPS
+from warprock.running.refinement import (
+    FIRST_STEPS,
+    MET,
+    MISSED,
+    REFINED,
+    SENSITIVE,
+    TOTAL_STEPS,
+    renamed_counts,
+)
 
 Shape = Any
 """What a value may be: a type of `_NAMES`; a tuple of shapes, any of them; `[shape]`, a list of
@@ -53,7 +61,7 @@ CASE = {
 }
 ENGINE = {"name": str, "settings": {...: (float, str, bool, None, [(float, str)])}}
 COUNTS = {...: int}
-ACCURACY = (MET, MISSED, SENSITIVE, REFINED, FIRST_STEPS, TOTAL_STEPS)
+REFINEMENT = (MET, MISSED, SENSITIVE, REFINED, FIRST_STEPS, TOTAL_STEPS)
 _RECORD = {"name": str, "sha256": str, "source": str, "licence": str}
 COMMON: dict[Any, Shape] = {
     "case?": (CASE, str),
@@ -70,7 +78,7 @@ COMMON: dict[Any, Shape] = {
     "outcome?": COUNTS,
     "estimate?": bool,
     "tolerance?": (float, None),
-    "accuracy?": (None, dict.fromkeys(ACCURACY, int), {}),
+    "refinement?": (None, dict.fromkeys(REFINEMENT, int), {}),
     "rotation_error_rad?": (None, {"median": float, "largest": float}),
     "duration_s?": float,
     "shortest_duration_s?": float,
@@ -224,7 +232,7 @@ def read_facts(path: pathlib.Path) -> dict[str, Any]:
     Raises:
         InputError: It cannot be read, holds no object, or is not as a command wrote it.
     """
-    facts = read_object(path)
+    facts = renamed_counts(read_object(path))
     kind = next((name for name in KINDS if name in facts), None)
     require_shape(facts, {**COMMON, **KINDS.get(kind or "", {})}, str(path))
     return facts

@@ -1,30 +1,36 @@
 """Runs every lane until its rotations are within a tolerance, or says that they are not.
 
-Every lane runs at the step asked for, and a companion at twice the step tells how far it errs. With
-an error of order p in the step, halving it leaves an r-th of the error, r = 2^p, and the finer of
-two runs errs by their difference over r - 1 (Richardson 1911). A lane whose estimate misses the
-tolerance runs again at half of the step, those lanes only, at most `HALVINGS` times, and its
-numbers are those of its finest run. Three runs show r: it is the ratio of their two differences,
-but at most 2^p. Two runs do not show it: then r is 2, that of a first order. So the estimate is
-large enough for a block that converges slowly; after two runs it is three times too large for one
-that converges with the second order. On top come the factors and floors of
-`warprock.running.calibration`. Where doubling the setting changes no step, because something else
-limits it, the lane starts with half of the step instead.
+The one estimate of a lane's error from runs at other steps. Every lane runs at the step asked for,
+and a companion at twice the step shows how far it errs. With an error of order p in the step,
+halving it leaves an r-th of the error, r = 2^p, and the finer of two runs errs by their difference
+over r - 1 (Richardson 1911). A lane whose estimate misses the tolerance runs again at half of the
+step. Only those lanes do, at most `HALVINGS` times, and the numbers of a lane are those of its
+finest run. Where doubling the setting changes no step, because something else limits it, the lane
+starts with half of the step instead.
 
-Under a record, where lanes are costly and many are chaotic, a lane ends early where its error,
-shrinking as it did so far (at first, as the order says), would miss the tolerance at the finest
-step, too, and where its `BUDGET` is spent. Under any other motion it does where its runs lie far
-apart and do not approach one another. Further runs would cost much there and help little.
+Three runs show r: it is the ratio of their two differences, but at most 2^p. Two runs do not show
+it: then r is 2, that of a first order. So the estimate is large enough for a block that converges
+slowly; after two runs it is three times too large for one that converges with the second order.
+On top come the factors and floors of `warprock.running.calibration`.
+
+Under a record lanes are costly and many are chaotic. There a lane ends early where its error would
+miss the tolerance at the finest step, too, shrinking as it did so far (at first, as the order
+says), and where its `BUDGET` is spent. Under any other motion a lane ends early where its runs lie
+far apart and do not approach one another. Further runs would cost much there and help little.
 
 Of a lane that missed the tolerance two things may be true. Its runs approach one another: it keeps
 its status, its estimate says how far it may be off, and a smaller step will do. Or they do not: it
 stands in one and falls in the other, or it magnifies small differences (`Status.SENSITIVE`). Then
-its estimate says how far its runs lie apart, not how far the truth may be; what can be said of it
-an ensemble says. Of one that fell in every run only the time of the fall is in doubt.
+its estimate says how far its runs lie apart, not how far the truth may be; an ensemble says what
+can be said of it. Of a lane that fell in every run only the time of the fall is in doubt.
 
 Under a record a lane's companions end soon after it rests for good, if its engine holds a block at
 rest exactly: nothing in what is left depends on the step. Where a companion does not rest there, it
 runs on.
+
+The estimate cannot see what the runs have in common: what the model leaves out, wrong inputs, or an
+event that all of them miss, such as a lift shorter than the finest step of an engine that looks for
+one at the ends of its steps.
 
 L. F. Richardson (1911), The approximate arithmetical solution by finite differences of physical
 problems involving differential equations, *Philosophical Transactions of the Royal Society A* 210,
@@ -80,7 +86,6 @@ from warprock.running.companions import (
     uplift_gap,
     usable,
 )
-from warprock.running.estimate import CHAOTIC_ABOVE, CHUNK_VALUES, SENSITIVE_ABOVE
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 
 Array = npt.NDArray[np.float64]
@@ -91,30 +96,41 @@ HALVINGS = 3
 """How often the step is halved, at most: to an eighth."""
 
 BUDGET = 3.55
-"""Steps of all runs of a lane under a record, at most, over those of its first one; about, for they
-are reckoned before: half of the step for a lane that rocks from end to end (1 + 1/2 + 2), less for
-one that rests early. Seven blocks under six records at ten scales took up to 2.99 in the mean."""
+"""Steps of all runs of a lane under a record, at most, over those of its first one. They are
+predicted, so the limit is approximate: it allows half of the step for a lane that rocks from end to
+end (1 + 1/2 + 2), more for one that rests early. Seven blocks under six records at ten scales took
+up to 2.99 in the mean."""
 
 SLOWEST = 1.25
-"""Least r that an estimate reckons with: an error that shrinks by less has shrunk by chance."""
+"""Least r of an estimate: an error that shrinks by less has shrunk by chance."""
+
+SENSITIVE_ABOVE = 0.03
+"""Estimate / slenderness angle above which a lane whose runs do not converge is sensitive."""
 
 STEADY = 2
-"""Halvings in a row with which an error must shrink as the order says, or nearly so, before more
-than `SENSITIVE_ABOVE` of it passes for a step that is too long rather than for chaos."""
+"""An estimate above `SENSITIVE_ABOVE` counts as a coarse step, not as chaos, after this many
+halvings in a row at the expected rate or nearly so."""
+
+CHAOTIC_ABOVE = 0.3
+"""Estimate / slenderness angle above which every lane is sensitive: an error as large as the motion
+does not propagate in proportion, and its runs approach one another by chance."""
 
 UNKNOWN = 2.0
 """r where only two runs are known: that of a first order."""
 
 SAMPLE_INTERVAL = 4e-2
-"""Time between the samples that are compared [s], at most. Shorter ones cost as much as the run; of
-159 lanes under records 50 ms, with the difference of the peaks, take less than 4 % from the largest
-difference in three of four and less than 15 % in nine of ten."""
+"""Largest time between the samples that are compared [s]. Shorter ones cost as much as the run. Of
+159 lanes under records, 50 ms (with the difference of the peaks) take less than 4 % from the
+largest difference in three of four, and less than 15 % in nine of ten."""
+
+CHUNK_VALUES = 4_000_000
+"""Values in the histories of one run that are held at a time."""
 
 PARTS = 32
 """Parts of a run: the record of a companion ends with one of them, so that lanes share records."""
 
 MARGIN = 1.0 / 64.0
-"""Part of the run that a record goes on behind the time at which its lane came to rest."""
+"""How long a record goes on after its lane came to rest, as a part of the run."""
 
 
 def run_to_tolerance(
@@ -125,6 +141,7 @@ def run_to_tolerance(
     options: RunOptions = DEFAULT_OPTIONS,
     *,
     settings: Any = None,
+    halvings: int = HALVINGS,
 ) -> Response:
     """Runs all lanes of a batch with one engine, at finer steps where a lane needs them.
 
@@ -135,6 +152,8 @@ def run_to_tolerance(
         times: Duration and sampling; estimates do not depend on the sampling.
         options: How they are run, with a tolerance.
         settings: Settings of the engine, with the coarsest step; its defaults where None.
+        halvings: How often the step is halved, at most; 1 or more, for a lane without a coarser
+            companion has no estimate before.
 
     Returns:
         The numbers of every lane's finest run, with `ESTIMATE_FIELDS`: the estimated errors, NaN
@@ -144,12 +163,14 @@ def run_to_tolerance(
         `Status.SENSITIVE`; what else missed the tolerance is told from its `rotation_error`.
 
     Raises:
-        ValueError: No lanes, or a tolerance that is not above zero.
+        ValueError: No lanes, no halvings, or a tolerance that is not above zero.
         KeyError: Unknown engine.
     """
     tolerance = options.tolerance
     if tolerance is None or not tolerance > 0.0:
         raise ValueError(f"tolerance: got {tolerance}, must be > 0")
+    if halvings < 1:
+        raise ValueError(f"halvings: got {halvings}, must be 1 or more")
     built = engine_class(engine)
     settings = settings or built.settings_type()
     asked = Companions(engine, lanes, motions, times, settings, options.without_progress())
@@ -157,8 +178,8 @@ def run_to_tolerance(
         return dataclasses.replace(asked, options=options).run()
     compared = sample_times(float(times.times[-1]), SAMPLE_INTERVAL)
     case = dataclasses.replace(asked, times=compared)
-    refined = functools.partial(_refined, tolerance=tolerance)
-    found = case.in_chunks(refined, CHUNK_VALUES, options.progress)
+    refine = functools.partial(_refine, tolerance=tolerance, most=halvings)
+    found = case.in_chunks(refine, CHUNK_VALUES, options.progress)
     return found if times.interval is None else _with_histories(asked, found)
 
 
@@ -172,7 +193,7 @@ def run_at_step(
     step: float,
     settings: Any,
 ) -> Response:
-    """Runs lanes once, at a step that `run_to_tolerance` came to with the same settings.
+    """Runs lanes once, at the step that `run_to_tolerance` ended with for the same settings.
 
     Args:
         engine: Name in `ENGINES`, of an engine with an order in the step.
@@ -203,8 +224,8 @@ def _with_histories(case: Companions, found: Response) -> Response:
     return dataclasses.replace(history, fields={**history.fields, **added})
 
 
-def _refined(case: Companions, tolerance: float) -> Response:
-    """The response of a chunk of lanes, without histories."""
+def _refine(case: Companions, tolerance: float, most: int) -> Response:
+    """Runs a chunk of lanes, without histories, halving their steps at most `most` times."""
     asked = case.run()
     known = _Known(case, asked, tolerance)
     ends = np.full(case.lanes.lane_count, np.inf)
@@ -216,9 +237,9 @@ def _refined(case: Companions, tolerance: float) -> Response:
     if len(lanes) > 0:
         twice = np.full(len(lanes), -1)
         coarse = _run_until_rest(case.take(lanes), twice, ends[lanes], work[lanes], known, lanes)
-        known.weigh(lanes, coarse, take_lanes(asked, lanes), HALVINGS)
+        known.weigh(lanes, coarse, take_lanes(asked, lanes), most)
     before, before_lanes = asked, np.arange(len(ends))
-    for power in range(1, HALVINGS + 1):
+    for power in range(1, most + 1):
         lanes = np.flatnonzero(known.going & known.affordable(2.0**power * work))
         if len(lanes) == 0:
             break
@@ -227,7 +248,7 @@ def _refined(case: Companions, tolerance: float) -> Response:
         after = _run_until_rest(part, halvings, ends[lanes], work[lanes], known, lanes)
         before = take_lanes(before, np.searchsorted(before_lanes, lanes))
         known.adopt(lanes, after, halvings)
-        known.weigh(lanes, before, after, HALVINGS - power)
+        known.weigh(lanes, before, after, most - power)
         before, before_lanes = after, lanes
     return known.response()
 
@@ -307,7 +328,7 @@ class _Known:
         self.uplift = np.zeros(len(self.going))
 
     def hold(self, lanes: Numbers) -> None:
-        """Marks lanes whose numbers do not depend on the step."""
+        """Takes lanes out whose numbers do not depend on the step."""
         self.met[lanes], self.going[lanes] = True, False
 
     def count_steps(self, lanes: Numbers, run: Response) -> None:
@@ -318,7 +339,7 @@ class _Known:
         """Lanes that may run again within their budget of steps, shape [lane].
 
         Args:
-            work: Time that the run goes on for times what its step is shortened by [s].
+            work: Simulated time x step refinement of the next run [s].
         """
         spent = self.total_steps / np.maximum(self.first_steps, 1)
         return np.asarray(spent + work / self.lasted <= self.budget)
@@ -331,13 +352,13 @@ class _Known:
         self.halvings[lanes[sound]] = halvings[sound]
 
     def weigh(self, lanes: Numbers, before: Response, after: Response, left: int) -> None:
-        """Estimates the errors of the finer of two runs, and says which lanes go on.
+        """Estimates the errors of the finer of two runs, and decides which lanes run again.
 
         Args:
             lanes: Numbers of the lanes.
             before: Their coarser run.
             after: Their finer run.
-            left: Halvings that are left.
+            left: Halvings that may follow.
         """
         angle = self.alpha[lanes]
         gaps = np.maximum(gap(before, after, angle), peaks_apart(before, after))

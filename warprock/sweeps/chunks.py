@@ -24,11 +24,11 @@ from warprock.errors import InputError
 from warprock.model.response import Response
 from warprock.model.undecided import UNDECIDED
 from warprock.quantity import Said
-from warprock.running.accuracy import accuracy_counts
 from warprock.running.files import replacing
 from warprock.running.lane_table import LANE_TABLE, arrow_table, lane_table
 from warprock.running.parts import State, find_part, part_writer, read_part, write_part
 from warprock.running.provenance import count_words
+from warprock.running.refinement import KEY, refinement_counts, renamed_counts
 from warprock.sweeps.ahead import ahead
 from warprock.sweeps.plan import Plan
 
@@ -39,10 +39,10 @@ ROW_GROUP = 2**17
 """Lanes in a row group of the merged table: some 30 MB at a time, whatever the chunks are."""
 
 WORDS = ("status", "outcome")
-ACCURACY = "accuracy"
-COUNTED = (*WORDS, ACCURACY, UNDECIDED)
+REFINEMENT = KEY
+COUNTED = (*WORDS, REFINEMENT, UNDECIDED)
 """What a footer counts, so that the state of a sweep needs no table read: words of fields, what
-`accuracy_counts` found, and the lanes that are undecided."""
+`refinement_counts` found, and the lanes that are undecided."""
 
 NAMED = 5
 """Chunks that an error names before it only counts them."""
@@ -79,7 +79,7 @@ def find_chunk(plan: Plan, folder: pathlib.Path, number: int) -> Chunk:
         return Chunk(number, part.state)
     if part.state is State.BROKEN:
         return Chunk(number, part.state, "it cannot be read: it is cut off or no Parquet")
-    footer = part.footer
+    footer = renamed_counts(part.footer)
     if not {"plan", *place, *COUNTED} <= set(footer):
         return Chunk(number, State.FOREIGN, "it is no chunk of a sweep")
     if part.state is State.FOREIGN:
@@ -132,7 +132,7 @@ def write_chunk(
     lanes = plan.lanes_of(number)
     counts = {field: count_words(response, field) for field in WORDS}
     settings = plan.case.engine_settings(plan.engine)
-    counts[ACCURACY] = accuracy_counts(response, lane_set, settings, plan.tolerance)
+    counts[REFINEMENT] = refinement_counts(response, lane_set, settings, plan.tolerance)
     rows = lane_table(lane_set, response)
     counts[UNDECIDED] = {"lanes": int(rows[UNDECIDED].sum())}
     footer = {"plan": plan.id, "chunk": number, "first": lanes.start, "end": lanes.stop, **counts}
@@ -164,7 +164,7 @@ def sweep_state(plan: Plan, folder: pathlib.Path) -> dict[str, Any]:
     Returns:
         plan, engine, case, lanes (total and done), chunks (total, how many of them are done, and
         the numbers of those missing, broken and foreign, with what is wrong), status and outcome
-        (lanes done by word), accuracy (see `accuracy_counts`) and the tolerance, and strangers:
+        (lanes done by word), refinement (see `refinement_counts`) and the tolerance, and strangers:
         other files among the chunks.
     """
     found = tally(plan, folder, range(plan.chunk_count))

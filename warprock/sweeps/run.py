@@ -19,16 +19,16 @@ from typing import Any
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.errors import InputError
 from warprock.model.response import Response, SampleTimes
-from warprock.running.accuracy import count_bad, unusable_lanes
 from warprock.running.case_run import run_lane_set
 from warprock.running.devices import start_warp
 from warprock.running.files import remove_dead_temporaries
 from warprock.running.options import Progress, counted_from
 from warprock.running.parts import State
+from warprock.running.refinement import count_bad, unusable_lanes
 from warprock.sweeps.ahead import ahead
 from warprock.sweeps.chunks import (
-    ACCURACY,
     CHUNKS,
+    REFINEMENT,
     find_chunk,
     own_chunks,
     tally,
@@ -189,8 +189,8 @@ def shard_counts(plan: Plan, folder: pathlib.Path, shard: Shard) -> dict[str, An
 
     Returns:
         shard (such as 2/7), lanes and lanes_done of the shard, lanes_of_sweep, chunks_left (of the
-        whole sweep: those that are not done), status and outcome (lanes done by word), accuracy
-        (see `accuracy_counts`) and the tolerance, unusable (lanes done whose numbers may not be
+        whole sweep: those that are not done), status and outcome (lanes done by word), refinement
+        (see `refinement_counts`) and the tolerance, unusable (lanes done whose numbers may not be
         used) and bad (these, and those that missed the tolerance).
     """
     chunks = shard.chunks(plan)
@@ -207,5 +207,5 @@ def shard_counts(plan: Plan, folder: pathlib.Path, shard: Shard) -> dict[str, An
         **found.counts,
         "tolerance": plan.tolerance,
         "unusable": unusable_lanes(found.counts["status"]),
-        "bad": count_bad(found.counts["status"], found.counts[ACCURACY]),
+        "bad": count_bad(found.counts["status"], found.counts[REFINEMENT]),
     }

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import rich.progress
 
-from warprock.findings.accuracy import accuracy_sentences
+from warprock.findings.refinement import refinement_sentences
 from warprock.model.undecided import UNDECIDED
 from warprock.model.words import lane_count_text
 from warprock.tables.terminal import plain_console, progress_text
@@ -116,7 +116,7 @@ def print_counts(found: Mapping[str, Any], engine: str, settings: Any) -> None:
         "lanes": found["lanes_done"],
         "engine": {"name": engine, "settings": dataclasses.asdict(settings)},
     }
-    for line in accuracy_sentences(facts, mend="plan anew with"):
+    for line in refinement_sentences(facts, mend="plan anew with"):
         _print(f"  {line}")
     left = found["chunks_left"]
     if left:
@@ -149,8 +149,8 @@ def print_sweep_bench(rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def _print_words(found: Mapping[str, Any]) -> None:
-    for name in ("outcome", "status", "accuracy"):
-        if name == "accuracy" and not found[name]:
+    for name in ("outcome", "status", "refinement"):
+        if name == "refinement" and not found[name]:
             continue
         words = ", ".join(f"{word} {count}" for word, count in found[name].items() if count)
         _print(f"  {name}: {words or '-'}")

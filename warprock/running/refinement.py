@@ -1,4 +1,4 @@
-"""Counts of the lanes of a run that are within the tolerance, by their estimated errors."""
+"""Counts of lanes by what their refinement came to: within the tolerance, off it, sensitive."""
 
 from __future__ import annotations
 
@@ -13,6 +13,13 @@ from warprock.model.response import USABLE, Response, Status
 
 MET, MISSED, SENSITIVE, REFINED = "met", "missed", "sensitive", "refined"
 FIRST_STEPS, TOTAL_STEPS = "first_step_count", "total_step_count"
+KEY, KEY_BEFORE = "refinement", "accuracy"
+"""Key of the counts in files, and the one that older files have."""
+
+
+def renamed_counts(facts: Mapping[str, Any]) -> dict[str, Any]:
+    """What a file says, with the counts under the key of today."""
+    return {KEY if name == KEY_BEFORE else name: value for name, value in facts.items()}
 
 
 def error_ratio(response: Response, lane_set: LaneSet) -> npt.NDArray[np.float64]:
@@ -35,7 +42,7 @@ def missed_tolerance(
     return np.asarray(np.isin(response["status"], USABLE) & (sensitive | ~within))
 
 
-def accuracy_counts(
+def refinement_counts(
     response: Response, lane_set: LaneSet, settings: Any, tolerance: float | None
 ) -> dict[str, int]:
     """Counts of lanes by what their estimates say, and of steps; counts of chunks may be added up.
@@ -67,14 +74,14 @@ def accuracy_counts(
     }
 
 
-def count_bad(status: Mapping[str, int], accuracy: Mapping[str, int]) -> int:
+def count_bad(status: Mapping[str, int], refinement: Mapping[str, int]) -> int:
     """Lanes whose numbers may not be used, or that missed the tolerance.
 
     Args:
         status: Lanes by word of their status.
-        accuracy: What `accuracy_counts` found.
+        refinement: What `refinement_counts` found.
     """
-    return unusable_lanes(status) + accuracy.get(MISSED, 0) + accuracy.get(SENSITIVE, 0)
+    return unusable_lanes(status) + refinement.get(MISSED, 0) + refinement.get(SENSITIVE, 0)
 
 
 def unusable_lanes(status: Mapping[str, int]) -> int:

@@ -1,4 +1,4 @@
-"""What is said of the accuracy of lanes, and what to do about those that lack it."""
+"""How far lanes may be off by their estimates, and what to do about those that may be too far."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 
 from warprock.findings.numbers import counted, three
 from warprock.model.response import SOUND
-from warprock.running.accuracy import FIRST_STEPS, MET, MISSED, REFINED, SENSITIVE, TOTAL_STEPS
 from warprock.running.lane_parts import has_time_step
+from warprock.running.refinement import FIRST_STEPS, MET, MISSED, REFINED, SENSITIVE, TOTAL_STEPS
 from warprock.settings.engines import SETTINGS
 
 FINER = 2
@@ -18,7 +18,7 @@ FINER = 2
 _SOUND = [code.name.lower() for code in SOUND]
 
 
-def accuracy_sentences(
+def refinement_sentences(
     facts: Mapping[str, Any], finest_step: float | None = None, mend: str = ""
 ) -> list[str]:
     """How far the numbers may be off.
@@ -28,7 +28,7 @@ def accuracy_sentences(
         finest_step: Finest step that was run [s], where it is known.
         mend: What to do with a smaller step, before its option: `plan anew with`.
     """
-    tolerance, counts, lanes = facts.get("tolerance"), facts.get("accuracy") or {}, facts["lanes"]
+    tolerance, counts, lanes = facts.get("tolerance"), facts.get("refinement") or {}, facts["lanes"]
     found = []
     if not has_time_step(SETTINGS.get(facts["engine"]["name"])):
         found.append("The engine follows its equations without a time step: no step adds an error.")

@@ -1,8 +1,6 @@
-"""The estimated error of the uplift time, in both ways of estimating."""
+"""The estimated error of the uplift time."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,17 +10,16 @@ from warprock.model import rocking
 from warprock.model.motion import Control
 from warprock.model.response import Response, SampleTimes, Status
 from warprock.running.companions import uplift_error, uplift_gap
-from warprock.running.estimate import run_with_estimate
 from warprock.running.options import RunOptions
-from warprock.running.tolerance import run_to_tolerance
+from warprock.running.tolerance import HALVINGS, run_to_tolerance
 
 COUNT = 60
 TOLERANT = RunOptions(tolerance=0.01)
 
 
-@pytest.mark.parametrize("way", [run_with_estimate, run_to_tolerance])
+@pytest.mark.parametrize("halvings", [1, HALVINGS])
 @pytest.mark.parametrize("engine", ["event", "impulse", "direct", "xpbd"])
-def test_uplift_times_err_by_less_than_their_estimates(engine: str, way: Any) -> None:
+def test_uplift_times_err_by_less_than_their_estimates(engine: str, halvings: int) -> None:
     draw = np.random.default_rng(3)
     lanes = make_lanes(draw.uniform(0.15, 0.5, COUNT), 1.0, friction=5.0)
     limit = rocking.uplift_acceleration(lanes.width, lanes.height)
@@ -30,7 +27,7 @@ def test_uplift_times_err_by_less_than_their_estimates(engine: str, way: Any) ->
     ratio[:3] = 0.5
     frequency = draw.uniform(0.5, 5.0, COUNT)
     motions = sines(Control.ACCELERATION, limit * ratio, frequency, 1.0, start=0.03)
-    found = way(engine, lanes, motions, SampleTimes(1.2), TOLERANT)
+    found = run_to_tolerance(engine, lanes, motions, SampleTimes(1.2), TOLERANT, halvings=halvings)
     lifts = 0.03 + np.arcsin(np.minimum(1.0 / ratio, 1.0)) / (2.0 * np.pi * frequency)
     errors = np.abs(found["uplift_time"] - lifts)[3:]
     estimates = found["uplift_time_error"][3:]

@@ -9,7 +9,7 @@ from warprock.model.motion import Control
 from warprock.model.response import Outcome, SampleTimes, Status
 from warprock.model.stacking import uplift_ratio
 from warprock.running.batch import run_batch
-from warprock.running.estimate import run_with_estimate
+from warprock.running.tolerance import run_to_tolerance
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
 
@@ -49,7 +49,7 @@ def test_the_error_of_most_blocks_is_below_its_estimate(time_step: float) -> Non
     amplitude = GRAVITY * uplift_ratio(lanes).min(axis=1) * random.uniform(1.2, 2.5, COUNT)
     motions = sines(Control.ACCELERATION, amplitude, random.uniform(1.0, 4.0, COUNT), 1.0)
     reference = run_batch("two-block", lanes, motions, TIMES)
-    found = run_with_estimate(
+    found = run_to_tolerance(
         "event", lanes, motions, TIMES, settings=EventSettings(time_step=time_step)
     )
     fallen, fell = (

@@ -1,4 +1,4 @@
-"""The estimated errors: above the true ones, near them, and frank where numbers mean little."""
+"""Estimated errors against the truth: above it, near it, and frank where numbers mean little."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from warprock.case.load import load_case
 from warprock.cli.main import main
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.bodies import box_bodies
+from warprock.findings.numbers import three
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import (
     ERROR_FIELDS,
     ESTIMATE_FIELDS,
-    LANE_FIELDS,
     SOUND,
     Outcome,
     Response,
     SampleTimes,
     Status,
 )
-from warprock.running import companions, estimate
+from warprock.running import companions, tolerance
 from warprock.running.batch import run_batch
 from warprock.running.case_run import run_case
-from warprock.running.estimate import run_with_estimate
 from warprock.running.lane_table import lane_table
 from warprock.running.options import RunOptions
 from warprock.running.provenance import error_summary
+from warprock.running.tolerance import run_to_tolerance
 from warprock.settings.engines import EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 
@@ -165,11 +165,10 @@ def judged(problem: str, engine: str) -> Judged:
     times = SampleTimes(duration, duration / 2.0**13)
     truth = run_batch("housner", lanes, motions, times)
     same = second_order(name, lanes)
-    found = run_with_estimate(name, same, motions, SampleTimes(duration), settings=settings)
-    history = run_batch(name, same, motions, times, settings=settings)
+    found = run_to_tolerance(name, same, motions, times, settings=settings)
     return Judged(
         response=found,
-        error=np.abs(history["rotation"] - truth["rotation"]).max(axis=1),
+        error=np.abs(found["rotation"] - truth["rotation"]).max(axis=1),
         peak_error=np.abs(found["peak_rotation"] - truth["peak_rotation"]),
         fell=found["outcome"] == Outcome.OVERTURNED,
         truly_fell=truth["outcome"] == Outcome.OVERTURNED,
@@ -200,10 +199,10 @@ def test_true_errors_lie_below_their_estimates_and_near_them(problem: str, engin
     # harder to meet by chance than that of a peak, of which two may lie close to one another.
     assert found.coverage("rotation_error") >= 0.97
     assert found.coverage("peak_rotation_error") >= 0.94
-    # The estimate is SAFETY times the error where that is of its order; the errors of impulse come
-    # late by parts of a step in each impact, and its estimates are 2 to 4 times too large.
-    assert 1.4 <= found.excess <= {"event": 1.8, "impulse": 4.5}[SETTINGS[engine][0]]
-    assert np.mean(found.ok) >= 0.94
+    # Two runs leave the order open: the estimate is three times too large for one of the second,
+    # times the factor of the table, 1.5 for `event` and 4 for `impulse`.
+    assert 1.4 <= found.excess <= {"event": 5.8, "impulse": 9.0}[SETTINGS[engine][0]]
+    assert np.mean(found.ok) >= (0.94 if engine.startswith("event") else 0.7)
 
 
 @pytest.mark.parametrize(
@@ -214,9 +213,8 @@ def test_a_record_of_40_s_makes_many_lanes_sensitive_and_the_rest_can_be_trusted
 ) -> None:
     found = judged("record", engine)
     assert 0.3 <= np.mean(~found.ok) <= 0.8
-    # Measured: 0.94 and 0.98 of 140 and 170 such lanes out of 400, with a factor of safety of 1
-    # 0.7; of the 40 lanes here three more may err with another compiler.
-    assert found.coverage("rotation_error") >= 0.85
+    # Measured: 15 of 19 at 5e-3, 8 of 13 at 1e-2; the others part from Housner's block by more.
+    assert found.coverage("rotation_error") >= 0.6
     # Housner's block and this one part ways in dozens of lanes: each of them says so.
     assert np.sum(found.fell != found.truly_fell) >= 5
     assert np.all(found.response["status"][found.fell != found.truly_fell] == Status.SENSITIVE)
@@ -236,11 +234,11 @@ def test_boxes_that_rock_with_fifth_order_err_by_less_than_their_estimates(probl
     # Measured medians of the error: 7e-7, the swings below which a block rests; 6e-4 in bursts.
     for step, most in ((1.25e-3, 2e-6), (1.25e-2, 2e-3)):
         settings = EventSettings(time_step=step)
-        found = run_with_estimate("event", lanes, motions, times, settings=settings)
+        found = run_to_tolerance("event", lanes, motions, times, settings=settings)
         stands = np.isin(found["status"], SOUND) & (found["outcome"] != Outcome.OVERTURNED)
         error = np.abs(found["rotation"] - truth["rotation"]).max(axis=1)
-        # All of 64, 128 and 9 lanes; with companions that rest as early, one of a record's did not.
-        assert np.mean((error <= found["rotation_error"])[stands]) >= 0.985
+        # All of 9 and 2 lanes and of 128 bursts; of 45 under a record one is not.
+        assert np.mean((error <= found["rotation_error"])[stands]) >= 0.97
         # What stands stands in truth, within the swings below which a block rests.
         assert not np.any((truth["outcome"] == Outcome.OVERTURNED)[stands])
         assert np.median((error / lanes.slenderness_angle)[stands]) <= most
@@ -281,7 +279,7 @@ def test_lanes_at_the_brink_of_overturning_are_sensitive_and_lanes_off_it_are_no
     def status(factor: float) -> Array:
         motions = sines(Control.ACCELERATION, factor * amplitude, frequency, cycles=1.0)
         same = second_order(name, lanes)
-        found = run_with_estimate(name, same, motions, SampleTimes(6.0), settings=settings)
+        found = run_to_tolerance(name, same, motions, SampleTimes(6.0), settings=settings)
         return np.asarray(found["status"])
 
     for side in (-1.0, 1.0):
@@ -293,14 +291,18 @@ def test_lanes_at_the_brink_of_overturning_are_sensitive_and_lanes_off_it_are_no
 
 def test_a_coarse_step_is_told_from_chaos() -> None:
     lanes, motions, duration = PROBLEMS["pulses of Table 6"]()
-    settings = EventSettings(time_step=2e-2)
-    lanes = second_order("event", lanes)
-    found = run_with_estimate("event", lanes, motions, SampleTimes(duration), settings=settings)
-    # Up to an eighth of the slenderness angle, which is no reason to doubt the estimate.
-    assert np.max(found["rotation_error"] / lanes.slenderness_angle) > 3.0 * (
-        estimate.SENSITIVE_ABOVE
-    )
-    assert np.all(found["status"] == Status.OK)
+    lanes, settings = second_order("event", lanes), EventSettings(time_step=8e-2)
+    times, options = SampleTimes(duration), RunOptions(tolerance=1e-6)
+    found = [
+        run_to_tolerance("event", lanes, motions, times, options, settings=settings, halvings=count)
+        for count in (1, 2)
+    ]
+    large = [np.max(each["rotation_error"] / lanes.slenderness_angle) for each in found]
+    # The first halving is too coarse to tell; the second shows that the runs approach one another.
+    assert large[0] > tolerance.CHAOTIC_ABOVE
+    assert np.all(found[0]["status"] == Status.SENSITIVE)
+    assert large[1] > 2.0 * tolerance.SENSITIVE_ABOVE
+    assert np.mean(found[1]["status"] == Status.OK) >= 0.8
 
 
 def test_where_one_run_falls_the_estimate_covers_the_fall() -> None:
@@ -315,51 +317,20 @@ def test_where_one_run_falls_the_estimate_covers_the_fall() -> None:
     assert np.sum(both) >= 0.5 * np.sum(apart)
 
 
-@pytest.mark.parametrize("engine", ["event", "impulse"])
-def test_the_response_is_that_of_the_engine_to_the_last_bit(engine: str) -> None:
-    lanes, motions, _ = bursts(40)
-    times = SampleTimes(3.1)
-    plain = run_batch(engine, lanes, motions, times)
-    found = run_with_estimate(engine, lanes, motions, times)
-    assert set(found.fields) == {*LANE_FIELDS, *ERROR_FIELDS}
-    for name in set(LANE_FIELDS) - {"status"}:
-        np.testing.assert_array_equal(plain[name], found[name], err_msg=name)
-    sampled = run_with_estimate(engine, lanes, motions, SampleTimes(3.1, 0.1))
-    assert sampled["rotation"].shape == (40, 32)
-    for name in ERROR_FIELDS:
-        np.testing.assert_array_equal(sampled[name], found[name], err_msg=name)
-
-
-def test_a_lane_does_not_depend_on_its_company(monkeypatch: pytest.MonkeyPatch) -> None:
-    lanes, motions, duration = bursts(33)
-    times = SampleTimes(duration)
-    whole = run_with_estimate("event", lanes, motions, times)
-    monkeypatch.setattr(estimate, "CHUNK_VALUES", 3 * 2049)
-    seen: list[int] = []
-    parts = run_with_estimate("event", lanes, motions, times, RunOptions(progress=seen.append))
-    assert seen[-1] == 33
-    assert len(seen) > 10
-    order = np.random.default_rng(0).permutation(33)
-    shuffled = run_with_estimate("event", lanes.take(order), motions.take(order), times)
-    for name in ("status", *ERROR_FIELDS):
-        np.testing.assert_array_equal(whole[name], parts[name], err_msg=name)
-        np.testing.assert_array_equal(whole[name][order], shuffled[name], err_msg=name)
-
-
 def test_the_companion_steps_finer_where_something_else_cuts_the_step() -> None:
     # The record has a sample every 10 ms and the small blocks follow 0.25 / p = 30 ms: halves of
     # these steps of 0.1 s would be cut as the steps themselves are.
     lanes, motions, _ = shaken(32)
     settings = EventSettings(time_step=0.1)
-    found = run_with_estimate("event", lanes, motions, SampleTimes(20.0), settings=settings)
-    fine = run_with_estimate(
+    found = run_to_tolerance("event", lanes, motions, SampleTimes(20.0), settings=settings)
+    fine = run_to_tolerance(
         "event", lanes, motions, SampleTimes(20.0), settings=EventSettings(time_step=1e-2)
     )
     # Steps of 0.1 s and of 0.01 s are cut to the same, but for where they begin after an impact.
     coarse, same = (np.median(each["rotation_error"]) for each in (found, fine))
     assert 0.2 <= coarse / same <= 5.0
     lanes, motions, duration = released(32)
-    found = run_with_estimate("event", lanes, motions, SampleTimes(duration), settings=settings)
+    found = run_to_tolerance("event", lanes, motions, SampleTimes(duration), settings=settings)
     times = SampleTimes(duration, duration / 2.0**13)
     truth = run_batch("housner", lanes, motions, times)["rotation"]
     rotation = run_batch("event", lanes, motions, times, settings=settings)["rotation"]
@@ -371,10 +342,10 @@ def test_the_companion_steps_finer_where_something_else_cuts_the_step() -> None:
 def test_a_bad_lane_harms_no_neighbour(engine: str, unjudged: None) -> None:
     lanes, motions, _ = bursts(40)
     times = SampleTimes(2.0)
-    good = run_with_estimate(engine, lanes, motions, times)
+    good = run_to_tolerance(engine, lanes, motions, times)
     height = lanes.height.copy()
     height[5] = np.nan
-    found = run_with_estimate(engine, dataclasses.replace(lanes, height=height), motions, times)
+    found = run_to_tolerance(engine, dataclasses.replace(lanes, height=height), motions, times)
     assert found["status"][5] == Status.NONFINITE
     others = np.arange(40) != 5
     for name in ERROR_FIELDS:
@@ -387,14 +358,14 @@ def test_a_failed_companion_leaves_no_bound(monkeypatch: pytest.MonkeyPatch) -> 
 
     def run_part(engine: str, lanes: Lanes, *rest: Any, settings: Any, **options: Any) -> Response:
         found = run_batch(engine, lanes, *rest, settings=settings, **options)
-        if settings.time_step < 5e-3:
+        if settings.time_step != EventSettings().time_step:
             status = np.where(lanes.width == blocks.width[7], Status.EVENT_LIMIT, found["status"])
             return dataclasses.replace(found, fields={**found.fields, "status": status})
         return found
 
     blocks = lanes
     monkeypatch.setattr(companions, "run_batch", run_part)
-    found = run_with_estimate("event", lanes, motions, SampleTimes(2.0))
+    found = run_to_tolerance("event", lanes, motions, SampleTimes(2.0))
     assert found["status"][7] == Status.SENSITIVE
     assert found["rotation_error"][7] == found["peak_rotation_error"][7] == np.inf
     assert np.all(np.isfinite(np.delete(found["rotation_error"], 7)))
@@ -404,7 +375,7 @@ def test_blocks_of_a_stack_have_estimates_of_their_own() -> None:
     lane_set = expand_lanes(load_case("stack-sine-pulse"))
     first = np.arange(4)
     lanes, motions = lane_set.lanes.take(first), lane_set.motions.take(first)
-    found = run_with_estimate("impulse", lanes, motions, SampleTimes(2.0))
+    found = run_to_tolerance("impulse", lanes, motions, SampleTimes(2.0))
     assert found["rotation_error"].shape == found["peak_rotation_error"].shape == (4, 2)
     assert found["status"].shape == (4,)
     assert np.all(found["rotation_error"] > 0.0)
@@ -458,7 +429,7 @@ def test_run_shows_the_estimates_and_leaves_them_out_on_request(tmp_path: pathli
     found = json.loads(invoke("--json"))
     errors = [row["rotation_error_rad"] for row in found["rows"]]
     assert found["rotation_error_rad"]["median"] == pytest.approx(np.median(errors))
-    assert f"largest {np.rad2deg(max(errors)):.2g} deg" in invoke()
+    assert f"largest {three(np.rad2deg(max(errors)))} deg" in invoke()
     bare = json.loads(invoke("--json", "--no-estimate"))
     assert bare["rotation_error_rad"] is None
     assert not {"rotation_error_rad", "peak_rotation_error_rad"} & set(bare["rows"][0])
