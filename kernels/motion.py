@@ -397,10 +397,3 @@ if MOTION == "record":
         tau = wp.where(tau < m.interval, tau, m.interval)
         moving = m.scale * fused(tau, fused(HALF * slope, tau, value), start)
         return wp.where(time < m.start, real(0.0), moving)
-
-
-@wp.func
-def series(m: Motion, segment: int, time: real, value: real, slope: real):
-    """Taylor coefficients 0 to 8 of `expand`, one by one."""
-    a = expand(m, segment, time, value, slope)
-    return a.a0, a.a1, a.a2, a.a3, a.a4, a.a5, a.a6, a.a7, a.a8

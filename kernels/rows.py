@@ -8,6 +8,10 @@
     state[i] = after                  sets all fields
     state[i] = wp.where(live, after, state[i])    sets them where `live` holds
 
+A field that is a vector has a local variable a component; `state[i].place` reads or sets all of
+them, `state[i].place[2]` one, whose number is written out. A field that is a bool is kept as a
+whole number.
+
 The compiler makes vector code of a loop over lanes only if every field is a local variable of its
 own: an array of structs takes nine times as long, a struct of vectors up to 3.6 times. So `@kernel`
 writes the kernel again with those variables before Warp reads it: `state[i].theta` becomes
@@ -60,13 +64,28 @@ def kernel(function: Callable[..., None]) -> Any:
     return wp.kernel(names[function.__name__], module=wp.get_module(module))
 
 
+def _length(kind: Any) -> int:
+    """Components of a vector's type; 0 of any other."""
+    return int(kind._length_) if len(getattr(kind, "_shape_", ())) == 1 else 0
+
+
+def _is_bool(kind: Any) -> bool:
+    """Whether a type is that of truth values."""
+    return kind in (bool, wp.bool)
+
+
+def _columns(field: str, kind: Any) -> list[str]:
+    """Names of the local variables of a field, each after the name of its row."""
+    return [f"{field}_{part}" for part in range(_length(kind))] or [field]
+
+
 class _WriteOut(ast.NodeTransformer):
     """Puts a local variable a field in the place of every row."""
 
     def __init__(self, names: dict[str, Any]) -> None:
         self.names = names
-        self.structs: dict[str, tuple[str, list[str]]] = {}
-        """The name of the struct of each row, and its fields."""
+        self.structs: dict[str, tuple[str, dict[str, Any]]] = {}
+        """The name of the struct of each row, and its fields with their types."""
 
     def _is_row(self, node: ast.AST) -> bool:
         return (
@@ -81,9 +100,39 @@ class _WriteOut(ast.NodeTransformer):
         name = ast.Name(f"{row.value.id}_{field}", ast.Load())
         return ast.Subscript(name, row.slice, ast.Load())
 
+    def _parts(self, row: ast.Subscript, field: str) -> list[ast.Subscript]:
+        """The entries of a field: one, or one a component of a vector."""
+        assert isinstance(row.value, ast.Name)
+        kind = self.structs[row.value.id][1][field]
+        return [self._entry(row, part) for part in _columns(field, kind)]
+
+    def _value(self, row: ast.Subscript, field: str) -> ast.expr:
+        """A field of the struct of a lane."""
+        assert isinstance(row.value, ast.Name)
+        kind, parts = self.structs[row.value.id][1][field], self._parts(row, field)
+        if _length(kind):
+            name = f"Rows{row.value.id.title()}{field.title()}"
+            self.names[name] = kind
+            return ast.Call(ast.Name(name, ast.Load()), list(parts), [])
+        if _is_bool(kind):
+            return ast.Compare(parts[0], [ast.NotEq()], [ast.Constant(0)])
+        return parts[0]
+
+    def _stores(self, row: ast.Subscript, field: str, new: str, condition: str = "") -> list[str]:
+        """Lines that set a field of the struct of a lane, where a condition holds."""
+        assert isinstance(row.value, ast.Name)
+        kind, lines = self.structs[row.value.id][1][field], []
+        for number, part in enumerate(self._parts(row, field)):
+            entry, taken = ast.unparse(part), f"{new}[{number}]" if _length(kind) else new
+            taken = f"wp.where({taken}, 1, 0)" if _is_bool(kind) else taken
+            taken = f"wp.where({condition}, {taken}, {entry})" if condition else taken
+            lines.append(f"{entry} = {taken}")
+        return lines
+
     def _type(self, kind: Any, count: int | None, lanes: int | None) -> str:
         """The name of the type of one field's variable, made where it is new."""
-        whole = kind in (int, wp.int32)
+        scalar = kind._wp_scalar_type_ if _length(kind) else kind
+        whole = scalar in (int, wp.int32) or _is_bool(scalar)
         name = f"{'Whole' if whole else 'Real'}Rows{count or ''}{f'Of{lanes}' if lanes else ''}"
         dtype, lanes = (int if whole else self.names["real"]), lanes or self.names["LANES"]
         if name not in self.names:
@@ -106,7 +155,20 @@ class _WriteOut(ast.NodeTransformer):
         if self._is_row(target):
             assert isinstance(target, ast.Subscript)
             return self._set(target, value)
+        if isinstance(target, ast.Attribute) and self._is_row(target.value):
+            assert isinstance(target.value, ast.Subscript)
+            return self._set_field(target.value, target.attr, value) or self.generic_visit(node)
         return self.generic_visit(node)
+
+    def _set_field(self, row: ast.Subscript, field: str, value: ast.expr) -> list[ast.stmt]:
+        """Sets a field of the struct of a lane that is not one number; else nothing."""
+        assert isinstance(row.value, ast.Name)
+        kind = self.structs[row.value.id][1].get(field)
+        if not _length(kind) and not _is_bool(kind):
+            return []
+        new = f"{row.value.id}_{field}_after"
+        before = f"{new} = {ast.unparse(self.visit(value))}"
+        return ast.parse("\n".join([before, *self._stores(row, field, new)])).body
 
     def _declared(self, target: ast.expr, value: ast.Call) -> list[ast.stmt]:
         if not (isinstance(target, ast.Name) and isinstance(value.args[0], ast.Name)):
@@ -115,13 +177,18 @@ class _WriteOut(ast.NodeTransformer):
         lanes = next((self._number(k.value) for k in value.keywords if k.arg == "lanes"), None)
         struct = value.args[0].id
         fields = self.names[struct].vars
-        hidden = {f"{target.id}_{part}" for part in (*fields, "after")} & set(self.names)
+        columns = {
+            column: variable.type
+            for field, variable in fields.items()
+            for column in _columns(field, variable.type)
+        }
+        hidden = {f"{target.id}_{part}" for part in (*columns, "after")} & set(self.names)
         if hidden:
             raise SyntaxError(f"line {value.lineno}: {target.id} hides {', '.join(sorted(hidden))}")
-        self.structs[target.id] = struct, list(fields)
+        self.structs[target.id] = struct, {name: field.type for name, field in fields.items()}
         lines = [
-            f"{target.id}_{field} = {self._type(variable.type, count, lanes)}()"
-            for field, variable in fields.items()
+            f"{target.id}_{column} = {self._type(kind, count, lanes)}()"
+            for column, kind in columns.items()
         ]
         return ast.parse("\n".join(lines)).body
 
@@ -139,11 +206,7 @@ class _WriteOut(ast.NodeTransformer):
             before = f"{new} = {ast.unparse(self.visit(value))}\n"
         lines = []
         for field in self.structs[rows_name][1]:
-            entry = ast.unparse(self._entry(row, field))
-            taken = f"{new}.{field}"
-            if condition:
-                taken = f"wp.where({condition}, {taken}, {entry})"
-            lines.append(f"{entry} = {taken}")
+            lines += self._stores(row, field, f"{new}.{field}", condition)
         return ast.parse(before + "\n".join(lines)).body
 
     def visit_Attribute(self, node: ast.Attribute) -> Any:
@@ -154,15 +217,25 @@ class _WriteOut(ast.NodeTransformer):
             assert isinstance(row.value, ast.Name)
             if node.attr not in self.structs[row.value.id][1]:
                 raise SyntaxError(f"line {node.lineno}: {row.value.id} has no field {node.attr}")
-            return ast.copy_location(self._entry(row, node.attr), node)
+            return ast.copy_location(self._value(row, node.attr), node)
         return self.generic_visit(node)
 
     def visit_Subscript(self, node: ast.Subscript) -> Any:
-        """The struct of a lane, or any other subscript."""
+        """The struct of a lane, a component of one of its vectors, or any other subscript."""
+        held, number = node.value, node.slice
+        if (
+            isinstance(held, ast.Attribute)
+            and self._is_row(held.value)
+            and isinstance(number, ast.Constant)
+        ):
+            assert isinstance(held.value, ast.Subscript)
+            row = self.visit(held.value.slice)
+            at = ast.Subscript(held.value.value, row, ast.Load())
+            return self._parts(at, held.attr)[number.value]
         node = self.generic_visit(node)  # type: ignore[assignment]
         if not self._is_row(node):
             return node
         assert isinstance(node.value, ast.Name)
         struct, fields = self.structs[node.value.id]
-        parts = [self._entry(node, field) for field in fields]
+        parts = [self._value(node, field) for field in fields]
         return ast.Call(ast.Name(struct, ast.Load()), parts, [])

@@ -36,8 +36,7 @@ def time_past(until: real, steps: int, dt: real, mode: int) -> real:
 @wp.func
 def observe_faces(
     live: bool, time: real, overlap: real, tilt: real, shared: real, slips: bool,
-    since: wp.ref[real], uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real],
-    impacts: wp.ref[int], mode: wp.ref[int],
+    since: wp.ref[real], seen: wp.ref[Seen],
 ):  # fmt: skip
     """Whether an interface rocks or slides, whether it has landed, and whether it is still there.
 
@@ -49,11 +48,7 @@ def observe_faces(
         shared: How much they share.
         slips: Whether the faces slip.
         since: Time since which the middle gapes [s]: APART once it has parted, NEVER if closed.
-        uplift_time: Time at which the lane first lifted [s], or NEVER.
-        moved: Last time at which it moved [s].
-        deepest: Deepest overlap so far [m].
-        impacts: Interfaces that have landed.
-        mode: How the lane goes on.
+        seen: What is seen of the lane: impacts are interfaces that have landed.
     """
     zero = real(0.0)
     gapes = overlap <= zero
@@ -61,12 +56,13 @@ def observe_faces(
     apart = gapes and (was or overlap + PIVOT * tilt <= zero)
     opened = wp.where(gapes, smaller(since, time), NEVER)
     lifts = live and apart and not was
-    uplift_time = wp.where(lifts, smaller(uplift_time, opened), uplift_time)
-    moved = wp.where(live and (apart or (slips and not gapes)), time, moved)
-    impacts = impacts + wp.where(live and was and not gapes, 1, 0)
+    seen.uplift_time = wp.where(lifts, smaller(seen.uplift_time, opened), seen.uplift_time)
+    seen.moved = wp.where(live and (apart or (slips and not gapes)), time, seen.moved)
+    seen.impacts = seen.impacts + wp.where(live and was and not gapes, 1, 0)
     since = wp.where(live, wp.where(apart, APART, opened), since)
-    deepest = wp.where(live and shared > zero, larger(overlap + tilt, deepest), deepest)
-    mode = wp.where(live and shared <= zero, SLID_OFF, mode)
+    deeper = larger(overlap + tilt, seen.deepest)
+    seen.deepest = wp.where(live and shared > zero, deeper, seen.deepest)
+    seen.mode = wp.where(live and shared <= zero, SLID_OFF, seen.mode)
 
 
 @wp.struct
@@ -129,10 +125,8 @@ def observe_interface(
     seen: wp.ref[Seen],
 ):  # fmt: skip
     """What a step shows of an interface as it begins, see `observe_faces`."""
-    observe_faces(
-        pace.live == 1, real(pace.steps - 1) * pace.dt, overlap, tilt, shared, slips, since,
-        seen.uplift_time, seen.moved, seen.deepest, seen.impacts, seen.mode,
-    )  # fmt: skip
+    time = real(pace.steps - 1) * pace.dt
+    observe_faces(pace.live == 1, time, overlap, tilt, shared, slips, since, seen)
 
 
 @wp.func

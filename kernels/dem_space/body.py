@@ -19,20 +19,27 @@ import warp as wp
 from warprock.kernels.dem.stack import Knobs
 from warprock.kernels.dem.stack_lanes import observe_faces
 from warprock.kernels.dem_space.stack import Load, Pace, Spring, Stress, Touch, load_spring
-from warprock.kernels.dem_space.stack_lanes import Peaks, Seat, Seen
-from warprock.kernels.dem_space.stack_meet import Axes, Moving, axes_of
 from warprock.kernels.modes import BROKEN, OVERTURNED
+from warprock.kernels.shape.stack_found import Seen
 from warprock.kernels.shape_space.block import Block, turn_freely
+from warprock.kernels.shape_space.block_found import (
+    Peaks,
+    observe_slide,
+    observe_turns,
+    start_peaks,
+)
 from warprock.kernels.shape_space.body import (
     Frame,
     Point,
     block_attitude,
     body_attitude,
-    observe_turns,
     spans,
+    throw_of,
     touches_as_lowest,
     turns_of_body,
 )
+from warprock.kernels.shape_space.lanes import State, Triple, Turn, turn_of
+from warprock.kernels.shape_space.thrown import push
 
 Pose = wp.types.vector(length=7, dtype=real)
 """Attitude of the block's axes, and centre of mass [m]."""
@@ -125,15 +132,17 @@ def start_body(block: Block, frame: Frame):
     """Puts a body where it starts: its state, its peaks."""
     zero = real(0.0)
     a, b, c, d = body_attitude(frame, block.qx, block.qy, block.qz, block.qw)
-    now, side, lean, _yaw, _up, _z, _w = turns_of_body(block, frame, a, b, c, d)
-    state = Moving(block.x, block.y, block.z, a, b, c, d, zero, zero, zero, zero, zero, zero)
-    return state, Peaks(now, zero, side, lean, zero, zero)
+    now = turns_of_body(block, frame, a, b, c, d)
+    rests = State(block.x, block.y, block.z, a, b, c, d, zero, zero, zero, zero, zero, zero)
+    inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
+    state = push(throw_of(frame), inverse, rests)
+    return state, start_peaks(now.along, now.across, now.tilt)
 
 
 @wp.func
-def turn_body(block: Block, s: Moving):
-    """Axes of a body, and its angular velocity."""
-    m = axes_of(s.qx, s.qy, s.qz, s.qw)
+def turn_body(block: Block, s: State):
+    """Turn of a body, and its angular velocity."""
+    m = turn_of(s)
     x = block.inverse_x * (m.r11 * s.lx + m.r21 * s.ly + m.r31 * s.lz)
     y = block.inverse_y * (m.r12 * s.lx + m.r22 * s.ly + m.r32 * s.lz)
     z = block.inverse_z * (m.r13 * s.lx + m.r23 * s.ly + m.r33 * s.lz)
@@ -146,7 +155,7 @@ def turn_body(block: Block, s: Moving):
 
 
 @wp.func
-def find_lever(m: Axes, p: Point) -> Lever:
+def find_lever(m: Turn, p: Point) -> Lever:
     """Lever of a point of a body."""
     return Lever(
         m.r11 * p.x + m.r12 * p.y + m.r13 * p.z,
@@ -156,7 +165,7 @@ def find_lever(m: Axes, p: Point) -> Lever:
 
 
 @wp.func
-def touch_of(height: real, s: Moving, spin: Spin, r: Lever) -> Touch:
+def touch_of(height: real, s: State, spin: Spin, r: Lever) -> Touch:
     """How a point meets the base; `height` is that of the centre of mass at rest [m]."""
     return Touch(
         -(s.z + (height + r.z)),
@@ -203,7 +212,7 @@ def start_footprint() -> Footprint:
 
 @wp.func
 def add_point(
-    point: Point, low: bool, touch: Touch, n: real, s: Moving, r: Lever, sums: wp.ref[Footprint]
+    point: Point, low: bool, touch: Touch, n: real, s: State, r: Lever, sums: wp.ref[Footprint]
 ):
     """Adds what a point shows to the sums of its body.
 
@@ -243,7 +252,7 @@ def is_low(point: Point, r: Lever, lowest: real, half_width: real) -> bool:
 
 @wp.func
 def observe_points(
-    pace: Pace, frame: Frame, sums: Footprint, seat: wp.ref[Seat], peaks: wp.ref[Peaks],
+    pace: Pace, frame: Frame, sums: Footprint, since: wp.ref[real], peaks: wp.ref[Peaks],
     seen: wp.ref[Seen],
 ):  # fmt: skip
     """What the points show of a body, see `observe_faces`.
@@ -257,39 +266,33 @@ def observe_points(
     depth = sums.middle / frame.feet
     depth = wp.where(spans(sums.count, xx, xy, yy), larger(depth, TINY), smaller(depth, zero))
     slips = sums.fastest > pace.creep * pace.creep
-    observe_faces(
-        live, time, depth, sums.deep - depth, one, slips, seat.since, seen.uplift_time, seen.moved,
-        seen.deepest, seen.impacts, seen.mode,
-    )  # fmt: skip
+    observe_faces(live, time, depth, sums.deep - depth, one, slips, since, seen)
     x, y = sums.way_x / sums.touching, sums.way_y / sums.touching
-    seat.slide_x = wp.where(live, x, seat.slide_x)
-    seat.slide_y = wp.where(live, y, seat.slide_y)
-    peaks.slide = wp.where(live, larger(x * x + y * y, peaks.slide), peaks.slide)
+    peaks = observe_slide(live, x, y, x * x + y * y, peaks)
 
 
 @wp.func
 def observe_body(
-    pace: Pace, block: Block, frame: Frame, s: Moving, seat: Seat, peaks: wp.ref[Peaks], mode: int
+    pace: Pace, block: Block, frame: Frame, s: State, peaks: wp.ref[Peaks], mode: int
 ) -> int:
     """Sees a body after a step: the mode of its lane."""
-    live, zero, up = pace.live == 1, real(0.0), real(0.0)
+    live, zero = pace.live == 1, real(0.0)
+    now = turns_of_body(block, frame, s.qx, s.qy, s.qz, s.qw)
     time = real(pace.steps) * pace.dt
-    observe_turns(
-        live, time, block, frame, s.qx, s.qy, s.qz, s.qw, peaks.along, peaks.time, peaks.across,
-        peaks.tilt, peaks.yaw, up,
-    )  # fmt: skip
+    peaks = observe_turns(live, time, now.along, now.across, now.tilt, now.yaw, peaks)
     # A sum is finite only if all of its numbers are.
-    total = s.x + s.y + s.z + seat.slide_x + seat.slide_y + s.qx + s.qy + s.qz + s.qw
-    over = wp.where(up <= zero and mode != BROKEN, OVERTURNED, mode)
+    total = s.x + s.y + s.z + peaks.slide_x + peaks.slide_y + s.qx + s.qy + s.qz + s.qw
+    over = wp.where(now.up <= zero and mode != BROKEN, OVERTURNED, mode)
     return wp.where(live, wp.where(total - total == zero, over, BROKEN), mode)
 
 
 @wp.func
-def pose_before(block: Block, frame: Frame, past: real, s: Moving) -> Pose:
+def pose_before(block: Block, frame: Frame, past: real, s: State) -> Pose:
     """Attitude of the block's axes and centre of mass of a body some time ago [s]."""
-    ex, ey, ez, ew = turn_freely(
-        s.qx, s.qy, s.qz, s.qw, s.lx, s.ly, s.lz, block.inverse_x, block.inverse_y,
-        block.inverse_z, -past,
-    )  # fmt: skip
+    spin, inverse = (
+        Triple(s.lx, s.ly, s.lz),
+        Triple(block.inverse_x, block.inverse_y, block.inverse_z),
+    )
+    ex, ey, ez, ew = turn_freely(s.qx, s.qy, s.qz, s.qw, spin, inverse, -past)
     a, b, c, d = block_attitude(frame, ex, ey, ez, ew)
     return Pose(a, b, c, d, s.x - past * s.vx, s.y - past * s.vy, s.z - past * s.vz)

@@ -30,36 +30,36 @@ from warprock.kernels.dem_space.body import (
 from warprock.kernels.dem_space.stack import Energy, Jolt, Load, Pace, Spring, integrate
 from warprock.kernels.dem_space.stack_lanes import (
     Base,
-    Peaks,
-    Seat,
-    Seen,
     begin_step,
-    block_result,
     move_base,
     result_of,
 )
-from warprock.kernels.dem_space.stack_meet import Axes, Moving
 from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.rows import kernel, rows
+from warprock.kernels.shape.stack_found import Seen, start_seen
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.shape_space.block_found import Found
+from warprock.kernels.shape_space.block_found import Found, Peaks, block_result
 from warprock.kernels.shape_space.body import MOST_POINTS, Point, block_attitude, throw_of
-from warprock.kernels.shape_space.thrown import push, tumble_on
+from warprock.kernels.shape_space.lanes import State, Turn
+from warprock.kernels.shape_space.thrown import tumble_on
 
 wp.set_module_options(ONE_VECTOR)
 
 
 @wp.struct
 class Low:
-    """Of a body in a step: height of its lowest point from the centre of mass [m].
+    """How a body lies.
 
-    `way` is the square of the largest way of its centre so far [m^2], see `tumble_on`.
+    Attributes:
+        lowest: Height of its lowest point from the centre of mass, in a step [m].
+        way: Square of the largest way of its centre so far [m^2], see `tumble_on`.
+        since: Time since which it gapes, see `observe_faces` [s].
     """
 
     lowest: real
     way: real
+    since: real
 
 
 @kernel
@@ -69,11 +69,10 @@ def run_lanes(
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time."""
-    state = rows(Moving)
-    axes = rows(Axes)
+    state = rows(State)
+    axes = rows(Turn)
     spin = rows(Spin)
     load = rows(Load)
-    seat = rows(Seat)
     peaks = rows(Peaks)
     low = rows(Low)
     sums = rows(Footprint)
@@ -93,16 +92,10 @@ def run_lanes(
         s0, p0 = start_body(block, frame)
         state[i] = s0
         peaks[i] = p0
-        seat[i].since = NEVER
+        low[i].since = NEVER
         pace[i].dt = lanes[first + i].time_step
         pace[i].creep = lanes[first + i].creep
-        seen[i].uplift_time = lanes[first + i].uplift_time
-        seen[i].mode = RUNNING
-        push(
-            throw_of(frame), s0.qx, s0.qy, s0.qz, s0.qw, block.inverse_x, block.inverse_y,
-            block.inverse_z, state[i].vx, state[i].vy, state[i].vz, state[i].lx, state[i].ly,
-            state[i].lz,
-        )  # fmt: skip
+        seen[i] = start_seen(lanes[first + i].uplift_time)
     for c in range(count):
         for i in range(LANES):
             point[c, i] = points[c, first + i]
@@ -155,23 +148,18 @@ def run_lanes(
                     sums[i] = total
             for i in range(LANES):
                 frame = frame_of(lanes[first + i])
-                sits, tops, sees = seat[i], peaks[i], seen[i]
-                observe_points(pace[i], frame, sums[i], sits, tops, sees)
+                tops, sees = peaks[i], seen[i]
+                observe_points(pace[i], frame, sums[i], low[i].since, tops, sees)
                 jolt = Jolt(base[0, i].dv, base[1, i].dv, base[2, i].dv)
                 s = state[i]
                 integrate(pace[i], blocks[0, first + i], knobs, jolt, load[i], s, energy[i].loss)
                 state[i] = s
                 load[i] = Load()
-                sees.mode = observe_body(
-                    pace[i], blocks[0, first + i], frame, s, sits, tops, sees.mode
-                )
-                seat[i] = sits
-                peaks[i] = tops
+                sees.mode = observe_body(pace[i], blocks[0, first + i], frame, s, tops, sees.mode)
                 seen[i] = sees
-                tumble_on(
-                    throw_of(frame), blocks[0, first + i], s.x, s.y, seen[i].mode,
-                    seat[i].slide_x, seat[i].slide_y, peaks[i].slide, low[i].way,
-                )  # fmt: skip
+                peaks[i] = tumble_on(
+                    throw_of(frame), blocks[0, first + i], s, seen[i].mode, low[i].way, tops
+                )
         if found.attitudes.shape[0] > 0:
             for i in range(LANES):
                 past = time_past(until, pace[i].steps, pace[i].dt, seen[i].mode)
@@ -184,4 +172,4 @@ def run_lanes(
         found.results[first + i] = result_of(seen[i], energy[i], pace[i].steps)
         s = state[i]
         _a, _b, tz, tw = block_attitude(frame_of(lanes[first + i]), s.qx, s.qy, s.qz, s.qw)
-        found.blocks[0, first + i] = block_result(tz, tw, seat[i], peaks[i])
+        found.blocks[0, first + i] = block_result(tz, tw, peaks[i])

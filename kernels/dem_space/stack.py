@@ -37,15 +37,9 @@ Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks in space.
 import warp as wp
 
 from warprock.kernels.dem.stack import FAILED, Knobs
-from warprock.kernels.dem_space.stack_meet import (
-    Link,
-    Moving,
-    axes_of,
-    back_from,
-    held_in,
-    parts_along,
-)
-from warprock.kernels.shape_space.block import Block, product, turn_freely, vector_product
+from warprock.kernels.dem_space.stack_meet import Link, back_from, held_in, parts_along
+from warprock.kernels.shape_space.block import Block, turn_freely
+from warprock.kernels.shape_space.lanes import State, Triple, product, turn_of, vector_product
 
 CONE = FRICTION == "cone"
 """Whether shear is bound as a cone, else as a box along the two directions."""
@@ -338,7 +332,7 @@ def add_sums(axis: Sums, first: Sums, second: Sums) -> Sums:
 
 @wp.func
 def load_blocks(
-    lower: Moving, link: Link, sums: Sums, above: wp.ref[Load], below: wp.ref[Load]
+    lower: State, link: Link, sums: Sums, above: wp.ref[Load], below: wp.ref[Load]
 ) -> real:
     """Adds the forces of the springs of an interface to the loads on its two blocks.
 
@@ -376,7 +370,7 @@ def drive(over: real, drag: real, fx: real, fy: real, fz: real, vx: real, vy: re
 
 @wp.func
 def integrate(
-    pace: Pace, block: Block, knobs: Knobs, jolt: Jolt, load: Load, s: wp.ref[Moving],
+    pace: Pace, block: Block, knobs: Knobs, jolt: Jolt, load: Load, s: wp.ref[State],
     loss: wp.ref[real],
 ):  # fmt: skip
     """Moves a block by a step, and adds what its load takes of its energy to `loss` [J]."""
@@ -388,12 +382,12 @@ def integrate(
     ux, uy = fused(span, px, s.vx - jolt.x), fused(span, py, s.vy - jolt.y)
     uz = fused(span, pz - knobs.gravity, s.vz - jolt.z)
     kx, ky, kz = fused(span, ax, s.lx), fused(span, ay, s.ly), fused(span, az, s.lz)
-    axes = axes_of(s.qx, s.qy, s.qz, s.qw)
+    axes = turn_of(s)
     o1, o2, o3 = parts_along(axes, s.lx + kx, s.ly + ky, s.lz + kz)
     e1, e2, e3 = parts_along(axes, ax, ay, az)
     moved = product(px, py, pz, s.vx + ux, s.vy + uy, s.vz + uz)
     work = HALF * span * mass * (moved + product(o1 * ix, o2 * iy, o3 * iz, e1, e2, e3))
-    n1, n2, n3, n4 = turn_freely(s.qx, s.qy, s.qz, s.qw, kx, ky, kz, ix, iy, iz, dt)
+    n1, n2, n3, n4 = turn_freely(s.qx, s.qy, s.qz, s.qw, Triple(kx, ky, kz), Triple(ix, iy, iz), dt)
     loss = loss - wp.where(live, work, real(0.0))
     s.x = wp.where(live, fused(dt, ux, s.x), s.x)
     s.y = wp.where(live, fused(dt, uy, s.y), s.y)

@@ -1,16 +1,19 @@
 """Lanes of the soft-spring kernel of blocks in space: how they start and step, and what is seen.
 
-What is seen of blocks are tangents, see shape_space/block_found.py.
+What is seen of blocks are tangents, see shape_space/block_found.py. The time `since` which an
+interface gapes is that of `observe_faces`.
 """
 
 import warp as wp
 
 from warprock.kernels.dem.stack_lanes import observe_faces
 from warprock.kernels.dem_space.stack import Energy, Pace
-from warprock.kernels.dem_space.stack_meet import Link, Moving
+from warprock.kernels.dem_space.stack_meet import Link
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
-from warprock.kernels.shape_space.block import Block, matrix_of, turn_freely, turns_of
-from warprock.kernels.shape_space.block_found import BlockResult, Result
+from warprock.kernels.shape.stack_found import Seen
+from warprock.kernels.shape_space.block import Block, turn_freely, turns_of
+from warprock.kernels.shape_space.block_found import Peaks, Result, observe_turns, start_peaks
+from warprock.kernels.shape_space.lanes import State, Triple, matrix_of, turn_of
 
 Pose = wp.types.vector(length=7, dtype=real)
 """Attitude, and centre of mass [m]."""
@@ -38,88 +41,36 @@ class Base:
     dv: real
 
 
-@wp.struct
-class Seat:
-    """How a block sits on what is below it.
-
-    Attributes:
-        since: Time since which its interface gapes, see `observe_faces` [s].
-        slide_x, slide_y: How far it has slid [m].
-    """
-
-    since: real
-    slide_x: real
-    slide_y: real
-
-
-@wp.struct
-class Peaks:
-    """Largest values of a block so far; its fields are those of `BlockResult`."""
-
-    along: real
-    time: real
-    across: real
-    tilt: real
-    yaw: real
-    slide: real
-
-
-@wp.struct
-class Seen:
-    """What is seen of a lane so far.
-
-    Attributes:
-        uplift_time: Time at which it first lifted [s], or NEVER.
-        moved: Last time at which a block moved [s].
-        deepest: Deepest overlap [m].
-        impacts: Interfaces that have landed.
-        mode: How the lane goes on.
-    """
-
-    uplift_time: real
-    moved: real
-    deepest: real
-    impacts: int
-    mode: int
-
-
 @wp.func
 def start_block(block: Block):
     """Puts a block where it starts: its state, its peaks."""
     zero = real(0.0)
-    _a, _b, r13, _c, _d, r23, _e, _f, r33 = matrix_of(block.qx, block.qy, block.qz, block.qw)
-    now, side, lean, _g = turns_of(block, r13, r23, r33, block.qz, block.qw)
-    state = Moving(
+    r = matrix_of(block.qx, block.qy, block.qz, block.qw)
+    along, across, tilt, _yaw = turns_of(block, r.r13, r.r23, r.r33, block.qz, block.qw)
+    state = State(
         block.x, block.y, block.z, block.qx, block.qy, block.qz, block.qw, zero, zero, zero,
         zero, zero, zero,
     )  # fmt: skip
-    return state, Peaks(now, zero, side, lean, zero, zero)
+    return state, start_peaks(along, across, tilt)
 
 
 @wp.func
-def observe_block(
-    pace: Pace, block: Block, s: Moving, seat: Seat, peaks: wp.ref[Peaks], mode: int
-) -> int:
+def observe_block(pace: Pace, block: Block, s: State, peaks: wp.ref[Peaks], mode: int) -> int:
     """Sees a block after a step, see `turns_of`: the mode of its lane."""
-    live, zero = pace.live == 1, real(0.0)
+    live, zero, r = pace.live == 1, real(0.0), turn_of(s)
     time = real(pace.steps) * pace.dt
-    _a, _b, r13, _c, _d, r23, _e, _f, r33 = matrix_of(s.qx, s.qy, s.qz, s.qw)
-    now, side, lean, twist = turns_of(block, r13, r23, r33, s.qz, s.qw)
-    way = seat.slide_x * seat.slide_x + seat.slide_y * seat.slide_y
-    peaks.time = wp.where(live and now > peaks.along, time, peaks.time)
-    peaks.along = wp.where(live, larger(now, peaks.along), peaks.along)
-    peaks.across = wp.where(live, larger(side, peaks.across), peaks.across)
-    peaks.tilt = wp.where(live, larger(lean, peaks.tilt), peaks.tilt)
-    peaks.yaw = wp.where(live, larger(size(twist), peaks.yaw), peaks.yaw)
+    along, across, tilt, yaw = turns_of(block, r.r13, r.r23, r.r33, s.qz, s.qw)
+    way = peaks.slide_x * peaks.slide_x + peaks.slide_y * peaks.slide_y
+    peaks = observe_turns(live, time, along, across, tilt, size(yaw), peaks)
     peaks.slide = wp.where(live, larger(way, peaks.slide), peaks.slide)
     # A sum is finite only if all of its numbers are.
-    total = s.x + s.y + s.z + s.qx + s.qy + s.qz + s.qw + seat.slide_x + seat.slide_y
-    over = wp.where(r33 <= zero and mode != BROKEN, OVERTURNED, mode)
+    total = s.x + s.y + s.z + s.qx + s.qy + s.qz + s.qw + peaks.slide_x + peaks.slide_y
+    over = wp.where(r.r33 <= zero and mode != BROKEN, OVERTURNED, mode)
     return wp.where(live, wp.where(total - total == zero, over, BROKEN), mode)
 
 
 @wp.func
-def observe_interface(pace: Pace, link: Link, seat: wp.ref[Seat], seen: wp.ref[Seen]):
+def observe_interface(pace: Pace, link: Link, since: wp.ref[real], seen: wp.ref[Seen]):
     """What a step of a lane shows of an interface as it begins, see `observe_faces`.
 
     What its faces share slides where its fastest point slips by more than `creep`, see `Lane`.
@@ -129,8 +80,7 @@ def observe_interface(pace: Pace, link: Link, seat: wp.ref[Seat], seen: wp.ref[S
     time = real(pace.steps - 1) * pace.dt
     observe_faces(
         pace.live == 1, time, link.overlap, size(link.a3) + size(link.b3), link.area,
-        x * x + y * y > pace.creep * pace.creep, seat.since, seen.uplift_time, seen.moved,
-        seen.deepest, seen.impacts, seen.mode,
+        x * x + y * y > pace.creep * pace.creep, since, seen,
     )  # fmt: skip
 
 
@@ -153,12 +103,13 @@ def begin_step(until: real, mode: int, pace: wp.ref[Pace], energy: wp.ref[Energy
 
 
 @wp.func
-def pose_before(block: Block, past: real, s: Moving) -> Pose:
+def pose_before(block: Block, past: real, s: State) -> Pose:
     """Attitude and centre of mass of a block some time ago [s]."""
-    ex, ey, ez, ew = turn_freely(
-        s.qx, s.qy, s.qz, s.qw, s.lx, s.ly, s.lz, block.inverse_x, block.inverse_y,
-        block.inverse_z, -past,
-    )  # fmt: skip
+    spin, inverse = (
+        Triple(s.lx, s.ly, s.lz),
+        Triple(block.inverse_x, block.inverse_y, block.inverse_z),
+    )
+    ex, ey, ez, ew = turn_freely(s.qx, s.qy, s.qz, s.qw, spin, inverse, -past)
     return Pose(ex, ey, ez, ew, s.x - past * s.vx, s.y - past * s.vy, s.z - past * s.vz)
 
 
@@ -167,12 +118,3 @@ def result_of(seen: Seen, energy: Energy, steps: int) -> Result:
     """What the run of a lane leaves behind."""
     lost = energy.spent - (energy.stored - energy.at_start)
     return Result(seen.uplift_time, seen.moved, lost, seen.deepest, seen.impacts, seen.mode, steps)
-
-
-@wp.func
-def block_result(qz: real, qw: real, seat: Seat, peaks: Peaks) -> BlockResult:
-    """What the run of a block leaves behind, which ends with a twist (qz, qw)."""
-    return BlockResult(
-        qz, qw, seat.slide_x, seat.slide_y, peaks.along, peaks.time, peaks.across, peaks.tilt,
-        peaks.yaw, peaks.slide,
-    )  # fmt: skip

@@ -10,12 +10,16 @@ lower face press on that edge.
 
 import warp as wp
 
-from warprock.kernels.shape_space.block import (
-    Block,
-    in_axes,
+from warprock.kernels.shape_space.block import Block, slide_of
+from warprock.kernels.shape_space.lanes import (
+    State,
+    Triple,
+    Turn,
+    into_base,
+    into_body,
     matrix_of,
     product,
-    slide_of,
+    turn_of,
     vector_product,
 )
 
@@ -23,32 +27,6 @@ SMALLEST = real(1.0e-3)
 """Cosine below which a face seen askew grows no longer."""
 NO_AREA = real(1.0e-12)
 """Area below which two faces share nothing [m^2]."""
-
-
-@wp.struct
-class Moving:
-    """Where a body is and how it moves.
-
-    Attributes:
-        x, y, z: Centre of mass [m]; z from its height in the stack of rigid blocks.
-        qx, qy, qz, qw: Attitude.
-        vx, vy, vz: Velocity [m/s].
-        lx, ly, lz: Angular momentum for unit mass [m^2/s].
-    """
-
-    x: real
-    y: real
-    z: real
-    qx: real
-    qy: real
-    qz: real
-    qw: real
-    vx: real
-    vy: real
-    vz: real
-    lx: real
-    ly: real
-    lz: real
 
 
 @wp.struct
@@ -100,42 +78,22 @@ class Link:
     k3: real
 
 
-@wp.struct
-class Axes:
-    """Rotation matrix of an attitude: its columns are the axes of a body."""
-
-    r11: real
-    r12: real
-    r13: real
-    r21: real
-    r22: real
-    r23: real
-    r31: real
-    r32: real
-    r33: real
-
-
 @wp.func
-def axes_of(qx: real, qy: real, qz: real, qw: real) -> Axes:
-    """The axes of a body of an attitude."""
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    return Axes(r11, r12, r13, r21, r22, r23, r31, r32, r33)
-
-
-@wp.func
-def parts_along(m: Axes, x: real, y: real, z: real):
+def parts_along(m: Turn, x: real, y: real, z: real):
     """Parts of a vector along the axes of a body."""
-    return in_axes(m.r11, m.r21, m.r31, m.r12, m.r22, m.r32, m.r13, m.r23, m.r33, x, y, z)
+    v = into_body(m, Triple(x, y, z))
+    return v.x, v.y, v.z
 
 
 @wp.func
-def out_of(m: Axes, x: real, y: real, z: real):
+def out_of(m: Turn, x: real, y: real, z: real):
     """The vector that has parts along the axes of a body."""
-    return in_axes(m.r11, m.r12, m.r13, m.r21, m.r22, m.r23, m.r31, m.r32, m.r33, x, y, z)
+    v = into_base(m, Triple(x, y, z))
+    return v.x, v.y, v.z
 
 
 @wp.func
-def angular_velocity(block: Block, m: Axes, lx: real, ly: real, lz: real):
+def angular_velocity(block: Block, m: Turn, lx: real, ly: real, lz: real):
     """Angular velocity of a block [rad/s] from its angular momentum for unit mass [m^2/s]."""
     x, y, z = parts_along(m, lx, ly, lz)
     return out_of(m, x * block.inverse_x, y * block.inverse_y, z * block.inverse_z)
@@ -162,34 +120,34 @@ def stretch(half: real, reach_a: real, reach_b: real, place: real, lean_a: real,
 if BLOCKS == 1:
 
     @wp.func
-    def attitude_on(lower: Moving, qx: real, qy: real, qz: real, qw: real):
+    def attitude_on(lower: State, qx: real, qy: real, qz: real, qw: real):
         """The upper attitude as seen from the lower body: the ground is level."""
         return qx, qy, qz, qw
 
     @wp.func
-    def seen_from(lower: Moving, x: real, y: real, z: real):
+    def seen_from(lower: State, x: real, y: real, z: real):
         """A vector of the base's axes in those of the lower body: the same on the ground."""
         return x, y, z
 
     @wp.func
-    def back_from(lower: Moving, x: real, y: real, z: real):
+    def back_from(lower: State, x: real, y: real, z: real):
         """A vector of the lower body's axes in those of the base: the same on the ground."""
         return x, y, z
 
     @wp.func
-    def turning(below: Block, lower: Moving):
+    def turning(below: Block, lower: State):
         """Angular velocity of the lower body in its axes [rad/s]: the ground has none."""
         return real(0.0), real(0.0), real(0.0)
 
     @wp.func
-    def shared(block: Block, below: Block, c1: real, c2: real, m: Axes):
+    def shared(block: Block, below: Block, c1: real, c2: real, m: Turn):
         """Middle and half length of what two faces share: the whole of the block's [m]."""
         return real(0.0), block.half_width, real(0.0), block.half_depth
 
 else:
 
     @wp.func
-    def attitude_on(lower: Moving, qx: real, qy: real, qz: real, qw: real):
+    def attitude_on(lower: State, qx: real, qy: real, qz: real, qw: real):
         """The upper attitude as seen from the lower body."""
         gx, gy, gz, gw = lower.qx, lower.qy, lower.qz, lower.qw
         return (
@@ -200,23 +158,23 @@ else:
         )  # fmt: skip
 
     @wp.func
-    def seen_from(lower: Moving, x: real, y: real, z: real):
+    def seen_from(lower: State, x: real, y: real, z: real):
         """A vector of the base's axes in those of the lower body."""
-        return parts_along(axes_of(lower.qx, lower.qy, lower.qz, lower.qw), x, y, z)
+        return parts_along(turn_of(lower), x, y, z)
 
     @wp.func
-    def back_from(lower: Moving, x: real, y: real, z: real):
+    def back_from(lower: State, x: real, y: real, z: real):
         """A vector of the lower body's axes in those of the base."""
-        return out_of(axes_of(lower.qx, lower.qy, lower.qz, lower.qw), x, y, z)
+        return out_of(turn_of(lower), x, y, z)
 
     @wp.func
-    def turning(below: Block, lower: Moving):
+    def turning(below: Block, lower: State):
         """Angular velocity of the lower body in its axes [rad/s]."""
         h1, h2, h3 = seen_from(lower, lower.lx, lower.ly, lower.lz)
         return h1 * below.inverse_x, h2 * below.inverse_y, h3 * below.inverse_z
 
     @wp.func
-    def shared(block: Block, below: Block, c1: real, c2: real, m: Axes):
+    def shared(block: Block, below: Block, c1: real, c2: real, m: Turn):
         """Middle and half length of what faces share, along the upper one's width and depth [m].
 
         (c1, c2) is its centre of mass, m its axes as seen from the lower one.
@@ -237,7 +195,7 @@ else:
 
 
 @wp.func
-def find_contacts(block: Block, below: Block, upper: Moving, lower: Moving):
+def find_contacts(block: Block, below: Block, upper: State, lower: State):
     """Finds where the springs of an interface are, and how the faces move.
 
     Args:
@@ -249,12 +207,10 @@ def find_contacts(block: Block, below: Block, upper: Moving, lower: Moving):
     """
     dx, dy, dz = upper.x - lower.x, upper.y - lower.y, upper.z - lower.z
     sx, sy, sz, sw = attitude_on(lower, upper.qx, upper.qy, upper.qz, upper.qw)
-    m = axes_of(sx, sy, sz, sw)
+    m = matrix_of(sx, sy, sz, sw)
     both, high = block.half_height + below.half_height, block.half_height
     c1, c2, c3 = seen_from(lower, dx, dy, both + dz)
-    slide_x, slide_y = slide_of(
-        block, c1, c2, m.r11, m.r12, m.r13, m.r21, m.r22, m.r23, m.r31, m.r32
-    )
+    slide_x, slide_y = slide_of(block, c1, c2, m)
     x, half_a, y, half_b = shared(block, below, c1, c2, m)
     x, y = x - block.centre_x, y - block.centre_y
     p1, p2, p3 = out_of(m, x, y, -high)

@@ -31,11 +31,7 @@ from warprock.kernels.dem_space.stack import (
 from warprock.kernels.dem_space.stack_lanes import (
     Base,
     Lane,
-    Peaks,
-    Seat,
-    Seen,
     begin_step,
-    block_result,
     move_base,
     observe_block,
     observe_interface,
@@ -43,13 +39,14 @@ from warprock.kernels.dem_space.stack_lanes import (
     result_of,
     start_block,
 )
-from warprock.kernels.dem_space.stack_meet import Link, Moving, find_contacts
+from warprock.kernels.dem_space.stack_meet import Link, find_contacts
 from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.rows import kernel, rows
+from warprock.kernels.shape.stack_found import Seen, start_seen
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.shape_space.block_found import Found
+from warprock.kernels.shape_space.block_found import Found, Peaks, block_result
+from warprock.kernels.shape_space.lanes import State
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -57,6 +54,9 @@ PAIRS = max(ITERATIONS, 1)
 """Pairs of points of an interface; one in the middle counts as a pair of two halves."""
 KINDS = 3
 """Kinds of pairs: what is summed over each, see `Sums`, is summed apart."""
+
+Numbers = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=real)
+"""One number a body, the ground first."""
 
 
 @kernel
@@ -67,10 +67,10 @@ def run_lanes(
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time; rows of points: a, b, share, kind."""
     # Of bodies, the ground first.
-    state = rows(Moving, BLOCKS + 1)
+    state = rows(State, BLOCKS + 1)
     load = rows(Load, BLOCKS + 1)
-    seat = rows(Seat, BLOCKS + 1)
     peaks = rows(Peaks, BLOCKS + 1)
+    since = Numbers()
     # Of pairs: springs of the points at -(a, b) and at (a, b).
     one = rows(Spring, BLOCKS * PAIRS)
     two = rows(Spring, BLOCKS * PAIRS)
@@ -87,14 +87,13 @@ def run_lanes(
         state[0, i].qw = real(1.0)
         pace[i].dt = lanes[first + i].time_step
         pace[i].creep = lanes[first + i].creep
-        seen[i].uplift_time = lanes[first + i].uplift_time
-        seen[i].mode = RUNNING
+        seen[i] = start_seen(lanes[first + i].uplift_time)
         moves = moves | lanes[first + i].moves
         for k in range(1, bodies):
             s0, p0 = start_block(blocks[k, first + i])
             state[k, i] = s0
             peaks[k, i] = p0
-            seat[k, i].since = NEVER
+            since[k, i] = NEVER
     for sample in range(sample_times.shape[0]):
         passes, until = int(0), sample_times[sample]
         for i in range(LANES):
@@ -121,11 +120,10 @@ def run_lanes(
                         blocks[k, first + i], blocks[h, first + i], state[k, i], state[h, i]
                     )
                     contact[i] = link
-                    sits, sees = seat[k, i], seen[i]
-                    sits.slide_x = slide_x
-                    sits.slide_y = slide_y
-                    observe_interface(pace[i], link, sits, sees)
-                    seat[k, i] = sits
+                    peaks[k, i].slide_x = slide_x
+                    peaks[k, i].slide_y = slide_y
+                    sees = seen[i]
+                    observe_interface(pace[i], link, since[k, i], sees)
                     seen[i] = sees
                 for p in range(pairs):
                     kind, q = int(points[3, p]), pairs * h + p
@@ -158,7 +156,7 @@ def run_lanes(
                     load[k, i] = Load()
                     tops = peaks[k, i]
                     seen[i].mode = observe_block(
-                        pace[i], blocks[k, first + i], s, seat[k, i], tops, seen[i].mode
+                        pace[i], blocks[k, first + i], s, tops, seen[i].mode
                     )
                     peaks[k, i] = tops
         if found.attitudes.shape[0] > 0:
@@ -173,6 +171,4 @@ def run_lanes(
     for i in range(LANES):
         found.results[first + i] = result_of(seen[i], energy[i], pace[i].steps)
         for k in range(1, bodies):
-            found.blocks[k, first + i] = block_result(
-                state[k, i].qz, state[k, i].qw, seat[k, i], peaks[k, i]
-            )
+            found.blocks[k, first + i] = block_result(state[k, i].qz, state[k, i].qw, peaks[k, i])

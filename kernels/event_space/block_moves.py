@@ -8,8 +8,10 @@ import warp as wp
 
 from warprock.kernels.event.block import first_root
 from warprock.kernels.event_space.block_contact import BOX, EDGE, FLAT, Body, Two, along
-from warprock.kernels.shape_space.block import Block, matrix_of, turn_freely
-from warprock.kernels.vectors import Matrix, Quaternion, Vector
+from warprock.kernels.shape_space.block import Block, turn_freely
+from warprock.kernels.shape_space.frame import frame
+from warprock.kernels.shape_space.lanes import Triple, matrix_of
+from warprock.kernels.vectors import Quaternion, Vector
 
 SIDES = 6 if BOX else 5
 """Ways in which a resting block may begin to move, see `lack_of`."""
@@ -46,8 +48,7 @@ def body_at(block: Block, q: Quaternion) -> Body:
     """The block in an attitude."""
     one = real(1.0)
     body = Body()
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(q[0], q[1], q[2], q[3])
-    turn = Matrix(r11, r12, r13, r21, r22, r23, r31, r32, r33)
+    turn = frame(q)
     back = wp.transpose(turn)
     inverse = Vector(block.inverse_x, block.inverse_y, block.inverse_z)
     body.inverse = turn * wp.diag(inverse) * back
@@ -65,18 +66,17 @@ def body_at(block: Block, q: Quaternion) -> Body:
 @wp.func
 def flown(block: Block, q: Quaternion, momentum: Vector, d: real) -> Quaternion:
     """Attitude after free rotation."""
-    qx, qy, qz, qw = turn_freely(
-        q[0], q[1], q[2], q[3], momentum[0], momentum[1], momentum[2],
-        block.inverse_x, block.inverse_y, block.inverse_z, d,
-    )  # fmt: skip
+    spin = Triple(momentum[0], momentum[1], momentum[2])
+    inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
+    qx, qy, qz, qw = turn_freely(q[0], q[1], q[2], q[3], spin, inverse, d)
     return Quaternion(qx, qy, qz, qw)
 
 
 @wp.func
 def upright(q: Quaternion) -> Vector:
     """The block's axis."""
-    _11, _12, r13, _21, _22, r23, _31, _32, r33 = matrix_of(q[0], q[1], q[2], q[3])
-    return Vector(r13, r23, r33)
+    r = matrix_of(q[0], q[1], q[2], q[3])
+    return Vector(r.r13, r.r23, r.r33)
 
 
 @wp.func
@@ -90,11 +90,11 @@ def levelled(q: Quaternion, stance: int) -> Quaternion:
             new = turned(new, Vector(up[1], -up[0], zero))
     elif stance >= EDGE and stance < FLAT:
         for _again in range(2):
-            r11, r12, _13, r21, r22, _23, r31, r32, _33 = matrix_of(new[0], new[1], new[2], new[3])
+            r = matrix_of(new[0], new[1], new[2], new[3])
             # Edges 0 and 2 lie along the width, 1 and 3 along the depth.
             wide = (stance - EDGE) % 2 == 0
-            way = Vector(wp.where(wide, r11, r12), wp.where(wide, r21, r22), zero)
-            rise = wp.where(wide, r31, r32)
+            way = Vector(wp.where(wide, r.r11, r.r12), wp.where(wide, r.r21, r.r22), zero)
+            rise = wp.where(wide, r.r31, r.r32)
             if size(rise) > LEVEL:
                 new = turned(new, Vector(-way[1], way[0], zero) * (rise / (one - rise * rise)))
     return new

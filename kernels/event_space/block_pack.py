@@ -21,7 +21,8 @@ from warprock.kernels.event_space.block_contact import EDGE, FLAT
 from warprock.kernels.event_space.block_moves import GRAIN, corner_event, cut_to, swung_by
 from warprock.kernels.event_space.block_trial import Base, State
 from warprock.kernels.event_space.lane import Limits
-from warprock.kernels.shape_space.block import Block, in_axes, matrix_of
+from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.lanes import matrix_of, product
 from warprock.kernels.vectors import Matrix, Quaternion, Vector
 
 SPARE = by_precision(1.0e-3, 1.0e-1)
@@ -108,18 +109,18 @@ def hinge_of(block: Block, stance: int) -> Hinge:
 @wp.func(inline=True)
 def frame(q: Quaternion) -> Matrix:
     """Rotation matrix of an attitude."""
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(q[0], q[1], q[2], q[3])
-    return Matrix(r11, r12, r13, r21, r22, r23, r31, r32, r33)
+    r = matrix_of(q[0], q[1], q[2], q[3])
+    return Matrix(r.r11, r.r12, r.r13, r.r21, r.r22, r.r23, r.r31, r.r32, r.r33)
 
 
 @wp.func(inline=True)
 def in_base(r: Matrix, v: Vector) -> Vector:
     """A vector of the body's own axes in those of the base."""
-    x, y, z = in_axes(
-        r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2],
-        v[0], v[1], v[2],
-    )  # fmt: skip
-    return Vector(x, y, z)
+    return Vector(
+        product(r[0, 0], r[0, 1], r[0, 2], v[0], v[1], v[2]),
+        product(r[1, 0], r[1, 1], r[1, 2], v[0], v[1], v[2]),
+        product(r[2, 0], r[2, 1], r[2, 2], v[0], v[1], v[2]),
+    )
 
 
 @wp.func(inline=True)
@@ -141,9 +142,9 @@ def moved(h: Hinge, r: Matrix, spin: Vector) -> Vector:
     b = in_body(r, spin)
     m = h.mobility
     n = h.mixed
-    wx, wy, wz = in_axes(
-        m[0], n[0], n[1], n[0], m[1], n[2], n[1], n[2], m[2], b[0], b[1], b[2]
-    )  # fmt: skip
+    wx = product(m[0], n[0], n[1], b[0], b[1], b[2])
+    wy = product(n[0], m[1], n[2], b[0], b[1], b[2])
+    wz = product(n[1], n[2], m[2], b[0], b[1], b[2])
     return in_base(r, Vector(wx, wy, wz))
 
 

@@ -14,48 +14,8 @@ import warp as wp
 from warprock.kernels.event_space.block import TOGETHER, step
 from warprock.kernels.event_space.block_contact import FLYING
 from warprock.kernels.event_space.block_moves import swung_by
-from warprock.kernels.event_space.block_pack import Rolled, frame, hinge_of, rolled
-from warprock.kernels.event_space.block_pack_lanes import (
-    BASE,
-    BUSY,
-    CAP,
-    DEEPEST,
-    DUE,
-    KNOTS,
-    LANE,
-    LONGEST,
-    MODE,
-    REST_GAP,
-    SAMPLE,
-    STEP_LIMIT,
-    STEPS,
-    TIME,
-    TURN,
-    UNTIL,
-    Marks,
-    Numbers,
-    Q,
-    V,
-    W,
-    X,
-    at,
-    before_of,
-    block_at,
-    hinge_at,
-    keep,
-    keep_before,
-    keep_block,
-    keep_hinge,
-    keep_leaf,
-    keep_seen,
-    mark,
-    put,
-    put_four,
-    put_mark,
-    put_three,
-    seen_of,
-    state_of,
-)
+from warprock.kernels.event_space.block_pack import Hinge, Rolled, frame, hinge_of, rolled
+from warprock.kernels.event_space.block_pack_lanes import Before, Place, kept_of, state_before
 from warprock.kernels.event_space.block_run import (
     Seen,
     attitude_at,
@@ -68,13 +28,15 @@ from warprock.kernels.event_space.block_run import (
     start,
     turning,
 )
-from warprock.kernels.event_space.block_trial import State, next_step
+from warprock.kernels.event_space.block_trial import Base, State, next_step
 from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
 from warprock.kernels.instance import LOOPS_STAY, ONE_VECTOR
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.rows import kernel, rows
 from warprock.kernels.shape_space.block import Block, slide_of
-from warprock.kernels.shape_space.block_found import BlockResult, Found, Result  # noqa: F401
+from warprock.kernels.shape_space.block_found import BlockResult, Found
+from warprock.kernels.shape_space.frame import turn_of_matrix
 from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(ONE_VECTOR | LOOPS_STAY)
@@ -113,10 +75,7 @@ def observe_hinge_step(block: Block, before: BlockResult, s: State, n: Rolled, d
     leaf.peak_across = wp.where(turns, back.peak_across, leaf.peak_across)
     leaf.peak_tilt = wp.where(turns, back.peak_tilt, leaf.peak_tilt)
     leaf.peak_yaw = wp.where(turns, back.peak_yaw, leaf.peak_yaw)
-    x, y = slide_of(
-        block, n.x[0], n.x[1], r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0],
-        r[2, 1],
-    )  # fmt: skip
+    x, y = slide_of(block, n.x[0], n.x[1], turn_of_matrix(r))
     leaf.slide_x = x
     leaf.slide_y = y
     leaf.peak_slide = larger(x * x + y * y, before.peak_slide)
@@ -124,46 +83,12 @@ def observe_hinge_step(block: Block, before: BlockResult, s: State, n: Rolled, d
 
 
 @wp.func(inline=True)
-def quiet_step(
-    gravity: real, motion: BaseMotion, end: real, m: wp.ref[Numbers], k: wp.ref[Marks], i: int
-):
-    """One trial step of one lane, if nothing happens in it, or a corner lands inside.
-
-    Else it changes nothing, and marks the lane as busy.
-    """
-    block = block_at(m, i)
-    limits = Limits(gravity, at(m[LONGEST, i]), at(m[REST_GAP, i]))
-    s = state_of(m, k, i)
-    seen = seen_of(m, i)
-    b = next_step(limits, motion, end, s)
-    n = rolled(block, limits, b, hinge_at(m, i), s)
-    leaf, whole = observe_hinge_step(block, seen.leaf, s, n, b.d, b.time)
+def runs_quietly(s: State, b: Base, n: Rolled):
+    """Whether nothing happens in a step, or else whether a corner lands inside, of a lane."""
     total = n.x[0] + n.x[1] + n.x[2] + n.v[0] + n.v[1] + n.v[2] + b.time
     runs = s.mode == RUNNING and s.slip == 0 and s.stance < FLYING and total - total == real(0.0)
     lasts = b.d > TINY and wp.dot(b.kick, b.kick) == real(0.0)
-    ok = runs and lasts and n.clear and whole
-    cut = runs and n.met
-    count = mark(k[STEPS, i]) + wp.where(s.mode == RUNNING, 1, 0)
-    k[STEPS, i] = count
-    late = ok and b.time >= at(m[UNTIL, i])
-    alone = not ok and not cut
-    due = late or alone or count >= mark(k[STEP_LIMIT, i])
-    k[BUSY, i] = wp.where(alone, 1, 0)
-    k[DUE, i] = wp.where(due and s.mode == RUNNING, 1, 0)
-    keep_leaf(leaf, ok, m, i)
-    keep_before(s, ok, m, k, i)
-    put_three(m, X, i, ok, n.x)
-    put_four(m, Q, i, ok, n.q)
-    put_three(m, V, i, ok, n.v)
-    put_three(m, W, i, ok, n.w)
-    put_three(m, TURN, i, ok, n.turn)
-    put_three(m, BASE, i, ok, s.base + b.change)
-    put(m, TIME, i, ok, b.time)
-    put(m, CAP, i, ok or cut, wp.where(ok, NEVER, n.cut))
-    put(m, DEEPEST, i, ok, larger(s.deepest, n.deep))
-    put_mark(k, KNOTS, i, ok, b.knots[0])
-    put_mark(k, KNOTS + 1, i, ok, b.knots[1])
-    put_mark(k, KNOTS + 2, i, ok, b.knots[2])
+    return runs and lasts and n.clear, runs and n.met
 
 
 @wp.func(inline=False)
@@ -189,39 +114,7 @@ def attitude_within(block: Block, until: real, s0: State, s: State) -> Quaternio
     return attitude_at(block, until, s0, s)
 
 
-@wp.func(inline=True)
-def step_alone(
-    block: Block, gravity: real, motion: BaseMotion, end: real, m: wp.ref[Numbers],
-    k: wp.ref[Marks], i: int,
-):  # fmt: skip
-    """One trial step of one lane, whatever happens in it."""
-    limits = Limits(gravity, at(m[LONGEST, i]), at(m[REST_GAP, i]))
-    s = state_of(m, k, i)
-    n, seen, h = full_step(block, limits, motion, end, s, seen_of(m, i))
-    keep_before(s, n.taken, m, k, i)
-    keep_seen(seen, m, i)
-    keep_hinge(h, m, i)
-    keep(n, m, k, i)
-
-
-@wp.func(inline=True)
-def start_lane(block: Block, limits: Lane, lane: int, m: wp.ref[Numbers], k: wp.ref[Marks], i: int):
-    """Puts a lane in a place that has none."""
-    s, seen, h = begun(block)
-    keep(s, m, k, i)
-    keep_before(s, True, m, k, i)
-    keep_seen(seen, m, i)
-    keep_hinge(h, m, i)
-    keep_block(block, m, i)
-    m[LONGEST, i] = limits.longest_step
-    m[REST_GAP, i] = limits.rest_gap
-    k[STEP_LIMIT, i] = limits.step_limit
-    k[STEPS, i] = 0
-    k[LANE, i] = lane
-    k[SAMPLE, i] = 0
-
-
-@wp.kernel
+@kernel
 def run_lanes(
     blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), lanes: wp.array(dtype=Lane),
@@ -231,32 +124,46 @@ def run_lanes(
     thread, _one = wp.tid()
     if thread > 0:
         return
-    m, k = Numbers(), Marks()
+    state = rows(State, lanes=PLACES)
+    before = rows(Before, lanes=PLACES)
+    hinge = rows(Hinge, lanes=PLACES)
+    box = rows(Block, lanes=PLACES)
+    leaf = rows(BlockResult, lanes=PLACES)
+    place = rows(Place, lanes=PLACES)
     waiting, count = int(0), blocks.shape[1]
     samples = found.attitudes.shape[0]
     end = sample_times[sample_times.shape[0] - 1]
     for i in range(PLACES):
-        k[MODE, i] = GONE
+        state[i].mode = GONE
     busy = int(1)
     while busy > 0:
         busy = int(0)
         for i in range(PLACES):
-            if k[DUE, i] != 0:
-                lane = k[LANE, i]
-                if k[BUSY, i] != 0:
+            if place[i].due:
+                lane = place[i].lane
+                if place[i].busy:
                     mx, my, mz = motions[0, lane], motions[1, lane], motions[2, lane]
-                    px = sample_index(mx, k[KNOTS, i])
-                    py = sample_index(my, k[KNOTS + 1, i])
-                    pz = sample_index(mz, k[KNOTS + 2, i])
+                    px = sample_index(mx, state[i].knots[0])
+                    py = sample_index(my, state[i].knots[1])
+                    pz = sample_index(mz, state[i].knots[2])
                     value = Vector(pool[0, px], pool[0, py], pool[0, pz])
                     slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
-                    motion = BaseMotion(mx, my, mz, value, slope)
-                    step_alone(blocks[0, lane], knobs.gravity, motion, end, m, k, i)
-                if k[STEPS, i] >= k[STEP_LIMIT, i] and k[MODE, i] == RUNNING:
-                    k[MODE, i] = STALLED
-                s, s0 = state_of(m, k, i), before_of(m, k, i)
+                    alone = BaseMotion(mx, my, mz, value, slope)
+                    limits = Limits(knobs.gravity, place[i].longest_step, place[i].rest_gap)
+                    known = Seen(leaf[i], place[i].uplift_time, place[i].rest_time)
+                    old = state[i]
+                    new, shown, turns = full_step(blocks[0, lane], limits, alone, end, old, known)
+                    before[i] = wp.where(new.taken, kept_of(old), before[i])
+                    state[i] = new
+                    hinge[i] = turns
+                    leaf[i] = shown.leaf
+                    place[i].uplift_time = shown.uplift_time
+                    place[i].rest_time = shown.rest_time
+                if place[i].steps >= place[i].step_limit and state[i].mode == RUNNING:
+                    state[i].mode = STALLED
+                s, s0 = state[i], state_before(before[i])
                 ended = s.mode != RUNNING or s.time >= end
-                sample = int(k[SAMPLE, i])
+                sample = int(place[i].sample)
                 while sample < samples and (ended or s.time >= sample_times[sample]):
                     q = attitude_within(blocks[0, lane], sample_times[sample], s0, s)
                     for part in range(4):
@@ -266,25 +173,64 @@ def run_lanes(
                         for part in range(3):
                             found.places[sample, 0, part, lane] = x[part]
                     sample += 1
-                k[SAMPLE, i] = sample
+                place[i].sample = sample
                 if ended:
-                    seen = seen_of(m, i)
-                    found.results[lane] = lane_result(blocks[0, lane], k[STEPS, i], s, seen)
+                    seen = Seen(leaf[i], place[i].uplift_time, place[i].rest_time)
+                    found.results[lane] = lane_result(blocks[0, lane], place[i].steps, s, seen)
                     found.blocks[0, lane] = block_result(s, seen)
-                    k[MODE, i] = GONE
-            if k[MODE, i] == GONE and waiting < count:
-                start_lane(blocks[0, waiting], lanes[waiting], waiting, m, k, i)
+                    state[i].mode = GONE
+            if state[i].mode == GONE and waiting < count:
+                first, seen_first, hangs = begun(blocks[0, waiting])
+                state[i] = first
+                before[i] = kept_of(first)
+                hinge[i] = hangs
+                box[i] = blocks[0, waiting]
+                leaf[i] = seen_first.leaf
+                place[i] = Place(
+                    waiting, 0, 0, lanes[waiting].step_limit, lanes[waiting].longest_step,
+                    lanes[waiting].rest_gap, end, seen_first.uplift_time, seen_first.rest_time,
+                    False, False,
+                )  # fmt: skip
                 waiting += 1
-            m[UNTIL, i] = end
-            if k[SAMPLE, i] < samples:
-                m[UNTIL, i] = sample_times[k[SAMPLE, i]]
-            busy = busy + wp.where(k[MODE, i] == RUNNING, 1, 0)
+            place[i].until = end
+            if place[i].sample < samples:
+                place[i].until = sample_times[place[i].sample]
+            busy = busy + wp.where(state[i].mode == RUNNING, 1, 0)
         for i in range(PLACES):
-            place = k[LANE, i]
-            nx, ny, nz = motions[0, place], motions[1, place], motions[2, place]
-            ix = sample_index(nx, k[KNOTS, i])
-            iy = sample_index(ny, k[KNOTS + 1, i])
-            iz = sample_index(nz, k[KNOTS + 2, i])
-            first = Vector(pool[0, ix], pool[0, iy], pool[0, iz])
-            other = Vector(pool[1, ix], pool[1, iy], pool[1, iz])
-            quiet_step(knobs.gravity, BaseMotion(nx, ny, nz, first, other), end, m, k, i)
+            at = place[i].lane
+            nx, ny, nz = motions[0, at], motions[1, at], motions[2, at]
+            ix = sample_index(nx, state[i].knots[0])
+            iy = sample_index(ny, state[i].knots[1])
+            iz = sample_index(nz, state[i].knots[2])
+            values = Vector(pool[0, ix], pool[0, iy], pool[0, iz])
+            slopes = Vector(pool[1, ix], pool[1, iy], pool[1, iz])
+            motion = BaseMotion(nx, ny, nz, values, slopes)
+            own, now = box[i], state[i]
+            bounds = Limits(knobs.gravity, place[i].longest_step, place[i].rest_gap)
+            b = next_step(bounds, motion, end, now)
+            n = rolled(own, bounds, b, hinge[i], now)
+            told, whole = observe_hinge_step(own, leaf[i], now, n, b.d, b.time)
+            quiet, cut = runs_quietly(now, b, n)
+            ok = quiet and whole
+            taken = place[i].steps + wp.where(now.mode == RUNNING, 1, 0)
+            place[i].steps = taken
+            late = ok and b.time >= place[i].until
+            stays = not ok and not cut
+            due = late or stays or taken >= place[i].step_limit
+            place[i].busy = stays
+            place[i].due = due and now.mode == RUNNING
+            leaf[i] = wp.where(ok, told, leaf[i])
+            before[i] = wp.where(ok, kept_of(now), before[i])
+            # What the step leaves as it is is not stored: the whole state would take 5 % more time.
+            state[i].x = wp.where(ok, n.x, now.x)
+            state[i].q = wp.where(ok, n.q, now.q)
+            state[i].v = wp.where(ok, n.v, now.v)
+            state[i].w = wp.where(ok, n.w, now.w)
+            state[i].turn = wp.where(ok, n.turn, now.turn)
+            state[i].base = wp.where(ok, now.base + b.change, now.base)
+            state[i].time = wp.where(ok, b.time, now.time)
+            state[i].cap = wp.where(ok or cut, wp.where(ok, NEVER, n.cut), now.cap)
+            state[i].deepest = wp.where(ok, larger(now.deepest, n.deep), now.deepest)
+            state[i].knots[0] = wp.where(ok, b.knots[0], now.knots[0])
+            state[i].knots[1] = wp.where(ok, b.knots[1], now.knots[1])
+            state[i].knots[2] = wp.where(ok, b.knots[2], now.knots[2])

@@ -21,8 +21,9 @@ from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
-from warprock.kernels.shape_space.block import Block, matrix_of, slide_of, turns_of
+from warprock.kernels.shape_space.block import Block, slide_of, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
+from warprock.kernels.shape_space.lanes import matrix_of
 from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(BRANCHES)
@@ -91,8 +92,8 @@ def place_at(until: real, s0: State, s: State) -> Vector:
 def peaks_at(block: Block, before: BlockResult, q: Quaternion, time: real) -> BlockResult:
     """The largest turns so far, with those of an attitude."""
     leaf = before
-    _11, _12, r13, _21, _22, r23, _31, _32, r33 = matrix_of(q[0], q[1], q[2], q[3])
-    plane, across, tilt, yaw = turns_of(block, r13, r23, r33, q[2], q[3])
+    r = matrix_of(q[0], q[1], q[2], q[3])
+    plane, across, tilt, yaw = turns_of(block, r.r13, r.r23, r.r33, q[2], q[3])
     leaf.peak_time = wp.where(plane > leaf.peak, time, leaf.peak_time)
     leaf.peak = larger(plane, leaf.peak)
     leaf.peak_across = larger(across, leaf.peak_across)
@@ -123,9 +124,8 @@ def observe(block: Block, before: Seen, s0: State, s: State) -> Seen:
             time = s0.time + at
             seen.leaf = peaks_at(block, seen.leaf, attitude_at(block, time, s0, s), time)
     if s.stance != FLYING:
-        q = s.q
-        r11, r12, r13, r21, r22, r23, r31, r32, _33 = matrix_of(q[0], q[1], q[2], q[3])
-        slide_x, slide_y = slide_of(block, s.x[0], s.x[1], r11, r12, r13, r21, r22, r23, r31, r32)
+        r = matrix_of(s.q[0], s.q[1], s.q[2], s.q[3])
+        slide_x, slide_y = slide_of(block, s.x[0], s.x[1], r)
         square = slide_x * slide_x + slide_y * slide_y
         seen.leaf.slide_x = slide_x
         seen.leaf.slide_y = slide_y

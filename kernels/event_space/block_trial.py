@@ -10,7 +10,7 @@ from warprock.kernels.event.block_begin import MORE, base_change
 from warprock.kernels.event_space.block_contact import FLAT, Body, Corners, Held
 from warprock.kernels.event_space.block_moves import body_at, turned
 from warprock.kernels.event_space.lane import BaseMotion, Limits
-from warprock.kernels.motion import knot_step, knot_time, series
+from warprock.kernels.motion import expand, knot_step, knot_time
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.vectors import Quaternion, Vector
 
@@ -139,14 +139,14 @@ def next_step(limits: Limits, motion: BaseMotion, end: real, s: State) -> Base:
     if b.time >= tz:
         b.knots[2] = s.knots[2] + 1
         b.kick[2] = knot_step(mz, s.knots[2])
-    ax, jx, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(mx, s.knots[0], b.time, value[0], slope[0])
-    ay, jy, _b2, _b3, _b4, _b5, _b6, _b7, _b8 = series(my, s.knots[1], b.time, value[1], slope[1])
-    az, jz, _c2, _c3, _c4, _c5, _c6, _c7, _c8 = series(mz, s.knots[2], b.time, value[2], slope[2])
-    b.last = Vector(ax, ay, az)
+    along_x = expand(mx, s.knots[0], b.time, value[0], slope[0])
+    along_y = expand(my, s.knots[1], b.time, value[1], slope[1])
+    along_z = expand(mz, s.knots[2], b.time, value[2], slope[2])
+    b.last = Vector(along_x.a0, along_y.a0, along_z.a0)
     b.change = Vector(
-        base_change(mx, b.time, d, ax, jx, s.base[0], b.kick[0]),
-        base_change(my, b.time, d, ay, jy, s.base[1], b.kick[1]),
-        base_change(mz, b.time, d, az, jz, s.base[2], b.kick[2]),
+        base_change(mx, b.time, d, along_x.a0, along_x.a1, s.base[0], b.kick[0]),
+        base_change(my, b.time, d, along_y.a0, along_y.a1, s.base[1], b.kick[1]),
+        base_change(mz, b.time, d, along_z.a0, along_z.a1, s.base[2], b.kick[2]),
     )
     b.first = b.change * (TWO / larger(d, TINY)) - b.last
     return b

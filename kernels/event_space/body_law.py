@@ -45,6 +45,7 @@ from warprock.kernels.event_space.body_face import (
 )
 from warprock.kernels.shape_space.body import APART
 from warprock.kernels.shape_space.contact import gains_of, solve_contact
+from warprock.kernels.shape_space.frame import relative_velocity
 from warprock.kernels.vectors import Matrix, Vector
 
 if FRICTION == "box":
@@ -222,9 +223,8 @@ def solve_by_sweeps(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> C
         for turn in range(total):
             k = wp.where(step % 2 == 0, turn, total - 1 - turn)
             r = t.lever[k]
-            new = solve_contact(
-                s.friction, zero, zero, gains[k], e, r, none, p[k], c.v, c.w, none, none
-            )
+            u = relative_velocity(c.v, c.w, r, none, none, none)
+            new = solve_contact(s.friction, zero, zero, gains[k], e, p[k], u)
             more = part * (new - p[k])
             p[k] = p[k] + more
             c.v = c.v + more

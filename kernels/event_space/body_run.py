@@ -123,14 +123,14 @@ def place_at(until: real, s0: State, s: State) -> Vector:
 def peaks_at(block: Block, frame: Frame, before: BlockResult, q: Quaternion, time: real):
     """The largest turns so far, with those of an attitude."""
     leaf = before
-    plane, across, tilt, yaw, _up, qz, qw = turns_of_body(block, frame, q[0], q[1], q[2], q[3])
-    leaf.peak_time = wp.where(plane > leaf.peak, time, leaf.peak_time)
-    leaf.peak = larger(plane, leaf.peak)
-    leaf.peak_across = larger(across, leaf.peak_across)
-    leaf.peak_tilt = larger(tilt, leaf.peak_tilt)
-    leaf.peak_yaw = larger(yaw, leaf.peak_yaw)
-    leaf.qz = qz
-    leaf.qw = qw
+    now = turns_of_body(block, frame, q[0], q[1], q[2], q[3])
+    leaf.peak_time = wp.where(now.along > leaf.peak, time, leaf.peak_time)
+    leaf.peak = larger(now.along, leaf.peak)
+    leaf.peak_across = larger(now.across, leaf.peak_across)
+    leaf.peak_tilt = larger(now.tilt, leaf.peak_tilt)
+    leaf.peak_yaw = larger(now.yaw, leaf.peak_yaw)
+    leaf.qz = now.qz
+    leaf.qw = now.qw
     return leaf
 
 

@@ -205,9 +205,10 @@ def solve_by_law(
     """Impulses of a contact that obeys its law, all others as they are; see `solve_contact`."""
     zero, g, k = real(0.0), gains, t.body[i]
     mu, vu, ou, vl, ol = pose.friction[k], v[k], w[k], v[k - 1], w[k - 1]
+    u = relative_velocity(vu, ou, t.ru[i], vl, ol, t.rl[i])
     if t.law[i] == CONE:
-        return solve_contact(mu, zero, zero, g, e, t.ru[i], t.rl[i], p, vu, ou, vl, ol)
-    at = e * relative_velocity(vu, ou, t.ru[i], vl, ol, t.rl[i])
+        return solve_contact(mu, zero, zero, g, e, p, u)
+    at = e * u
     if t.law[i] == HOLD:
         return Vector(
             p[0] - g[4] * at[0] - g[5] * at[1] - g[6] * at[2],

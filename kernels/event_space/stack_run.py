@@ -17,7 +17,7 @@ from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
 from warprock.kernels.shape_space.block import Block, slide_of, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
-from warprock.kernels.shape_space.frame import frame
+from warprock.kernels.shape_space.frame import frame, turn_of_matrix
 from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(LOOPS_STAY)
@@ -94,10 +94,7 @@ def observe(own: Own, before: Peaks, s: State) -> Peaks:
         m, c = down * r, down * (s.x[k] - s.x[k - 1])
         plane, across, tilt, yaw = turns_of(block, r[0, 2], r[1, 2], r[2, 2], s.q[k, 2], s.q[k, 3])
         if (s.touch[k] != 0) or s.time == real(0.0):
-            x, y = slide_of(
-                block, c[0], c[1], m[0, 0], m[0, 1], m[0, 2], m[1, 0], m[1, 1], m[1, 2], m[2, 0],
-                m[2, 1],
-            )  # fmt: skip
+            x, y = slide_of(block, c[0], c[1], turn_of_matrix(m))
             n[k, 0] = x
             n[k, 1] = y
             n[k, 7] = larger(x * x + y * y, n[k, 7])

@@ -4,6 +4,9 @@ As event_space/block_run.py, but for the start, where what moves into the base m
 inelastic impact), and for blocks that tumble: between two steps the face that looks down becomes
 the bottom (shape_space/thrown.py), so that the step knows of no other. Their slide is the way of
 their centre along the base.
+
+It is a text of its own: a block and its attitude are here in axes that change between two steps,
+and what is seen of it in those that it began with. block_run.py knows one set of axes.
 """
 
 import warp as wp
@@ -28,7 +31,7 @@ from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED, UNSOLVED
 from warprock.kernels.motion import Motion, sample_index
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.shape_space.block_found import BlockResult, Found, Result  # noqa: F401
+from warprock.kernels.shape_space.block_found import Found
 from warprock.kernels.shape_space.thrown import Throw, after, leans, new_axes, old_corner, renamed
 from warprock.kernels.vectors import Quaternion, Vector
 

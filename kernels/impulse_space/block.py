@@ -40,22 +40,23 @@ Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 import warp as wp
 
 from warprock.kernels.parting import CREEP, slack
-from warprock.kernels.shape_space.block import Block, product, vector_product
+from warprock.kernels.shape_space.block import Block, turn_freely
 from warprock.kernels.shape_space.contact import drag, holds, slip_gains, stop_gains
 from warprock.kernels.shape_space.lanes import (
     State,
     Symmetric,
     Triple,
+    inertia_of,
     into_base,
     into_body,
     minus,
     plus,
+    product,
     scalar_product,
     scaled_each,
     times,
     turn_of,
-    turned_freely,
-    weighted,
+    vector_product,
 )
 
 FAR = real(1.0e30)
@@ -244,7 +245,7 @@ def predict(dv: Triple, knobs: Knobs, inverse: Triple, s: State):
     dv is the change of the base velocity [m/s], inverse are the inverse moments of inertia about
     the block's axes [1/m^2].
     """
-    j = weighted(turn_of(s), inverse)
+    j = inertia_of(turn_of(s), inverse)
     o = times(j, spin_of(s))
     fall = knobs.time_step * knobs.gravity
     return Velocity(s.vx - dv.x, s.vy - dv.y, s.vz - dv.z - fall, o.x, o.y, o.z), j
@@ -320,7 +321,7 @@ def warm_start(at: Contact, p: Impulse, j: Symmetric, u: wp.ref[Velocity]) -> Ga
     kzz = fused_less(x, c2, fused(y, c1, one))
     kxy, kxz, kyz = fused_less(y, b3, h * b2), fused_less(y, c3, h * c2), fused_less(h, c1, x * c3)
     p1, p2, p3 = slip_gains(at.on, kxx, kxy, kyy)
-    h11, h12, h13, h22, h23, h33 = stop_gains(at.on, kxx, kxy, kxz, kyy, kyz, kzz)
+    stop = stop_gains(at.on, Symmetric(kxx, kxy, kxz, kyy, kyz, kzz))
     px, py, pz = at.on * p.fx, at.on * p.fy, at.on * p.n
     u.x = u.x + px
     u.y = u.y + py
@@ -328,7 +329,9 @@ def warm_start(at: Contact, p: Impulse, j: Symmetric, u: wp.ref[Velocity]) -> Ga
     u.turn_x = fused(c1, pz, fused(b1, py, fused(a1, px, u.turn_x)))
     u.turn_y = fused(c2, pz, fused(b2, py, fused(a2, px, u.turn_y)))
     u.turn_z = fused(c3, pz, fused(b3, py, fused(a3, px, u.turn_z)))
-    return Gains(kxz, kyz, at.on / kzz, p1, p2, p3, h11, h12, h13, h22, h23, h33)
+    return Gains(
+        kxz, kyz, at.on / kzz, p1, p2, p3, stop.xx, stop.xy, stop.xz, stop.yy, stop.yz, stop.zz
+    )
 
 
 @wp.func
@@ -386,7 +389,7 @@ def integrate(
     lift = -knobs.erp * smaller(lowest + real(2.0) * dt * dt * knobs.gravity, zero)
     loss = loss - wp.where(live, HALF * (linear + angular) + knobs.gravity * lift, zero)
     spin = plus(spin_of(s), into_base(r, h))
-    qx, qy, qz, qw = turned_freely(s, spin, inverse, dt)
+    qx, qy, qz, qw = turn_freely(s.qx, s.qy, s.qz, s.qw, spin, inverse, dt)
     return State(
         wp.where(live, fused(dt, u.x, s.x), s.x), wp.where(live, fused(dt, u.y, s.y), s.y),
         wp.where(live, fused(dt, u.z, s.z + lift), s.z), wp.where(live, qx, s.qx),

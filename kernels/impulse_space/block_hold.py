@@ -31,22 +31,23 @@ from warprock.kernels.impulse_space.block import (
     rate_of,
     spin_of,
 )
-from warprock.kernels.shape_space.block import product
-from warprock.kernels.shape_space.contact import cofactors, holds
+from warprock.kernels.shape_space.contact import holds
 from warprock.kernels.shape_space.lanes import (
     State,
     Symmetric,
     Triple,
     choose,
+    cofactors,
     cross_product,
+    inertia_of,
     into_base,
     minus,
     plus,
+    product,
     scalar_product,
     scaled,
     times,
     turn_of,
-    weighted,
 )
 
 QUARTER = real(0.25)
@@ -132,9 +133,9 @@ class Pressure:
 @wp.func
 def over(m: Symmetric, v: Triple) -> Triple:
     """The inverse of a symmetric matrix times a vector."""
-    c11, c12, c13, c22, c23, c33 = cofactors(m.xx, m.xy, m.xz, m.yy, m.yz, m.zz)
-    part = real(1.0) / product(m.xx, m.xy, m.xz, c11, c12, c13)
-    return scaled(part, times(Symmetric(c11, c12, c13, c22, c23, c33), v))
+    c = cofactors(m)
+    part = real(1.0) / product(m.xx, m.xy, m.xz, c.xx, c.xy, c.xz)
+    return scaled(part, times(c, v))
 
 
 @wp.func
@@ -343,7 +344,7 @@ def face_of(block: Box, lean: Lean, s: State) -> Face:
     middle = into_base(r, Triple(-block.centre_x, -block.centre_y, -block.half_height))
     return Face(
         Triple(w * r.r11, w * r.r21, w * r.r31), Triple(d * r.r12, d * r.r22, d * r.r32), middle,
-        weighted(r, moments),
+        inertia_of(r, moments),
     )  # fmt: skip
 
 

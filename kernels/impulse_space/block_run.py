@@ -46,21 +46,9 @@ from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.rows import kernel, rows
-from warprock.kernels.shape_space.block import Block, turns_of
-from warprock.kernels.shape_space.block_found import (  # noqa: F401
-    BlockResult,
-    Found,
-    Peaks,
-    Result,
-    block_result,
-    start_peaks,
-)
-from warprock.kernels.shape_space.lanes import (
-    State,
-    Symmetric,
-    Triple,
-    turned_freely,
-)
+from warprock.kernels.shape_space.block import Block, turn_freely, turns_of
+from warprock.kernels.shape_space.block_found import Found, Peaks, Result, block_result, start_peaks
+from warprock.kernels.shape_space.lanes import State, Symmetric, Triple
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -123,7 +111,7 @@ def swap_impulses_if(swaps: bool, a: wp.ref[Impulse], b: wp.ref[Impulse]):
 def attitude_at(live: bool, past: real, inverse: Triple, s: State):
     """Attitude at a sample that a block has passed by the time -past [s], if it lives on."""
     time = wp.where(live, past, real(0.0))
-    x, y, z, w = turned_freely(s, spin_of(s), inverse, time)
+    x, y, z, w = turn_freely(s.qx, s.qy, s.qz, s.qw, spin_of(s), inverse, time)
     return x, y, z, w
 
 

@@ -16,9 +16,9 @@ from warprock.kernels.impulse_space.block import (
     slips,
 )
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
-from warprock.kernels.shape_space.block import Block, product
+from warprock.kernels.shape_space.block import Block, slide_of, turns_of
 from warprock.kernels.shape_space.block_found import Peaks, Result, observe_slide, observe_turns
-from warprock.kernels.shape_space.lanes import State, find_slide, find_turns, turn_of
+from warprock.kernels.shape_space.lanes import State, product, turn_of
 
 
 @wp.func
@@ -64,8 +64,8 @@ def observe_contacts(
 def observe_block(live: bool, time: real, block: Block, s: State, peaks: Peaks) -> Peaks:
     """Peaks and slide of a block after a step, if its lane lives on."""
     r = turn_of(s)
-    along, across, tilt, yaw = find_turns(block, r, s)
-    x, y = find_slide(block, s.x, s.y, r)
+    along, across, tilt, yaw = turns_of(block, r.r13, r.r23, r.r33, s.qz, s.qw)
+    x, y = slide_of(block, s.x, s.y, r)
     turned = observe_turns(live, time, along, across, tilt, yaw, peaks)
     return observe_slide(live, x, y, dot(x, y, x, y), turned)
 

@@ -34,7 +34,7 @@ from warprock.kernels.shape_space.body import (
     turns_of_body,
 )
 from warprock.kernels.shape_space.lanes import State, Symmetric, Triple, Turn
-from warprock.kernels.shape_space.thrown import push
+from warprock.kernels.shape_space.thrown import push, tumble_on
 
 
 @wp.struct
@@ -63,12 +63,14 @@ class Stance:
 def start_body(block: Block, frame: Frame, knobs: Knobs) -> State:
     """A body where it starts; its velocity is that of half a step before."""
     qx, qy, qz, qw = body_attitude(frame, block.qx, block.qy, block.qz, block.qw)
-    vx, vy, vz, lx = real(0.0), real(0.0), real(0.0), real(0.0)
-    ly, lz = real(0.0), real(0.0)
-    ix, iy, iz = block.inverse_x, block.inverse_y, block.inverse_z
-    push(throw_of(frame), qx, qy, qz, qw, ix, iy, iz, vx, vy, vz, lx, ly, lz)
-    vz = vz + HALF * knobs.time_step * knobs.gravity
-    return State(block.x, block.y, block.z, qx, qy, qz, qw, vx, vy, vz, lx, ly, lz)
+    inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
+    zero = real(0.0)
+    rests = State(
+        block.x, block.y, block.z, qx, qy, qz, qw, zero, zero, zero, zero, zero, zero
+    )  # fmt: skip
+    s = push(throw_of(frame), inverse, rests)
+    s.vz = s.vz + HALF * knobs.time_step * knobs.gravity
+    return s
 
 
 @wp.func
@@ -180,17 +182,11 @@ def observe_body(
     The lane of one that tumbles lives on; its slide is the way of its centre, `way` the square of
     the largest so far [m^2].
     """
-    live, tumbles = mode == RUNNING, throw_of(frame).tumbles == 1
-    along, across, tilt, yaw, up, _z, _w = turns_of_body(block, frame, s.qx, s.qy, s.qz, s.qw)
-    seen = observe_turns(live, time, along, across, tilt, yaw, p)
-    total = s.x + s.y + s.z + s.vx + s.vy + s.vz + s.lx + s.ly + s.lz + up + s.qw
-    falls = wp.where(up <= real(0.0), OVERTURNED, RUNNING)
+    live = mode == RUNNING
+    now = turns_of_body(block, frame, s.qx, s.qy, s.qz, s.qw)
+    seen = observe_turns(live, time, now.along, now.across, now.tilt, now.yaw, p)
+    total = s.x + s.y + s.z + s.vx + s.vy + s.vz + s.lx + s.ly + s.lz + now.up + s.qw
+    falls = wp.where(now.up <= real(0.0), OVERTURNED, RUNNING)
     goes = wp.where(total - total == real(0.0), falls, BROKEN)
     mode = wp.where(live, goes, mode)
-    mode = wp.where(tumbles and mode == OVERTURNED, RUNNING, mode)
-    dx, dy = s.x - block.x, s.y - block.y
-    way = larger(way, dx * dx + dy * dy)
-    seen.slide_x = wp.where(tumbles, dx, seen.slide_x)
-    seen.slide_y = wp.where(tumbles, dy, seen.slide_y)
-    seen.slide = wp.where(tumbles, way, seen.slide)
-    return seen
+    return tumble_on(throw_of(frame), block, s, mode, way, seen)

@@ -30,11 +30,11 @@ from warprock.kernels.shape_space.lanes import (
     Triple,
     Turn,
     cross_product,
+    inertia_of,
     minus,
     plus,
     scalar_product,
     times,
-    weighted,
 )
 
 LEFT = by_precision(1.0e-9, 1.0e-2)
@@ -173,7 +173,7 @@ def find_motion(reach: real, u: Velocity, s: State, r: Turn, inverse: Triple, su
     wide = axx >= ayy
     wx, wy = wp.where(wide, axx, axy), wp.where(wide, axy, ayy)
     w = Triple(wx, wy, slope_x * wx + slope_y * wy)
-    j = weighted(r, Triple(one / inverse.x, one / inverse.y, one / inverse.z))
+    j = inertia_of(r, Triple(one / inverse.x, one / inverse.y, one / inverse.z))
     closing = cross_product(m, closes)
     left = Triple(u.x - closing.x, u.y - closing.y, u.z - closing.z - rise)
     spin = minus(Triple(s.lx, s.ly, s.lz), times(j, closes))

@@ -53,14 +53,7 @@ from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.rows import kernel, rows
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.shape_space.block_found import (  # noqa: F401
-    BlockResult,
-    Found,
-    Peaks,
-    Result,
-    block_result,
-    start_peaks,
-)
+from warprock.kernels.shape_space.block_found import Found, Peaks, Result, block_result, start_peaks
 from warprock.kernels.shape_space.body import (
     MOST_POINTS,
     Frame,
@@ -69,7 +62,7 @@ from warprock.kernels.shape_space.body import (
     touches_as_lowest,
     turns_of_body,
 )
-from warprock.kernels.shape_space.lanes import State, Symmetric, Triple, Turn, turn_of, weighted
+from warprock.kernels.shape_space.lanes import State, Symmetric, Triple, Turn, inertia_of, turn_of
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -119,12 +112,12 @@ def run_lanes(
         block = blocks[0, first + i]
         frame = frames[first + i]
         s = start_body(block, frame, knobs)
-        along, across, tilt, _yaw, _up, _z, _w = turns_of_body(block, frame, s.qx, s.qy, s.qz, s.qw)
+        now = turns_of_body(block, frame, s.qx, s.qy, s.qz, s.qw)
         state[i] = s
         mu[i] = block.friction
         inverse[i] = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
         seen[i] = start_lane(block, frame)
-        peaks[i] = start_peaks(along, across, tilt)
+        peaks[i] = start_peaks(now.along, now.across, now.tilt)
     for c in range(corners):
         for i in range(LANES):
             own = points[c, first + i]
@@ -144,7 +137,7 @@ def run_lanes(
                     base[d, i] = v
                 change = Triple(dv[0, i], dv[1, i], dv[2, i])
                 r = turn_of(state[i])
-                j = weighted(r, inverse[i])
+                j = inertia_of(r, inverse[i])
                 turn[i] = r
                 ease[i] = j
                 free[i] = free_velocity(change, knobs, j, state[i])

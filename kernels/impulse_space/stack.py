@@ -47,24 +47,53 @@ Chosen = wp.types.vector(length=CONTACTS, dtype=int)
 """Slots of contacts."""
 
 
+@wp.struct
+class Pose:
+    """How all bodies lie in a step.
+
+    Attributes:
+        axes: Axes of each body, three rows; a lower body's are the directions of a contact.
+        ease: Inverse inertia of each body [1/(kg m^2)], three rows.
+        friction: Friction coefficient under each body.
+        light: Inverse mass of each body [1/kg].
+    """
+
+    axes: Axes
+    ease: Axes
+    friction: Numbers
+    light: Numbers
+
+
+@wp.struct
+class Touches:
+    """The contacts of a stack in a step.
+
+    Attributes:
+        total: How many there are.
+        body: Upper body of each.
+        gap: Gap of each [m].
+        ru, rl: Levers of each from the upper and the lower centre of mass [m].
+    """
+
+    total: int
+    body: PointInts
+    gap: PointNumbers
+    ru: Points
+    rl: Points
+
+
 @wp.func
 def solve(
-    sweeps: int, total: int, rate: real, mu: Numbers, light: Numbers, axes: Axes, ease: Axes,
-    body: PointInts, gap: PointNumbers, ru: Points, rl: Points, first: Points, v: Bodies, w: Bodies,
+    sweeps: int, rate: real, pose: Pose, t: Touches, first: Points, v: Bodies,
+    w: Bodies,
 ):  # fmt: skip
     """Projected Gauss-Seidel on all contacts: their impulses, and the velocities of the bodies.
 
     Args:
         sweeps: How many at most; they end once one has changed next to nothing.
-        total: Number of contacts.
         rate: Inverse of the time step [1/s].
-        mu: Friction coefficient under each body.
-        light: Inverse mass of each body [1/kg].
-        axes: Axes of each body, three rows; a lower body's are the directions of a contact.
-        ease: Inverse inertia of each body [1/(kg m^2)], three rows.
-        body: Upper body of each contact.
-        gap: Gap of each contact [m].
-        ru, rl: Levers of each contact from the upper and the lower centre of mass [m].
+        pose: The bodies.
+        t: The contacts.
         first: Impulses to start from [N s].
         v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
     """
@@ -75,42 +104,39 @@ def solve(
         o[k] = w[k]
     for step in range(-1, sweeps):
         change, whole = real(0.0), real(0.0)
-        for i in range(total):
-            k = body[i]
+        for i in range(t.total):
+            k = t.body[i]
             low = k - 1
-            e, ju, jl = rows_of(axes, low), rows_of(ease, k), rows_of(ease, low)
+            e, ju, jl = rows_of(pose.axes, low), rows_of(pose.ease, k), rows_of(pose.ease, low)
             new = first[i]
             if step < 0:
-                gains[i] = gains_of(light[k] + light[low], e, ju, jl, ru[i], rl[i])
+                gains[i] = gains_of(pose.light[k] + pose.light[low], e, ju, jl, t.ru[i], t.rl[i])
             else:
-                new = solve_contact(
-                    mu[k], gap[i], rate, gains[i], e, ru[i], rl[i], p[i], u[k], o[k], u[low], o[low]
-                )
+                at = relative_velocity(u[k], o[k], t.ru[i], u[low], o[low], t.rl[i])
+                new = solve_contact(pose.friction[k], t.gap[i], rate, gains[i], e, p[i], at)
             more = wp.transpose(e) * (new - p[i])
             change += wp.dot(more, more)
             whole += wp.dot(new, new)
             p[i] = new
-            u[k] = pushed(u[k], light[k], more)
-            o[k] = spun(o[k], ju, ru[i], more)
+            u[k] = pushed(u[k], pose.light[k], more)
+            o[k] = spun(o[k], ju, t.ru[i], more)
             # The ground does not move.
             if low > 0:
-                u[low] = pushed(u[low], light[low], -more)
-                o[low] = spun(o[low], jl, rl[i], -more)
+                u[low] = pushed(u[low], pose.light[low], -more)
+                o[low] = spun(o[low], jl, t.rl[i], -more)
         if step >= 0 and change <= SETTLED * SETTLED * whole:
             break
     return p, u, o
 
 
 @wp.func
-def fastest_slip(
-    total: int, axes: Axes, body: PointInts, ru: Points, rl: Points, u: Bodies, o: Bodies
-) -> real:
+def fastest_slip(pose: Pose, t: Touches, u: Bodies, o: Bodies) -> real:
     """Square of the speed at which the fastest contact slides [m^2/s^2]; see `solve`."""
     most = real(0.0)
-    for i in range(total):
-        k = body[i]
-        v = relative_velocity(u[k], o[k], ru[i], u[k - 1], o[k - 1], rl[i])
-        x, y, _z = parts_along(rows_of(axes, k - 1), v)
+    for i in range(t.total):
+        k = t.body[i]
+        v = relative_velocity(u[k], o[k], t.ru[i], u[k - 1], o[k - 1], t.rl[i])
+        x, y, _z = parts_along(rows_of(pose.axes, k - 1), v)
         most = larger(most, dot(x, y, x, y))
     return most
 

@@ -14,20 +14,19 @@ import warp as wp
 
 from warprock.kernels.impulse.stack import clear
 from warprock.kernels.impulse_space.block import Knobs, side_of, slips
-from warprock.kernels.impulse_space.stack import fastest_slip, find_contacts, solve
+from warprock.kernels.impulse_space.stack import Pose, Touches, fastest_slip, find_contacts, solve
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape_space.block import Block, slide_of, turn_freely, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
-from warprock.kernels.shape_space.frame import axis_of, frame, weighted
+from warprock.kernels.shape_space.frame import axis_of, frame, turn_of_matrix, weighted
+from warprock.kernels.shape_space.lanes import Triple
 from warprock.kernels.shape_space.stack import (
-    Axes,
     Bodies,
     Numbers,
     PointInts,
-    PointNumbers,
     Points,
     rows_of,
     shared_corners,
@@ -60,9 +59,7 @@ def observe_block(
     m and c are as in `shared_corners`, r is its own attitude.
     """
     tan_x, tan_y, tilt, yaw = turns_of(block, r[0, 2], r[1, 2], r[2, 2], q[2], q[3])
-    x, y = slide_of(
-        block, c[0], c[1], m[0, 0], m[0, 1], m[0, 2], m[1, 0], m[1, 1], m[1, 2], m[2, 0], m[2, 1]
-    )
+    x, y = slide_of(block, c[0], c[1], turn_of_matrix(m))
     return Seen(
         x, y, larger(tan_x, seen[2]), wp.where(tan_x > seen[2], time, seen[3]),
         larger(tan_y, seen[4]), larger(tilt, seen[5]), larger(yaw, seen[6]),
@@ -120,10 +117,9 @@ def lean_of(m: Matrix, rate: Vector, hint: Vector, before: Vector) -> Vector:
 @wp.func
 def attitude_to_store(block: Block, q: Quaternion, spin: Vector, past: real) -> Quaternion:
     """Attitude of a block at a sample that its lane has passed by the time -past [s]."""
-    e, f, g, h = turn_freely(
-        q[0], q[1], q[2], q[3], spin[0], spin[1], spin[2],
-        block.inverse_x, block.inverse_y, block.inverse_z, past,
-    )  # fmt: skip
+    turns = Triple(spin[0], spin[1], spin[2])
+    inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
+    e, f, g, h = turn_freely(q[0], q[1], q[2], q[3], turns, inverse, past)
     return Quaternion(e, f, g, h)
 
 
@@ -184,22 +180,22 @@ def run_lanes(
     """Runs one lane a thread."""
     lane, dt, zero = wp.tid(), knobs.time_step, real(0.0)
     at, v, spin, u, o, lean = Bodies(), Bodies(), Bodies(), Bodies(), Bodies(), Bodies()
-    attitude, seen, axes, ease, lift = Attitudes(), AllSeen(), Axes(), Axes(), Bodies()
-    mu, light, load, apart, there = Numbers(), Numbers(), Numbers(), Ints(), Ints()
-    base, dv, hint, ru, rl, p = Vector(), Vector(), Vector(), Points(), Points(), Points()
-    gap, body, key, kept = PointNumbers(), PointInts(), PointInts(), Kept()
+    attitude, seen, lift, load = Attitudes(), AllSeen(), Bodies(), Numbers()
+    pose, t, apart, there = Pose(), Touches(), Ints(), Ints()
+    base, dv, hint, p = Vector(), Vector(), Vector(), Points()
+    key, kept = PointInts(), Kept()
     bodies, count, steps, mode, impacts = int(BLOCKS + 1), int(-1), int(0), int(RUNNING), int(0)
     uplift_time = NEVER
     time, moved, loss, deepest = -dt, real(0.0), real(0.0), real(0.0)
     for i in range(3):
-        axes[i, i] = real(1.0)
+        pose.axes[i, i] = real(1.0)
     attitude[0, 3] = real(1.0)
     for k in range(1, bodies):
         block = blocks[k - 1, lane]
         at[k] = Vector(block.x, block.y, block.z)
         attitude[k] = Quaternion(block.qx, block.qy, block.qz, block.qw)
-        light[k] = real(1.0) / block.mass
-        mu[k] = block.friction
+        pose.light[k] = real(1.0) / block.mass
+        pose.friction[k] = block.friction
         for i in range(1, k + 1):
             load[i] = load[i] + dt * knobs.gravity * block.mass
         lean[k] = Vector(block.flat_x + block.centre_x, block.flat_y + block.centre_y, zero)
@@ -216,40 +212,48 @@ def run_lanes(
                 hint[d] = rides - base[d]
                 dv[d] = wp.where(count > 0, hint[d], zero)
                 base[d] = wp.where(count > 0, rides, zero)
-            total, lifted, landed, shift = int(0), int(0), int(0), Vector(zero, zero, zero)
+            lifted, landed, shift = int(0), int(0), Vector(zero, zero, zero)
+            t.total = 0
             for k in range(1, bodies):
                 block = blocks[k - 1, lane]
                 r = frame(attitude[k])
                 j = weighted(r, block.inverse_x, block.inverse_y, block.inverse_z)
                 for i in range(3):
-                    axes[3 * k + i] = axis_of(r, i)
-                    ease[3 * k + i] = light[k] * axis_of(j, i)
+                    pose.axes[3 * k + i] = axis_of(r, i)
+                    pose.ease[3 * k + i] = pose.light[k] * axis_of(j, i)
                 u[k] = v[k] - dv - Vector(zero, zero, dt * knobs.gravity)
                 o[k] = j * spin[k]
-                below, down = support_of(blocks[wp.max(k - 2, 0), lane], k), rows_of(axes, k - 1)
+                below, down = (
+                    support_of(blocks[wp.max(k - 2, 0), lane], k),
+                    rows_of(pose.axes, k - 1),
+                )
                 m, c = down * r, down * (at[k] - at[k - 1])
                 lean[k] = lean_of(m, down * (o[k] - o[k - 1]), hint, lean[k])
                 places, gaps, some = shared_corners(block, below, m, c, lean[k])
                 chosen, number, open = find_contacts(gaps, some, lean[k], apart[k], knobs)
                 for i in range(number):
-                    t = chosen[i]
-                    rl[total] = wp.transpose(down) * places[t]
-                    ru[total] = rl[total] + at[k - 1] - at[k]
-                    body[total] = k
-                    gap[total] = gaps[t]
-                    key[total] = 16 * (k - 1) + t
+                    slot, n = chosen[i], int(t.total)
+                    lever = wp.transpose(down) * places[slot]
+                    t.rl[n] = lever
+                    t.ru[n] = lever + at[k - 1] - at[k]
+                    t.body[n] = k
+                    t.gap[n] = gaps[slot]
+                    key[n] = 16 * (k - 1) + slot
                     share = Vector(zero, zero, load[k] / real(number))
-                    p[total] = wp.where(count > 0, kept[key[total]], share)
-                    total += 1
+                    p[n] = wp.where(count > 0, kept[key[n]], share)
+                    t.total = n + 1
                 there[k] = some
                 apart[k] = open.wide
                 lifted, landed = lifted | open.wide, landed | open.lands
-                deepest, shift = larger(deepest, open.deep), shift + open.push * axes[3 * k - 1]
+                deepest, shift = (
+                    larger(deepest, open.deep),
+                    shift + open.push * pose.axes[3 * k - 1],
+                )
                 lift[k] = shift
-            p, u, o = solve(wp.where(count > 0, knobs.sweeps, SETTLING), total, knobs.rate, mu,
-                light, axes, ease, body, gap, ru, rl, p, u, o)  # fmt: skip
+            sweeps = wp.where(count > 0, knobs.sweeps, SETTLING)
+            p, u, o = solve(sweeps, knobs.rate, pose, t, p, u, o)
             kept = Kept()
-            for i in range(total):
+            for i in range(t.total):
                 kept[key[i]] = p[i]
             for k in range(1, bodies):
                 block = blocks[k - 1, lane]
@@ -267,7 +271,7 @@ def run_lanes(
                 sums = sums + after.spin[0] + after.spin[1] + after.spin[2]
                 mode = mode_after(mode, sums, there[k], r, m)
             steps, impacts = steps + wp.where(count > 0, 1, 0), impacts + landed
-            slides = slips(fastest_slip(total, axes, body, ru, rl, u, o), knobs)
+            slides = slips(fastest_slip(pose, t, u, o), knobs)
             moved = wp.where(lifted != 0 or (count > 0 and slides), time, moved)
             uplift_time = wp.where(lifted != 0, smaller(uplift_time, time), uplift_time)
         if found.attitudes.shape[0] > 0:

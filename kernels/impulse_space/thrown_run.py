@@ -6,6 +6,9 @@ The step is that of impulse_space/block.py. Besides,
     - of a block that tumbles the face that looks down becomes the bottom between two steps
       (shape_space/thrown.py). Its corners begin without impulses then. Its slide is the way of its
       centre along the base.
+
+It is a text of its own: its lanes go different ways, with a branch for each, where block_run.py
+keeps LANES lanes side by side without branches.
 """
 
 import warp as wp
@@ -51,17 +54,10 @@ from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import OVERTURNED, RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.rows import kernel, rows
-from warprock.kernels.shape_space.block import Block
-from warprock.kernels.shape_space.block_found import (  # noqa: F401
-    BlockResult,
-    Found,
-    Peaks,
-    Result,
-    block_result,
-    start_peaks,
-)
+from warprock.kernels.shape_space.block import Block, turns_of
+from warprock.kernels.shape_space.block_found import Found, Peaks, block_result, start_peaks
 from warprock.kernels.shape_space.frame import frame
-from warprock.kernels.shape_space.lanes import State, Triple, find_turns, turn_of
+from warprock.kernels.shape_space.lanes import State, Triple, turn_of
 from warprock.kernels.shape_space.thrown import Throw, after, leans, new_axes, renamed
 from warprock.kernels.vectors import Quaternion, Vector
 
@@ -132,7 +128,8 @@ def run_lanes(
     state = start_throw(block, knobs, throw)
     lean = Lean(sign_of(block.centre_x), sign_of(block.centre_y))
     seen = start_lane(block)
-    along, across, tilt, _yaw = find_turns(block, turn_of(state), state)
+    r = turn_of(state)
+    along, across, tilt, _yaw = turns_of(block, r.r13, r.r23, r.r33, state.qz, state.qw)
     peaks = start_peaks(along, across, tilt)
     contact = rows(Contact, 4)
     impulse = rows(Impulse, 4)

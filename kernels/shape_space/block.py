@@ -16,6 +16,8 @@ Dullweber, Leimkuhler and McLachlan (1997), Eq. 13 f.
 
 import warp as wp
 
+from warprock.kernels.shape_space.lanes import Triple, Turn, into_body, matrix_of, product
+
 TOUCH = real(1.0e-4)
 """Corners that lie this part of the half width above the lowest one count as touching, where a
 slide is told: a face that leans by less touches with all of its corners."""
@@ -70,62 +72,6 @@ class Block:
 
 
 @wp.func
-def product(ax: real, ay: real, az: real, bx: real, by: real, bz: real) -> real:
-    """The scalar product of two vectors in space."""
-    return fused(az, bz, fused(ay, by, ax * bx))
-
-
-@wp.func
-def vector_product(ax: real, ay: real, az: real, bx: real, by: real, bz: real):
-    """The vector product of two vectors."""
-    return fused_less(az, by, ay * bz), fused_less(ax, bz, az * bx), fused_less(ay, bx, ax * by)
-
-
-@wp.func
-def in_axes(
-    a1: real, a2: real, a3: real, b1: real, b2: real, b3: real, c1: real, c2: real, c3: real,
-    x: real, y: real, z: real,
-):  # fmt: skip
-    """A vector (x, y, z) in the axes a, b and c."""
-    return (
-        product(a1, a2, a3, x, y, z),
-        product(b1, b2, b3, x, y, z),
-        product(c1, c2, c3, x, y, z),
-    )
-
-
-@wp.func
-def matrix_of(qx: real, qy: real, qz: real, qw: real):
-    """Rotation matrix of an attitude, row by row."""
-    x, y, z = qx + qx, qy + qy, qz + qz
-    xy, xz, yz = x * qy, x * qz, y * qz
-    flat, tall = fused_less(z, qz, real(1.0)), fused_less(y, qy, real(1.0))
-    return (
-        fused_less(y, qy, flat), fused_less(z, qw, xy), fused(y, qw, xz),
-        fused(z, qw, xy), fused_less(x, qx, flat), fused_less(x, qw, yz),
-        fused_less(y, qw, xz), fused(x, qw, yz), fused_less(x, qx, tall),
-    )  # fmt: skip
-
-
-@wp.func
-def inverse_inertia(
-    r11: real, r12: real, r13: real, r21: real, r22: real, r23: real, r31: real, r32: real,
-    r33: real, ix: real, iy: real, iz: real,
-):  # fmt: skip
-    """Inverse inertia R diag(i) R^T in the axes of the base: entries 11, 12, 13, 22, 23, 33."""
-    a1, a2, a3 = r11 * ix, r12 * iy, r13 * iz
-    b1, b2, b3 = r21 * ix, r22 * iy, r23 * iz
-    return (
-        product(r11, r12, r13, a1, a2, a3),
-        product(r21, r22, r23, a1, a2, a3),
-        product(r31, r32, r33, a1, a2, a3),
-        product(r21, r22, r23, b1, b2, b3),
-        product(r31, r32, r33, b1, b2, b3),
-        product(r31, r32, r33, r31 * ix, r32 * iy, r33 * iz),
-    )
-
-
-@wp.func
 def turned(s: real, c: real, a: real, b: real):
     """Two numbers (a, b) turned by an angle with the sine s and the cosine c."""
     return fused(s, b, c * a), fused_less(s, a, c * b)
@@ -140,19 +86,18 @@ def turned_twice(s: real, c: real, a: real, b: real):
 
 @wp.func
 def turn_freely(
-    qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real,
-    ix: real, iy: real, iz: real, dt: real,
+    qx: real, qy: real, qz: real, qw: real, spin: Triple, inverse: Triple, dt: real
 ):  # fmt: skip
-    """Attitude after free rotation for a time dt [s], of either sign.
+    """Attitude after free rotation for a time dt [s], of either sign: x, y, z, w.
 
     Args:
         qx, qy, qz, qw: Attitude.
-        lx, ly, lz: Angular momentum in the axes of the base, for unit mass [m^2/s].
-        ix, iy, iz: Inverse moments of inertia about the body's axes, for unit mass [1/m^2].
+        spin: Angular momentum in the axes of the base, for unit mass [m^2/s].
+        inverse: Inverse moments of inertia about the body's axes, for unit mass [1/m^2].
         dt: Time [s]; no part of it may turn the block by more than 3 rad.
     """
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    mx, my, mz = in_axes(r11, r21, r31, r12, r22, r32, r13, r23, r33, lx, ly, lz)
+    m, ix, iy, iz = into_body(matrix_of(qx, qy, qz, qw), spin), inverse.x, inverse.y, inverse.z
+    mx, my, mz = m.x, m.y, m.z
     quarter = HALF * HALF * dt
     # About x, for a half of the time. Half angles for the quaternion, twice of them for the
     # momentum in body axes.
@@ -184,10 +129,7 @@ def turn_freely(
 
 
 @wp.func
-def slide_of(
-    block: Block, dx: real, dy: real, r11: real, r12: real, r13: real, r21: real, r22: real,
-    r23: real, r31: real, r32: real,
-):  # fmt: skip
+def slide_of(block: Block, dx: real, dy: real, r: Turn):
     """Slide of a block along what it stands on, in the axes of that, x and y [m].
 
     It is the mean displacement of the corners that touch, from where each stood at the start.
@@ -196,11 +138,11 @@ def slide_of(
         block: The block.
         dx, dy: Centre of mass from that of what it stands on (of the ground: its origin), in the
             axes of that [m].
-        r11, r12, r13, r21, r22, r23, r31, r32: Rotation matrix of the block, as seen in those axes.
+        r: Attitude of the block, as seen in those axes.
     """
     zero, one = real(0.0), real(1.0)
     # Heights of the corners beside that of the middle: -+ along the width, -+ along the depth.
-    rise, climb = r31 * block.half_width, r32 * block.half_depth
+    rise, climb = r.r31 * block.half_width, r.r32 * block.half_depth
     lowest = -wp.where(rise < zero, -rise, rise) - wp.where(climb < zero, -climb, climb)
     reach = lowest + TOUCH * block.half_width
     on1 = wp.where(-rise - climb <= reach, one, zero)
@@ -214,8 +156,8 @@ def slide_of(
     stood_x = fused_less(block.flat_s, across, fused(block.flat_c, along, block.flat_x))
     stood_y = fused(block.flat_c, across, fused(block.flat_s, along, block.flat_y))
     return (
-        fused_less(r13, block.half_height, fused(r12, ay, fused(r11, ax, dx))) - stood_x,
-        fused_less(r23, block.half_height, fused(r22, ay, fused(r21, ax, dy))) - stood_y,
+        fused_less(r.r13, block.half_height, fused(r.r12, ay, fused(r.r11, ax, dx))) - stood_x,
+        fused_less(r.r23, block.half_height, fused(r.r22, ay, fused(r.r21, ax, dy))) - stood_y,
     )
 
 

@@ -7,7 +7,8 @@ are the body's, what it shows of them is the block's.
 
 import warp as wp
 
-from warprock.kernels.shape_space.block import TOUCH, Block, matrix_of, turns_of
+from warprock.kernels.shape_space.block import TOUCH, Block, turns_of
+from warprock.kernels.shape_space.lanes import matrix_of
 from warprock.kernels.shape_space.thrown import Throw
 
 MOST_POINTS = 64
@@ -97,30 +98,32 @@ def block_attitude(frame: Frame, qx: real, qy: real, qz: real, qw: real):
     )
 
 
+@wp.struct
+class Turned:
+    """How far a body has turned.
+
+    Attributes:
+        along, across, tilt, yaw: See `turns_of`.
+        up: Height of the top of the block's axis, as a part of its length.
+        qz, qw: Twist of the block's axes.
+    """
+
+    along: real
+    across: real
+    tilt: real
+    yaw: real
+    up: real
+    qz: real
+    qw: real
+
+
 @wp.func
-def turns_of_body(block: Block, frame: Frame, qx: real, qy: real, qz: real, qw: real):
-    """What tells how far a body has turned, see `turns_of`; height of its axis' top; its twist."""
+def turns_of_body(block: Block, frame: Frame, qx: real, qy: real, qz: real, qw: real) -> Turned:
+    """How far a body of an attitude has turned."""
     ex, ey, ez, ew = block_attitude(frame, qx, qy, qz, qw)
-    _a, _b, r13, _c, _d, r23, _e, _f, r33 = matrix_of(ex, ey, ez, ew)
-    along, across, tilt, yaw = turns_of(block, r13, r23, r33, ez, ew)
-    return along, across, tilt, yaw, r33, ez, ew
-
-
-@wp.func
-def observe_turns(
-    live: bool, time: real, block: Block, frame: Frame, qx: real, qy: real, qz: real, qw: real,
-    peak: wp.ref[real], peak_time: wp.ref[real], across: wp.ref[real], tilt: wp.ref[real],
-    yaw: wp.ref[real], up: wp.ref[real],
-):  # fmt: skip
-    """Peaks of how far a body has turned after a step; `up`, the height of its axis' top."""
-    now, side, lean, twist, top, _z, _w = turns_of_body(block, frame, qx, qy, qz, qw)
-    higher = live and now > peak
-    peak_time = wp.where(higher, time, peak_time)
-    peak = wp.where(higher, now, peak)
-    across = wp.where(live, larger(side, across), across)
-    tilt = wp.where(live, larger(lean, tilt), tilt)
-    yaw = wp.where(live, larger(twist, yaw), yaw)
-    up = top
+    r = matrix_of(ex, ey, ez, ew)
+    along, across, tilt, yaw = turns_of(block, r.r13, r.r23, r.r33, ez, ew)
+    return Turned(along, across, tilt, yaw, r.r33, ez, ew)
 
 
 @wp.func

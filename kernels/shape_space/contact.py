@@ -10,8 +10,8 @@ in whatever direction.
 
 import warp as wp
 
-from warprock.kernels.shape_space.block import product, vector_product
-from warprock.kernels.shape_space.frame import parts_along, relative_velocity
+from warprock.kernels.shape_space.frame import parts_along
+from warprock.kernels.shape_space.lanes import Symmetric, cofactors, product
 from warprock.kernels.vectors import Matrix, Vector
 
 CONE = FRICTION == "cone"
@@ -37,21 +37,13 @@ def slip_gains(on: real, kxx: real, kxy: real, kyy: real):
 
 
 @wp.func
-def cofactors(xx: real, xy: real, xz: real, yy: real, yz: real, zz: real):
-    """Cofactors of a symmetric matrix: entries 11, 12, 13, 22, 23, 33."""
-    c11, c12, c13 = vector_product(xy, yy, yz, xz, yz, zz)
-    return (
-        c11, c12, c13,
-        fused_less(xz, xz, xx * zz), fused_less(xx, yz, xy * xz), fused_less(xy, xy, xx * yy),
+def stop_gains(on: real, k: Symmetric) -> Symmetric:
+    """Inverse of the matrix K of a contact, times `on`."""
+    c = cofactors(k)
+    over = on / product(k.xx, k.xy, k.xz, c.xx, c.xy, c.xz)
+    return Symmetric(
+        over * c.xx, over * c.xy, over * c.xz, over * c.yy, over * c.yz, over * c.zz
     )  # fmt: skip
-
-
-@wp.func
-def stop_gains(on: real, xx: real, xy: real, xz: real, yy: real, yz: real, zz: real):
-    """Inverse of the matrix K of a contact, times `on`: entries 11, 12, 13, 22, 23, 33."""
-    c11, c12, c13, c22, c23, c33 = cofactors(xx, xy, xz, yy, yz, zz)
-    over = on / product(xx, xy, xz, c11, c12, c13)
-    return over * c11, over * c12, over * c13, over * c22, over * c23, over * c33
 
 
 @wp.func
@@ -99,22 +91,27 @@ def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vect
     k23 = wp.dot(u2, ju * u3) + wp.dot(l2, jl * l3)
     k33 = both + wp.dot(u3, ju * u3) + wp.dot(l3, jl * l3)
     p1, p2, p3 = slip_gains(one, k11, k12, k22)
-    h11, h12, h13, h22, h23, h33 = stop_gains(one, k11, k12, k13, k22, k23, k33)
-    return Gains(one / k33, p1, p2, p3, h11, h12, h13, h22, h23, h33, k13, k23)
+    h = stop_gains(one, Symmetric(k11, k12, k13, k22, k23, k33))
+    return Gains(one / k33, p1, p2, p3, h.xx, h.xy, h.xz, h.yy, h.yz, h.zz, k13, k23)
 
 
 @wp.func
 def solve_contact(
-    mu: real, gap: real, rate: real, gains: Gains, e: Matrix, ru: Vector, rl: Vector, p: Vector,
-    vu: Vector, ou: Vector, vl: Vector, ol: Vector,
+    mu: real, gap: real, rate: real, gains: Gains, e: Matrix, p: Vector, u: Vector
 ) -> Vector:  # fmt: skip
-    """Gauss-Seidel on the impulses p of a contact, along its directions: what they become [N s].
+    """Gauss-Seidel on the impulses of a contact, along its directions: what they become [N s].
 
-    Arguments as in `gains_of`; v and o with u or l are the velocities and angular velocities of the
-    upper and the lower body.
+    Args:
+        mu: Friction coefficient.
+        gap: Gap of the contact [m].
+        rate: Inverse of the time step [1/s].
+        gains: What its impulses do, see `gains_of`.
+        e: Its directions, one a row.
+        p: Its impulses so far [N s].
+        u: Velocity of the upper body against the lower one there, see `relative_velocity` [m/s].
     """
     zero, g = real(0.0), gains
-    x, y, parting = parts_along(e, relative_velocity(vu, ou, ru, vl, ol, rl))
+    x, y, parting = parts_along(e, u)
     z = fused(larger(gap, zero), rate, parting)
     stop_x = p[0] - product(g[4], g[5], g[6], x, y, z)
     stop_y = p[1] - product(g[5], g[7], g[8], x, y, z)

@@ -6,24 +6,37 @@ base. Its point at the lever r from the centre of mass moves at v + o x r.
 
 import warp as wp
 
-from warprock.kernels.shape_space.block import in_axes, inverse_inertia, matrix_of, vector_product
+from warprock.kernels.shape_space.lanes import (
+    Triple,
+    Turn,
+    inertia_of,
+    matrix_of,
+    product,
+    vector_product,
+)
 from warprock.kernels.vectors import Matrix, Quaternion, Vector
 
 
 @wp.func
 def frame(q: Quaternion) -> Matrix:
     """Rotation matrix of an attitude."""
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(q[0], q[1], q[2], q[3])
-    return Matrix(r11, r12, r13, r21, r22, r23, r31, r32, r33)
+    r = matrix_of(q[0], q[1], q[2], q[3])
+    return Matrix(r.r11, r.r12, r.r13, r.r21, r.r22, r.r23, r.r31, r.r32, r.r33)
+
+
+@wp.func
+def turn_of_matrix(r: Matrix) -> Turn:
+    """A rotation matrix as a struct of numbers."""
+    return Turn(
+        r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
+    )  # fmt: skip
 
 
 @wp.func
 def weighted(r: Matrix, x: real, y: real, z: real) -> Matrix:
     """R diag(x, y, z) R^T: a moment of inertia, or its inverse, in the axes of the base."""
-    xx, xy, xz, yy, yz, zz = inverse_inertia(
-        r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2], x, y, z
-    )
-    return Matrix(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+    j = inertia_of(turn_of_matrix(r), Triple(x, y, z))
+    return Matrix(j.xx, j.xy, j.xz, j.xy, j.yy, j.yz, j.xz, j.yz, j.zz)
 
 
 @wp.func
@@ -35,10 +48,11 @@ def axis_of(r: Matrix, i: int) -> Vector:
 @wp.func
 def parts_along(e: Matrix, v: Vector):
     """The parts of a vector along three directions, one a row."""
-    return in_axes(
-        e[0, 0], e[0, 1], e[0, 2], e[1, 0], e[1, 1], e[1, 2], e[2, 0], e[2, 1], e[2, 2],
-        v[0], v[1], v[2],
-    )  # fmt: skip
+    return (
+        product(e[0, 0], e[0, 1], e[0, 2], v[0], v[1], v[2]),
+        product(e[1, 0], e[1, 1], e[1, 2], v[0], v[1], v[2]),
+        product(e[2, 0], e[2, 1], e[2, 2], v[0], v[1], v[2]),
+    )
 
 
 @wp.func

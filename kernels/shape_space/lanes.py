@@ -6,18 +6,6 @@ float32 (`wp.types.vector`): the compiler keeps its numbers in pairs. Structs it
 
 import warp as wp
 
-from warprock.kernels.shape_space.block import (
-    Block,
-    in_axes,
-    inverse_inertia,
-    matrix_of,
-    product,
-    slide_of,
-    turn_freely,
-    turns_of,
-    vector_product,
-)
-
 
 @wp.struct
 class Triple:
@@ -82,6 +70,18 @@ class Symmetric:
 
 
 @wp.func
+def product(ax: real, ay: real, az: real, bx: real, by: real, bz: real) -> real:
+    """The scalar product of two vectors in space."""
+    return fused(az, bz, fused(ay, by, ax * bx))
+
+
+@wp.func
+def vector_product(ax: real, ay: real, az: real, bx: real, by: real, bz: real):
+    """The vector product of two vectors."""
+    return fused_less(az, by, ay * bz), fused_less(ax, bz, az * bx), fused_less(ay, bx, ax * by)
+
+
+@wp.func
 def plus(a: Triple, b: Triple) -> Triple:
     """The sum of two vectors."""
     return Triple(a.x + b.x, a.y + b.y, a.z + b.z)
@@ -125,67 +125,75 @@ def cross_product(a: Triple, b: Triple) -> Triple:
 
 
 @wp.func
+def matrix_of(qx: real, qy: real, qz: real, qw: real) -> Turn:
+    """Rotation matrix of an attitude."""
+    x, y, z = qx + qx, qy + qy, qz + qz
+    xy, xz, yz = x * qy, x * qz, y * qz
+    flat, tall = fused_less(z, qz, real(1.0)), fused_less(y, qy, real(1.0))
+    return Turn(
+        fused_less(y, qy, flat), fused_less(z, qw, xy), fused(y, qw, xz),
+        fused(z, qw, xy), fused_less(x, qx, flat), fused_less(x, qw, yz),
+        fused_less(y, qw, xz), fused(x, qw, yz), fused_less(x, qx, tall),
+    )  # fmt: skip
+
+
+@wp.func
 def turn_of(s: State) -> Turn:
     """Rotation matrix of a block."""
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(s.qx, s.qy, s.qz, s.qw)
-    return Turn(r11, r12, r13, r21, r22, r23, r31, r32, r33)
+    return matrix_of(s.qx, s.qy, s.qz, s.qw)
 
 
 @wp.func
 def into_base(r: Turn, v: Triple) -> Triple:
     """A vector in the axes of the base, from that in the axes of the body."""
-    x, y, z = in_axes(r.r11, r.r12, r.r13, r.r21, r.r22, r.r23, r.r31, r.r32, r.r33, v.x, v.y, v.z)
-    return Triple(x, y, z)
+    return Triple(
+        product(r.r11, r.r12, r.r13, v.x, v.y, v.z),
+        product(r.r21, r.r22, r.r23, v.x, v.y, v.z),
+        product(r.r31, r.r32, r.r33, v.x, v.y, v.z),
+    )
 
 
 @wp.func
 def into_body(r: Turn, v: Triple) -> Triple:
     """A vector in the axes of the body, from that in the axes of the base."""
-    x, y, z = in_axes(r.r11, r.r21, r.r31, r.r12, r.r22, r.r32, r.r13, r.r23, r.r33, v.x, v.y, v.z)
-    return Triple(x, y, z)
+    return Triple(
+        product(r.r11, r.r21, r.r31, v.x, v.y, v.z),
+        product(r.r12, r.r22, r.r32, v.x, v.y, v.z),
+        product(r.r13, r.r23, r.r33, v.x, v.y, v.z),
+    )
 
 
 @wp.func
-def weighted(r: Turn, d: Triple) -> Symmetric:
+def inertia_of(r: Turn, d: Triple) -> Symmetric:
     """R diag(d) R^T: a moment of inertia, or its inverse, in the axes of the base."""
-    xx, xy, xz, yy, yz, zz = inverse_inertia(
-        r.r11, r.r12, r.r13, r.r21, r.r22, r.r23, r.r31, r.r32, r.r33, d.x, d.y, d.z
+    a1, a2, a3 = r.r11 * d.x, r.r12 * d.y, r.r13 * d.z
+    b1, b2, b3 = r.r21 * d.x, r.r22 * d.y, r.r23 * d.z
+    c1, c2, c3 = r.r31 * d.x, r.r32 * d.y, r.r33 * d.z
+    return Symmetric(
+        product(r.r11, r.r12, r.r13, a1, a2, a3),
+        product(r.r21, r.r22, r.r23, a1, a2, a3),
+        product(r.r31, r.r32, r.r33, a1, a2, a3),
+        product(r.r21, r.r22, r.r23, b1, b2, b3),
+        product(r.r31, r.r32, r.r33, b1, b2, b3),
+        product(r.r31, r.r32, r.r33, c1, c2, c3),
     )
-    return Symmetric(xx, xy, xz, yy, yz, zz)
 
 
 @wp.func
 def times(m: Symmetric, v: Triple) -> Triple:
     """A symmetric matrix times a vector."""
-    x, y, z = in_axes(m.xx, m.xy, m.xz, m.xy, m.yy, m.yz, m.xz, m.yz, m.zz, v.x, v.y, v.z)
-    return Triple(x, y, z)
-
-
-@wp.func
-def turned_freely(s: State, spin: Triple, inverse: Triple, dt: real):
-    """Attitude of a block after free rotation for a time dt [s]: x, y, z, w; see `turn_freely`.
-
-    Args:
-        s: The block, of which the attitude counts.
-        spin: Angular momentum in the axes of the base, for unit mass [m^2/s].
-        inverse: Inverse moments of inertia about the body's axes, for unit mass [1/m^2].
-        dt: Time [s].
-    """
-    x, y, z, w = turn_freely(
-        s.qx, s.qy, s.qz, s.qw, spin.x, spin.y, spin.z, inverse.x, inverse.y, inverse.z, dt
+    return Triple(
+        product(m.xx, m.xy, m.xz, v.x, v.y, v.z),
+        product(m.xy, m.yy, m.yz, v.x, v.y, v.z),
+        product(m.xz, m.yz, m.zz, v.x, v.y, v.z),
     )
-    return x, y, z, w
 
 
 @wp.func
-def find_turns(block: Block, r: Turn, s: State):
-    """What tells how far a block has turned; see `turns_of`."""
-    along, across, tilt, yaw = turns_of(block, r.r13, r.r23, r.r33, s.qz, s.qw)
-    return along, across, tilt, yaw
-
-
-@wp.func
-def find_slide(block: Block, x: real, y: real, r: Turn):
-    """Slide of a block on the ground along x and y [m]; see `slide_of`."""
-    away_x, away_y = slide_of(block, x, y, r.r11, r.r12, r.r13, r.r21, r.r22, r.r23, r.r31, r.r32)
-    return away_x, away_y
+def cofactors(m: Symmetric) -> Symmetric:
+    """Cofactors of a symmetric matrix."""
+    xx, xy, xz = vector_product(m.xy, m.yy, m.yz, m.xz, m.yz, m.zz)
+    return Symmetric(
+        xx, xy, xz, fused_less(m.xz, m.xz, m.xx * m.zz), fused_less(m.xx, m.yz, m.xy * m.xz),
+        fused_less(m.xy, m.xy, m.xx * m.yy),
+    )  # fmt: skip

@@ -13,7 +13,9 @@ Its centre of mass is in its middle.
 import warp as wp
 
 from warprock.kernels.modes import OVERTURNED, RUNNING
-from warprock.kernels.shape_space.block import Block, matrix_of
+from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.block_found import Peaks
+from warprock.kernels.shape_space.lanes import State, Triple, matrix_of, turn_of
 
 LEANS = real(0.5)
 """Height of the top of a block's axis, as a part of its length, below which another face is
@@ -40,44 +42,43 @@ class Throw:
 
 
 @wp.func
-def push(
-    throw: Throw, qx: real, qy: real, qz: real, qw: real, ix: real, iy: real, iz: real,
-    vx: wp.ref[real], vy: wp.ref[real], vz: wp.ref[real],
-    lx: wp.ref[real], ly: wp.ref[real], lz: wp.ref[real],
-):  # fmt: skip
-    """Gives a block its velocity [m/s] and angular momentum for unit mass [m^2/s] at the start.
+def push(throw: Throw, inverse: Triple, s: State) -> State:
+    """A block with its velocity and angular momentum at the start.
 
-    Its attitude is that of its principal axes, of which ix to iz are the inverse moments of
-    inertia for unit mass.
+    Args:
+        throw: How it is let go.
+        inverse: Its inverse principal moments of inertia, for unit mass [1/m^2].
+        s: The block, its attitude that of its principal axes.
     """
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    x = (r11 * throw.wx + r21 * throw.wy + r31 * throw.wz) / ix
-    y = (r12 * throw.wx + r22 * throw.wy + r32 * throw.wz) / iy
-    z = (r13 * throw.wx + r23 * throw.wy + r33 * throw.wz) / iz
-    vx = throw.vx
-    vy = throw.vy
-    vz = throw.vz
-    lx = r11 * x + r12 * y + r13 * z
-    ly = r21 * x + r22 * y + r23 * z
-    lz = r31 * x + r32 * y + r33 * z
+    r = turn_of(s)
+    x = (r.r11 * throw.wx + r.r21 * throw.wy + r.r31 * throw.wz) / inverse.x
+    y = (r.r12 * throw.wx + r.r22 * throw.wy + r.r32 * throw.wz) / inverse.y
+    z = (r.r13 * throw.wx + r.r23 * throw.wy + r.r33 * throw.wz) / inverse.z
+    return State(
+        s.x, s.y, s.z, s.qx, s.qy, s.qz, s.qw, throw.vx, throw.vy, throw.vz,
+        r.r11 * x + r.r12 * y + r.r13 * z,
+        r.r21 * x + r.r22 * y + r.r23 * z,
+        r.r31 * x + r.r32 * y + r.r33 * z,
+    )  # fmt: skip
 
 
 @wp.func
 def tumble_on(
-    throw: Throw, block: Block, x: real, y: real, mode: wp.ref[int], slide_x: wp.ref[real],
-    slide_y: wp.ref[real], slide: wp.ref[real], way: wp.ref[real],
-):  # fmt: skip
-    """Lets the lane of a block that tumbles live on; its slide is the way of its centre [m].
+    throw: Throw, block: Block, s: State, mode: wp.ref[int], way: wp.ref[real], p: Peaks
+) -> Peaks:  # fmt: skip
+    """Lets the lane of a body that tumbles live on; its slide is the way of its centre [m].
 
-    `slide` is the square of the largest slide, `way` that of the largest way so far [m^2].
+    `way` is the square of the largest way so far [m^2].
     """
     tumbles = throw.tumbles == 1
     mode = wp.where(tumbles and mode == OVERTURNED, RUNNING, mode)
-    dx, dy = x - block.x, y - block.y
+    dx, dy = s.x - block.x, s.y - block.y
     way = larger(way, dx * dx + dy * dy)
-    slide_x = wp.where(tumbles, dx, slide_x)
-    slide_y = wp.where(tumbles, dy, slide_y)
-    slide = wp.where(tumbles, way, slide)
+    seen = p
+    seen.slide_x = wp.where(tumbles, dx, p.slide_x)
+    seen.slide_y = wp.where(tumbles, dy, p.slide_y)
+    seen.slide = wp.where(tumbles, way, p.slide)
+    return seen
 
 
 @wp.func
@@ -90,7 +91,8 @@ def leans(qx: real, qy: real) -> bool:
 def new_axes(qx: real, qy: real, qz: real, qw: real):
     """The turn from the body axes to those whose bottom is the face that looks down most."""
     zero, one = real(0.0), real(1.0)
-    _11, _12, _13, _21, _22, _23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
+    r = matrix_of(qx, qy, qz, qw)
+    r31, r32, r33 = r.r31, r.r32, r.r33
     on_x = size(r31) >= size(r32) and size(r31) > size(r33)
     on_y = not on_x and size(r32) > size(r33)
     about_x = wp.where(r32 > zero, -HALVED, HALVED)
@@ -141,10 +143,10 @@ def old_corner(k: int, gx: real, gy: real, gw: real) -> int:
     Corners are numbered around the face: (-, -), (+, -), (+, +), (-, +).
     """
     zero, one = real(0.0), real(1.0)
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(gx, gy, zero, gw)
+    r = matrix_of(gx, gy, zero, gw)
     x = wp.where(k == 1 or k == 2, one, -one)
     y = wp.where(k >= 2, one, -one)
-    right = r11 * x + r12 * y - r13 > zero
-    back = r21 * x + r22 * y - r23 > zero
+    right = r.r11 * x + r.r12 * y - r.r13 > zero
+    back = r.r21 * x + r.r22 * y - r.r23 > zero
     at = wp.where(back, wp.where(right, 2, 3), wp.where(right, 1, 0))
-    return wp.where(r31 * x + r32 * y - r33 > zero, -1, at)
+    return wp.where(r.r31 * x + r.r32 * y - r.r33 > zero, -1, at)

@@ -84,6 +84,56 @@ def test_text_has_a_variable_a_field(tmp_path):
     assert "double(slab_theta[k, i])" in text
 
 
+VECTORS = """
+Three = wp.types.vector(length=3, dtype=real)
+Two = wp.types.vector(length=2, dtype=int)
+
+@wp.struct
+class Flight:
+    place: Three
+    knots: Two
+    lands: bool
+
+@wp.func
+def fly(s: Flight, dt: real) -> Flight:
+    n = s
+    n.place = s.place + Three(dt, dt, dt)
+    n.knots[1] = s.knots[1] + 1
+    n.lands = s.place[0] > real(1.5)
+    return n
+
+@kernel
+def fly_all(found: wp.array2d(dtype=wp.float64)):
+    flight = rows(Flight)
+    for i in range(LANES):
+        flight[i].place = Three(real(i), real(0.0), real(1.0))
+        flight[i].knots[0] = int(i)
+    for step in range(2):
+        for i in range(LANES):
+            flight[i] = wp.where(i > 0, fly(flight[i], real(0.25)), flight[i])
+    for i in range(LANES):
+        flight[i].place[1] = flight[i].place[1] + real(4.0)
+        found[0, i] = flight[i].place[0]
+        found[1, i] = wp.length_sq(flight[i].place)
+        found[2, i] = real(flight[i].knots[0] + 10 * flight[i].knots[1])
+        found[3, i] = wp.where(flight[i].lands, real(1.0), real(0.0))
+"""
+
+
+def test_a_vector_has_a_variable_a_component(tmp_path):
+    module = module_of(tmp_path, "rows_of_vectors", VECTORS)
+    text = rows_module.TEXTS["rows_of_vectors"]
+    assert "flight_place_2 = RealRows()" in text
+    assert "flight_knots_1 = WholeRows()" in text
+    assert "flight_place_1[i] = flight_place_1[i] + real(4.0)" in text
+    found = wp.zeros((4, 4), dtype=wp.float64, device="cpu")
+    wp.launch(module.fly_all, 1, [found], device="cpu")
+    x, y, z = [0.0, 1.5, 2.5, 3.5], [4.0, 4.5, 4.5, 4.5], [1.0, 1.5, 1.5, 1.5]
+    lengths = np.square(x) + np.square(y) + np.square(z)
+    expected = [x, lengths, [0.0, 21.0, 22.0, 23.0], [0.0, 0.0, 1.0, 1.0]]
+    np.testing.assert_array_equal(found.numpy(), expected)
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [

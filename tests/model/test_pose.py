@@ -16,7 +16,8 @@ from warprock.model.turning import turned
 
 real = wp.float64
 turn_freely = kernel_module("shape_space/block", precision="float64").turn_freely
-matrix_of = kernel_module("shape_space/block", precision="float64").matrix_of
+lanes = kernel_module("shape_space/lanes", precision="float64")
+Triple = lanes.Triple
 wp.set_module_options(module_options())
 
 EPS = 1e-14
@@ -37,11 +38,10 @@ def fly(
     b = attitude[i, 1]
     c = attitude[i, 2]
     d = attitude[i, 3]
+    spin = Triple(momentum[i, 0], momentum[i, 1], momentum[i, 2])
+    ease = Triple(inverse[i, 0], inverse[i, 1], inverse[i, 2])
     for _ in range(steps[i]):
-        a, b, c, d = turn_freely(
-            a, b, c, d, momentum[i, 0], momentum[i, 1], momentum[i, 2],
-            inverse[i, 0], inverse[i, 1], inverse[i, 2], step[i],
-        )  # fmt: skip
+        a, b, c, d = turn_freely(a, b, c, d, spin, ease, step[i])
     attitude[i, 0] = a
     attitude[i, 1] = b
     attitude[i, 2] = c
