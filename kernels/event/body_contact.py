@@ -144,12 +144,14 @@ def mean_velocity(
         body.friction, w, at, free.z - free.omega * at.x, free.x + free.omega * at.z, hold, slides,
         -slip,
     )  # fmt: skip
-    on = mode != FLYING and (n > zero or hold or (sticks and n >= zero))
+    presses, held = n > zero, sticks and n >= zero
+    on = mode != FLYING and (presses or hold or held)
     n = wp.where(on, n, zero)
     f = wp.where(on, f, zero)
     flat_f = flat_friction(body.friction, slip, free.x, free.z)
     moment = -edge.height * flat_f
-    stays = mode == FLAT and moment <= -free.z * edge.right and moment >= -free.z * edge.left
+    below, above = moment <= -free.z * edge.right, moment >= -free.z * edge.left
+    stays = mode == FLAT and below and above
     starts = size(free.x) > -body.friction * free.z
     mx = free.x + wp.where(stays, flat_f, f)
     mo = wp.where(stays, zero, free.omega + w * (f * at.z - n * at.x))
@@ -178,14 +180,14 @@ def held_velocity(body: Body, contact: Contact, at: Lever, free: Velocity) -> Ve
     """
     zero = real(0.0)
     w = body.inverse_inertia
-    sticks = contact.slip == zero
+    sticks, lies = contact.slip == zero, contact.mode == FLAT
     n, f, _sticks, _drag = corner_impulse(
         body.friction, w, at, free.z - free.omega * at.x, free.x + free.omega * at.z, sticks,
         not sticks, -contact.slip,
     )  # fmt: skip
     pivots = contact.mode == PIVOTING
     return Velocity(
-        wp.where(contact.mode == FLAT and sticks, zero, free.x + wp.where(pivots, f, zero)),
+        wp.where(lies and sticks, zero, free.x + wp.where(pivots, f, zero)),
         free.z + wp.where(pivots, n, zero),
         free.omega + wp.where(pivots, w * (f * at.z - n * at.x), zero),
     )
@@ -229,7 +231,8 @@ def law_velocity(body: Body, beside: bool, at: Lever, other: real, before: Veloc
     vx = ux + f
     vz = uz + n
     # Both corners at the base: the other one must not sink.
-    both = beside and vz - vo * apart <= zero
+    sinks = vz - vo * apart <= zero
+    both = beside and sinks
     vx = wp.where(both, ux + flat_f, vx)
     vz = wp.where(both, zero, vz)
     vo = wp.where(both, zero, vo)
@@ -287,7 +290,8 @@ def struck_velocity(
     asked = larger(smaller(body.restitution * uo, most), -most)
     press = asked * x - uz
     grip = -asked * z - ux
-    given = prescribed and body.restitution >= zero and law_mode != FLYING
+    is_given = body.restitution >= zero
+    given = prescribed and is_given and law_mode != FLYING
     needed = wp.where(press > zero, size(grip) / press, NEVER)
     needed = wp.where(given, needed, zero)
     # Both impulses lie in the cone of friction, or the part of the way to where it ends does.
@@ -328,7 +332,8 @@ def may_rest(body: Body, gravity: real, edge: Edge, omega: real, before: real, p
     left = (-gravity * edge.left - pull * edge.height) / (square + edge.left * edge.left)
     right = (gravity * edge.right + pull * edge.height) / (square + edge.right * edge.right)
     weaker = smaller(left, right)
-    rests = weaker > zero and omega * omega <= TWO * weaker * body.rest_rotation
+    slow = omega * omega <= TWO * weaker * body.rest_rotation
+    rests = weaker > zero and slow
     # 2 |omega| (1 / left + 1 / right) / (2 (1 - |omega / before|)).
     fast = size(before)
     lost = larger(fast - size(omega), real(1.0e-6) * fast)

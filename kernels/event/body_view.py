@@ -85,11 +85,15 @@ def find_contacts(body: Body, view: View, end: End):
     near = NEARLY * body.longest_step
     s, c = sine(end.theta), cosine(end.theta)
     spot = turned_z(view.x, view.z, s, c)
-    up = end.mode != FLAT and end.omega > real(0.0) and end.theta >= view.high - near * end.omega
-    down = end.mode != FLAT and end.omega < real(0.0) and end.theta <= view.low - near * end.omega
+    zero, lies, flies = real(0.0), end.mode == FLAT, end.mode == FLYING
+    right, left = end.omega > zero, end.omega < zero
+    high, low = end.theta >= view.high - near * end.omega, end.theta <= view.low - near * end.omega
+    up = not lies and right and high
+    down = not lies and left and low
     rise = end.vz - end.omega * turned_x(view.x, view.z, s, c)
     grain = GRAIN * (body.radius - spot)
-    lands = end.mode == FLYING and rise < real(0.0) and end.gap <= grain - near * rise
+    sinks, meets = rise < zero, end.gap <= grain - near * rise
+    lands = flies and sinks and meets
     below = smaller(
         turned_z(view.left_x, view.left_z, s, c), turned_z(view.right_x, view.right_z, s, c)
     )
