@@ -258,6 +258,55 @@ class Blow:
     needed: real
 
 
+@wp.struct
+class Turn:
+    """Angular velocity that a prescribed restitution leaves after an impact.
+
+    Attributes:
+        follows: Whether the impact is the prescribed one, not that of the law of contact.
+        omega: The angular velocity [rad/s].
+        needed: Friction that it asks for, see `Blow`.
+    """
+
+    follows: bool
+    omega: real
+    needed: real
+
+
+@wp.func
+def prescribed_turn(
+    body: Body, given: bool, held: bool, at: Lever, law: Velocity, before: Velocity
+) -> Turn:
+    """What a prescribed restitution makes of an impact, see `struck_velocity`.
+
+    Args:
+        body: The body.
+        given: Whether it is for this impact.
+        held: Whether the law of contact finds that the first corner sticks.
+        at: The first corner, what touches of it.
+        law: Velocity after the impact by that law.
+        before: Velocity before.
+    """
+    zero, one = real(0.0), real(1.0)
+    ux, uz, uo, x, z = before.x, before.z, before.omega, at.x, at.z
+    # A body that slid as it came down may turn faster than its energy lets it turn after.
+    energy = ux * ux + uz * uz + body.inertia * uo * uo
+    most = wp.sqrt(energy / (body.inertia + x * x + z * z))
+    asked = larger(smaller(body.restitution * uo, most), -most)
+    press = asked * x - uz
+    grip = -asked * z - ux
+    needed = wp.where(press > zero, size(grip) / press, NEVER)
+    needed = wp.where(given, needed, zero)
+    # Both impulses lie in the cone of friction, or the part of the way to where it ends does.
+    spare = body.friction * press - size(grip)
+    room = larger(body.friction * (law.z - uz) - sign_of(grip) * (law.x - ux), zero)
+    part = wp.where(spare >= zero, one, wp.where(held, room / (room - spare), zero))
+    part = wp.where(given and press > zero, part, zero)
+    # The corner sticks: it is the angular velocity that lies between.
+    turn = wp.where(spare >= zero, asked, law.omega + part * (asked - law.omega))
+    return Turn(part > zero, turn, needed)
+
+
 @wp.func
 def struck_velocity(
     body: Body, beside: bool, prescribed: bool, at: Lever, other: real, before: Velocity
@@ -284,34 +333,21 @@ def struck_velocity(
     zero = real(0.0)
     ux, uz, uo, x, z = before.x, before.z, before.omega, at.x, at.z
     law, law_mode, sticks, second = law_velocity(body, beside, at, other, before)
-    # A body that slid as it came down may turn faster than its energy lets it turn after.
-    energy = ux * ux + uz * uz + body.inertia * uo * uo
-    most = wp.sqrt(energy / (body.inertia + x * x + z * z))
-    asked = larger(smaller(body.restitution * uo, most), -most)
-    press = asked * x - uz
-    grip = -asked * z - ux
-    is_given = body.restitution >= zero
-    given = prescribed and is_given and law_mode != FLYING
-    needed = wp.where(press > zero, size(grip) / press, NEVER)
-    needed = wp.where(given, needed, zero)
-    # Both impulses lie in the cone of friction, or the part of the way to where it ends does.
-    spare = body.friction * press - size(grip)
-    room = larger(body.friction * (law.z - uz) - sign_of(grip) * (law.x - ux), zero)
-    held = sticks and not second
-    part = wp.where(spare >= zero, real(1.0), wp.where(held, room / (room - spare), zero))
-    part = wp.where(given and press > zero, part, zero)
-    # The corner sticks: it is the angular velocity that lies between.
-    turn = wp.where(spare >= zero, asked, law.omega + part * (asked - law.omega))
-    follows = part > zero
-    vx = wp.where(follows, -turn * z, law.x)
-    vz = wp.where(follows, turn * x, law.z)
-    vo = wp.where(follows, turn, law.omega)
+    turn = Turn(False, law.omega, zero)
+    if PRESCRIBED:
+        is_given = body.restitution >= zero
+        given = prescribed and is_given and law_mode != FLYING
+        turn = prescribed_turn(body, given, sticks and not second, at, law, before)
+    follows = turn.follows
+    vx = wp.where(follows, -turn.omega * z, law.x)
+    vz = wp.where(follows, turn.omega * x, law.z)
+    vo = wp.where(follows, turn.omega, law.omega)
     along = vx + vo * z
     mode = wp.where(follows, PIVOTING, law_mode)
     still = follows or sticks or mode == FLYING
     lost = ux * ux + uz * uz - vx * vx - vz * vz + (uo * uo - vo * vo) * body.inertia
     contact = Contact(mode, wp.where(still, zero, sign_of(along)))
-    return Velocity(vx, vz, vo), contact, Blow(second and not follows, HALF * lost, needed)
+    return Velocity(vx, vz, vo), contact, Blow(second and not follows, HALF * lost, turn.needed)
 
 
 @wp.func
