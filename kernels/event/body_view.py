@@ -7,7 +7,7 @@ from warprock.kernels.event.block_state import End, Span, State
 from warprock.kernels.event.body_contact import Body, Edge, tips_right
 from warprock.kernels.event.body_weight import Weight
 from warprock.kernels.modes import FLAT, FLYING
-from warprock.kernels.shape.body import Corner, turned_x, turned_z
+from warprock.kernels.shape.body import turned_x, turned_z
 
 
 @wp.struct
@@ -59,10 +59,9 @@ def edge_below(body: Body, view: View, s: real, c: real) -> Edge:
 
 @wp.func
 def tips_about_second(
-    body: Body, gravity: real, weight: Weight, first: Corner, second: Corner, s: State, span: Span
-) -> bool:  # fmt: skip
+    body: Body, gravity: real, weight: Weight, edge: Edge, s: State, span: Span
+) -> bool:
     """Whether a body on an edge would tip in a step about its end at +x, see `tips_right`."""
-    edge = edge_of(body, first.x, first.z, second.x, second.z, sine(s.theta), cosine(s.theta))
     uz = -HALF * span.d * gravity
     if VERTICAL:
         uz = uz - HALF * weight.gained
