@@ -88,6 +88,7 @@ PARAMETERS = (
     "POINTS",
     "VERTICAL",
     "CHAINS",
+    "PRESCRIBED",
 )
 """Names that the loader sets in a kernel file: the arguments of `kernel_module`, in capitals."""
 
@@ -151,6 +152,7 @@ def kernel_module(
     points: int = 0,
     vertical: bool = False,
     chains: bool = False,
+    prescribed: bool = False,
 ) -> ModuleType:
     """The instance of a kernel file for a precision, a kind of ground motion and a stack.
 
@@ -166,11 +168,14 @@ def kernel_module(
         points: Contact points of a body that is no box.
         vertical: Whether the base of a body in the plane moves upwards, too.
         chains: Whether blocks of a stack in the plane stand on chains of corners.
+        prescribed: Whether the lanes prescribe their angular restitution.
 
     Raises:
         OSError: A kernel file cannot be read.
     """
-    values = (precision, motion, iterations, blocks, lanes, friction, points, vertical, chains)
+    values = (
+        precision, motion, iterations, blocks, lanes, friction, points, vertical, chains, prescribed
+    )  # fmt: skip
     with _LOCK:
         return _instance(file, dict(zip(PARAMETERS, values, strict=True)))
 

@@ -102,12 +102,15 @@ def corner_impulse(
     k = -w * x * z
     n = fused_less(kt, u, k * s)
     f = fused_less(kn, s, k * u)
-    fits = n >= real(0.0) and size(f) <= mu * n
+    # Named before it is joined: packed lanes keep masks for what an `and` branches around.
+    within = size(f) <= mu * n
+    fits = n >= real(0.0) and within
     sign = wp.where(slides, drag, sign_of(f))
     # Painleve's paradox: no normal force is consistent with this sliding; the corner jams.
     jams = fused(sign * mu, k, kn) <= real(0.0)
     sign = wp.where(jams, -sign, sign)
-    sticks = hold or wp.where(slides, jams, fits)
+    keeps = wp.where(slides, jams, fits)
+    sticks = hold or keeps
     scale = one / wp.where(sticks, fused(w, fused(x, x, z * z), one), fused(sign * mu, k, kn))
     n = wp.where(sticks, n, -u) * scale
     return n, wp.where(sticks, f * scale, sign * mu * n), sticks, sign

@@ -158,7 +158,8 @@ def start_seen(theta: real, flat: bool) -> Seen:
 @wp.func
 def is_at_rest(s: State) -> bool:
     """Whether a block lies on its base and does not slide."""
-    return s.mode == FLAT and s.slip == real(0.0)
+    lies, sticks = s.mode == FLAT, s.slip == real(0.0)
+    return lies and sticks
 
 
 @wp.func
@@ -188,7 +189,8 @@ def observe(
         seen: What is seen of the lane.
     """
     observe_peaks(n, size(shown.apex), shown.apex_time, seen)
-    lifts = s.mode == FLAT and n.mode < FLAT and seen.uplift_time >= NEVER
+    lay, goes, first = s.mode == FLAT, n.mode < FLAT, seen.uplift_time >= NEVER
+    lifts = lay and goes and first
     lifted = wp.where(still, n.time, s.time)
     seen.uplift_time = wp.where(lifts, lifted, seen.uplift_time)
     rested = wp.where(is_at_rest(s), seen.rest_time, n.time + shown.tail)
@@ -197,5 +199,5 @@ def observe(
     seen.deepest = larger(shown.deep, seen.deepest)
     seen.impacts = seen.impacts + wp.where(shown.hit, 1, 0)
     seen.steps = seen.steps + wp.where(going, 1, 0)
-    limited = going and seen.steps >= step_limit
-    return wp.where(limited and n.mode < OVERTURNED, STALLED, n.mode)
+    spent, runs = seen.steps >= step_limit, n.mode < OVERTURNED
+    return wp.where(going and spent and runs, STALLED, n.mode)

@@ -13,6 +13,9 @@ that of what touches, along the base, over what the body has rolled.
 
 After an impact on another corner the body rests on the edge between if its next swing would stay
 below `rest_rotation` on either side.
+
+Conditions have names before they are joined: `and` and `or` branch around what they need not know,
+and packed lanes keep masks for every branch with arithmetic or a field in it.
 """
 
 import warp as wp
@@ -160,9 +163,11 @@ def find_event(
     grain = GRAIN * edge.height
     past = end.theta > view.high + near * size(end.omega)
     below = end.theta < view.low - near * size(end.omega)
-    sinks = contact.mode == FLYING and end.gap < -near * size(end.rise) - grain
+    flying, deep = contact.mode == FLYING, end.gap < -near * size(end.rise) - grain
+    sinks = flying and deep
     reach = near * size(end.along - start.along) * per
-    stops = slip * start.along > zero and slip * end.along < -reach
+    ahead, back = slip * start.along > zero, slip * end.along < -reach
+    stops = ahead and back
     lifts = end.reserve < -SOON * start.reserve and d > near
     e0 = wp.where(stops, slip * start.along, start.reserve)
     e1 = wp.where(stops, slip * end.along, end.reserve)
@@ -197,10 +202,11 @@ def step_velocity(
         span: The step.
         fall: What gravity makes of a velocity in it [m/s].
     """
+    sticks = s.slip == real(0.0)
     middle = s.theta + HALF * span.d * s.omega
     sn, cs = sine(middle), cosine(middle)
     mean, held, lost = mean_velocity(
-        body, Contact(s.mode, s.slip), hold and s.slip == real(0.0), edge,
+        body, Contact(s.mode, s.slip), hold and sticks, edge,
         Lever(turned_x(view.x, view.z, sn, cs), turned_z(view.x, view.z, sn, cs) - body.radius),
         Velocity(s.vx - HALF * span.dv, s.vz - HALF * fall, s.omega),
     )  # fmt: skip
@@ -246,9 +252,9 @@ def integrate(
     theta = s.theta + d * mean.omega
     s1, c1 = sine(theta), cosine(theta)
     at1 = Lever(turned_x(view.x, view.z, s1, c1), turned_z(view.x, view.z, s1, c1) - r)
-    flying = held.mode == FLYING
+    flying, slides = held.mode == FLYING, held.slip != zero
     glide = d * mean.x + (at1.x - at0.x) - r * (theta - s.theta)
-    glide = wp.where(flying or held.slip != zero, glide, zero)
+    glide = wp.where(flying or slides, glide, zero)
     free = Velocity(TWO * mean.x - s.vx, TWO * mean.z - s.vz, TWO * mean.omega - s.omega)
     along = s.vx + s.omega * at0.z
     # Not projected: where friction nearly jams the body, that would hide how far it overshot.
@@ -261,14 +267,16 @@ def integrate(
     v = held_velocity(body, Contact(held.mode, slip), at1, free)
     # Nor does it go on where its own friction turned it round in the projection.
     slip = wp.where(slip * (v.x + v.omega * at1.z) <= zero and not idle, zero, slip)
-    glide = wp.where(s.slip == zero and slip == zero and not flying, zero, glide)
+    stuck, sticks = s.slip == zero, slip == zero
+    glide = wp.where(stuck and sticks and not flying, zero, glide)
     raw_gap = s.gap + d * mean.z + (at1.z - at0.z)
     gap = wp.where(flying, raw_gap, zero)
     gap = wp.where(s.mode != FLYING, larger(gap, zero), gap)
     reserve1, _surely = hold_reserve(body, weight.end, s.slip, at1, v.omega, span.a1)
-    holds = surely and (s.mode == PIVOTING or held.mode == PIVOTING)
-    looks = is_at_rest(s) and more >= zero
-    looks = looks and least_lack(body, weight, edge, span.a0, span.a1) < more + SOON * gravity
+    pivoted, pivots = s.mode == PIVOTING, held.mode == PIVOTING
+    holds = surely and (pivoted or pivots)
+    near_lift = least_lack(body, weight, edge, span.a0, span.a1) < more + SOON * gravity
+    looks = is_at_rest(s) and more >= zero and near_lift
     # The secant of a speed that begins to fall, of a short slide, is far from its slope.
     slows = wp.where(held.mode == FLAT, -s.slip * span.a0 - body.friction * weight.start,
                      s.slip * (along1 - along) * per)  # fmt: skip
@@ -295,30 +303,33 @@ def step(
     zero = real(0.0)
     last, missed, cut, looks = integrate(body, knobs.gravity, weight, view, s, span, more)
     up, down, lands, deep = find_contacts(body, view, last)
-    over = (up and view.high >= HALF_PI) or (down and view.low <= -HALF_PI)
+    last_up, last_down = view.high >= HALF_PI, view.low <= -HALF_PI
+    over = (up and last_up) or (down and last_down)
     omega = last.omega
     last.theta = wp.where(up, view.high, wp.where(down, view.low, last.theta))
     after = end_step(body, weight, view, up and not over, down and not over, lands, span, last)
-    sound = last.theta - last.theta == zero and after.omega - after.omega == zero
-    sound = sound and after.vx - after.vx == zero and after.vz - after.vz == zero
     spot = view.x * view.z
-    sound = sound and span.time - span.time == zero and spot - spot == zero
+    # One comparison for all: of what is not finite the difference is no number.
+    broken = (last.theta - last.theta) + (after.omega - after.omega) + (after.vx - after.vx)
+    broken = broken + (after.vz - after.vz) + (span.time - span.time) + (spot - spot)
+    sound = broken == zero
     mode = wp.where(sound, wp.where(over, OVERTURNED, after.mode), BROKEN)
     asks = live and looks and sound
     taken = live and not (missed and sound) and not asks
-    turns = taken and s.omega * omega < zero
+    turned, passed, hit = s.omega * omega < zero, span.passed, after.hit
+    turns = taken and turned
     rise = s.omega * span.d / (s.omega - omega)
     new = State(
         wp.where(taken, last.theta, s.theta), wp.where(taken, s.slide + last.glide, s.slide),
         wp.where(taken, wp.where(lands, zero, last.gap), s.gap), wp.where(taken, after.vx, s.vx),
         wp.where(taken, after.vz, s.vz), wp.where(taken, after.omega, s.omega),
         wp.where(taken, after.slip, s.slip), wp.where(taken, mode, s.mode),
-        wp.where(taken, span.time, s.time), s.segment + wp.where(taken and span.passed, 1, 0),
+        wp.where(taken, span.time, s.time), s.segment + wp.where(taken and passed, 1, 0),
         wp.where(taken, s.base + span.dv + span.kick, s.base),
         wp.where(taken, NEVER, wp.where(live and not asks, cut, s.cap)),
     )  # fmt: skip
     shown = Shown(
-        taken, taken and after.hit, wp.where(turns, s.theta + HALF * s.omega * rise, zero),
+        taken, taken and hit, wp.where(turns, s.theta + HALF * s.omega * rise, zero),
         s.time + wp.where(turns, rise, zero), wp.where(taken, last.lost + after.lost, zero),
         wp.where(taken, after.tail, zero), wp.where(taken, deep, zero),
     )  # fmt: skip

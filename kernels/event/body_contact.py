@@ -144,12 +144,14 @@ def mean_velocity(
         body.friction, w, at, free.z - free.omega * at.x, free.x + free.omega * at.z, hold, slides,
         -slip,
     )  # fmt: skip
-    on = mode != FLYING and (n > zero or hold or (sticks and n >= zero))
+    presses, held = n > zero, sticks and n >= zero
+    on = mode != FLYING and (presses or hold or held)
     n = wp.where(on, n, zero)
     f = wp.where(on, f, zero)
     flat_f = flat_friction(body.friction, slip, free.x, free.z)
     moment = -edge.height * flat_f
-    stays = mode == FLAT and moment <= -free.z * edge.right and moment >= -free.z * edge.left
+    below, above = moment <= -free.z * edge.right, moment >= -free.z * edge.left
+    stays = mode == FLAT and below and above
     starts = size(free.x) > -body.friction * free.z
     mx = free.x + wp.where(stays, flat_f, f)
     mo = wp.where(stays, zero, free.omega + w * (f * at.z - n * at.x))
@@ -178,14 +180,14 @@ def held_velocity(body: Body, contact: Contact, at: Lever, free: Velocity) -> Ve
     """
     zero = real(0.0)
     w = body.inverse_inertia
-    sticks = contact.slip == zero
+    sticks, lies = contact.slip == zero, contact.mode == FLAT
     n, f, _sticks, _drag = corner_impulse(
         body.friction, w, at, free.z - free.omega * at.x, free.x + free.omega * at.z, sticks,
         not sticks, -contact.slip,
     )  # fmt: skip
     pivots = contact.mode == PIVOTING
     return Velocity(
-        wp.where(contact.mode == FLAT and sticks, zero, free.x + wp.where(pivots, f, zero)),
+        wp.where(lies and sticks, zero, free.x + wp.where(pivots, f, zero)),
         free.z + wp.where(pivots, n, zero),
         free.omega + wp.where(pivots, w * (f * at.z - n * at.x), zero),
     )
@@ -229,7 +231,8 @@ def law_velocity(body: Body, beside: bool, at: Lever, other: real, before: Veloc
     vx = ux + f
     vz = uz + n
     # Both corners at the base: the other one must not sink.
-    both = beside and vz - vo * apart <= zero
+    sinks = vz - vo * apart <= zero
+    both = beside and sinks
     vx = wp.where(both, ux + flat_f, vx)
     vz = wp.where(both, zero, vz)
     vo = wp.where(both, zero, vo)
@@ -253,6 +256,55 @@ class Blow:
     second: bool
     lost: real
     needed: real
+
+
+@wp.struct
+class Turn:
+    """Angular velocity that a prescribed restitution leaves after an impact.
+
+    Attributes:
+        follows: Whether the impact is the prescribed one, not that of the law of contact.
+        omega: The angular velocity [rad/s].
+        needed: Friction that it asks for, see `Blow`.
+    """
+
+    follows: bool
+    omega: real
+    needed: real
+
+
+@wp.func
+def prescribed_turn(
+    body: Body, given: bool, held: bool, at: Lever, law: Velocity, before: Velocity
+) -> Turn:
+    """What a prescribed restitution makes of an impact, see `struck_velocity`.
+
+    Args:
+        body: The body.
+        given: Whether it is for this impact.
+        held: Whether the law of contact finds that the first corner sticks.
+        at: The first corner, what touches of it.
+        law: Velocity after the impact by that law.
+        before: Velocity before.
+    """
+    zero, one = real(0.0), real(1.0)
+    ux, uz, uo, x, z = before.x, before.z, before.omega, at.x, at.z
+    # A body that slid as it came down may turn faster than its energy lets it turn after.
+    energy = ux * ux + uz * uz + body.inertia * uo * uo
+    most = wp.sqrt(energy / (body.inertia + x * x + z * z))
+    asked = larger(smaller(body.restitution * uo, most), -most)
+    press = asked * x - uz
+    grip = -asked * z - ux
+    needed = wp.where(press > zero, size(grip) / press, NEVER)
+    needed = wp.where(given, needed, zero)
+    # Both impulses lie in the cone of friction, or the part of the way to where it ends does.
+    spare = body.friction * press - size(grip)
+    room = larger(body.friction * (law.z - uz) - sign_of(grip) * (law.x - ux), zero)
+    part = wp.where(spare >= zero, one, wp.where(held, room / (room - spare), zero))
+    part = wp.where(given and press > zero, part, zero)
+    # The corner sticks: it is the angular velocity that lies between.
+    turn = wp.where(spare >= zero, asked, law.omega + part * (asked - law.omega))
+    return Turn(part > zero, turn, needed)
 
 
 @wp.func
@@ -281,33 +333,21 @@ def struck_velocity(
     zero = real(0.0)
     ux, uz, uo, x, z = before.x, before.z, before.omega, at.x, at.z
     law, law_mode, sticks, second = law_velocity(body, beside, at, other, before)
-    # A body that slid as it came down may turn faster than its energy lets it turn after.
-    energy = ux * ux + uz * uz + body.inertia * uo * uo
-    most = wp.sqrt(energy / (body.inertia + x * x + z * z))
-    asked = larger(smaller(body.restitution * uo, most), -most)
-    press = asked * x - uz
-    grip = -asked * z - ux
-    given = prescribed and body.restitution >= zero and law_mode != FLYING
-    needed = wp.where(press > zero, size(grip) / press, NEVER)
-    needed = wp.where(given, needed, zero)
-    # Both impulses lie in the cone of friction, or the part of the way to where it ends does.
-    spare = body.friction * press - size(grip)
-    room = larger(body.friction * (law.z - uz) - sign_of(grip) * (law.x - ux), zero)
-    held = sticks and not second
-    part = wp.where(spare >= zero, real(1.0), wp.where(held, room / (room - spare), zero))
-    part = wp.where(given and press > zero, part, zero)
-    # The corner sticks: it is the angular velocity that lies between.
-    turn = wp.where(spare >= zero, asked, law.omega + part * (asked - law.omega))
-    follows = part > zero
-    vx = wp.where(follows, -turn * z, law.x)
-    vz = wp.where(follows, turn * x, law.z)
-    vo = wp.where(follows, turn, law.omega)
+    turn = Turn(False, law.omega, zero)
+    if PRESCRIBED:
+        is_given = body.restitution >= zero
+        given = prescribed and is_given and law_mode != FLYING
+        turn = prescribed_turn(body, given, sticks and not second, at, law, before)
+    follows = turn.follows
+    vx = wp.where(follows, -turn.omega * z, law.x)
+    vz = wp.where(follows, turn.omega * x, law.z)
+    vo = wp.where(follows, turn.omega, law.omega)
     along = vx + vo * z
     mode = wp.where(follows, PIVOTING, law_mode)
     still = follows or sticks or mode == FLYING
     lost = ux * ux + uz * uz - vx * vx - vz * vz + (uo * uo - vo * vo) * body.inertia
     contact = Contact(mode, wp.where(still, zero, sign_of(along)))
-    return Velocity(vx, vz, vo), contact, Blow(second and not follows, HALF * lost, needed)
+    return Velocity(vx, vz, vo), contact, Blow(second and not follows, HALF * lost, turn.needed)
 
 
 @wp.func
@@ -328,7 +368,8 @@ def may_rest(body: Body, gravity: real, edge: Edge, omega: real, before: real, p
     left = (-gravity * edge.left - pull * edge.height) / (square + edge.left * edge.left)
     right = (gravity * edge.right + pull * edge.height) / (square + edge.right * edge.right)
     weaker = smaller(left, right)
-    rests = weaker > zero and omega * omega <= TWO * weaker * body.rest_rotation
+    slow = omega * omega <= TWO * weaker * body.rest_rotation
+    rests = weaker > zero and slow
     # 2 |omega| (1 / left + 1 / right) / (2 (1 - |omega / before|)).
     fast = size(before)
     lost = larger(fast - size(omega), real(1.0e-6) * fast)

@@ -74,12 +74,14 @@ def find_struck(
         kicked: Velocity along the base after its velocity step [m/s].
         end: The end of the step.
     """
-    flat = end.mode == FLAT
+    flat, turns_not, ahead = end.mode == FLAT, end.omega == real(0.0), kicked >= real(0.0)
+    at_high, at_low = end.theta == view.high, end.theta == view.low
     s, c = sine(end.theta), cosine(end.theta)
-    right = wp.where(flat, view.flat_right, up or (not down and end.theta == view.high))
-    left = wp.where(flat, not view.flat_right, down or (not up and end.theta == view.low))
-    level = flat or (lands and end.omega == real(0.0) and (left or right))
-    swaps = up or down or (level and (kicked >= real(0.0)) == right)
+    right = wp.where(flat, view.flat_right, up or (not down and at_high))
+    left = wp.where(flat, not view.flat_right, down or (not up and at_low))
+    level = flat or (lands and turns_not and (left or right))
+    struck_ahead = ahead == right
+    swaps = up or down or (level and struck_ahead)
     next_x = wp.where(right, view.right_x, view.left_x)
     next_z = wp.where(right, view.right_z, view.left_z)
     own_x, own_z = turned_x(view.x, view.z, s, c), turned_z(view.x, view.z, s, c)
@@ -107,13 +109,15 @@ def end_step(
     """
     zero = real(0.0)
     kick = span.kick
-    falls = up or down
-    hit = lands or (falls and end.mode == PIVOTING)
-    struck = hit or (kicks(weight, kick) and end.mode != FLYING)
+    falls, pivots, flies = up or down, end.mode == PIVOTING, end.mode == FLYING
+    hit = lands or (falls and pivots)
+    kicked_on = kicks(weight, kick) and not flies
+    struck = hit or kicked_on
     kicked, dropped = end.vx - kick, end.vz - weight.kick
     corner = find_struck(body, view, up, down, lands, kicked, end)
     # What is prescribed is for the edge that the body stands on at first.
-    prescribed = falls and end.mode == PIVOTING and end.theta == zero
+    upright = end.theta == zero
+    prescribed = falls and pivots and upright
     after, contact, blow = struck_velocity(
         body, corner.beside, prescribed, Lever(corner.x, corner.z), corner.other,
         Velocity(kicked, dropped, end.omega),
@@ -130,9 +134,10 @@ def end_step(
     edge = Edge(smaller(corner.x, corner.other), larger(corner.x, corner.other), -corner.z)
     pull = wp.where(slip1 != zero, -slip1 * body.friction * weight.end, span.a1)
     stays, tail = may_rest(body, weight.end, edge, omega1, end.omega, pull)
-    rests = stays and hit and falls and mode1 == PIVOTING
-    glides = wp.where(slip1 != zero, vx1, zero)
-    slip1 = wp.where(rests and slip1 != zero, sign_of(vx1), slip1)
+    turns, slides = mode1 == PIVOTING, slip1 != zero
+    rests = stays and hit and falls and turns
+    glides = wp.where(slides, vx1, zero)
+    slip1 = wp.where(rests and slides, sign_of(vx1), slip1)
     rest_lost = HALF * (vx1 * vx1 - glides * glides + vz1 * vz1 + omega1 * omega1 * body.inertia)
     mode1 = wp.where(rests, FLAT, mode1)
     # Corners are numbered from -x: an edge is known by its end there.

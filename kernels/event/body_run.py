@@ -105,13 +105,15 @@ def start_lane(lowest: Corner, body: Body):
 
 
 @wp.func
-def view_of(number: int, left: Corner, own: Corner, right: Corner, flat_right: bool) -> View:
-    """A corner, its number, and those beside it; of the first and the last one itself."""
-    low = wp.where(number > 0, larger(left.angle, -HALF_PI), -HALF_PI)
-    return View(
-        number, own.x, own.z, low, smaller(own.angle, HALF_PI),
-        left.x, left.z, right.x, right.z, flat_right,
-    )  # fmt: skip
+def turn_between(number: int, left: real, own: real):
+    """Rotations between which a body turns about a corner [rad].
+
+    Args:
+        number: Of the corner.
+        left, own: Angles of the edges to -x and to +x of it [rad].
+    """
+    low = wp.where(number > 0, larger(left, -HALF_PI), -HALF_PI)
+    return low, smaller(own, HALF_PI)
 
 
 @wp.func
@@ -202,10 +204,11 @@ def run_lanes(
                         m = motions[first + i]
                     at = sample_index(m, state[i].segment)
                     ground = Ground(pool[0, at], pool[1, at], real(0.0))
-                    lower = corners[chain[i].corner, first + i]
-                    other = corners[wp.min(chain[i].corner + 1, chain[i].last), first + i]
+                    here = chain[i].corner
+                    ahead = wp.min(here + 1, chain[i].last)
                     edge = edge_of(
-                        blocks[first + i], lower.x, lower.z, other.x, other.z,
+                        blocks[first + i], corners[here, first + i].x, corners[here, first + i].z,
+                        corners[ahead, first + i].x, corners[ahead, first + i].z,
                         sine(state[i].theta), cosine(state[i].theta),
                     )  # fmt: skip
                     most = look_ahead(
@@ -228,16 +231,28 @@ def run_lanes(
                 going = state[i].mode < OVERTURNED and state[i].time < until
                 span, more = begin(blocks[first + i], m, ground, end, going, state[i], above)
                 weight = weight_in(knobs.gravity, above, span.time, span.d, climb[i].rising)
-                ahead = wp.min(chain[i].corner + 1, chain[i].last)
-                tips = tips_about_second(
-                    blocks[first + i], knobs.gravity, weight, corners[chain[i].corner, first + i],
-                    corners[ahead, first + i], state[i], span,
+                # Field by field: four float32 loaded at once would keep the loop scalar.
+                here = chain[i].corner
+                ahead = wp.min(here + 1, chain[i].last)
+                edge = edge_of(
+                    blocks[first + i], corners[here, first + i].x, corners[here, first + i].z,
+                    corners[ahead, first + i].x, corners[ahead, first + i].z,
+                    sine(state[i].theta), cosine(state[i].theta),
                 )  # fmt: skip
-                second = state[i].mode == FLAT and tips
-                k = wp.where(second, ahead, chain[i].corner)
-                view = view_of(
-                    k, corners[wp.max(k - 1, 0), first + i], corners[k, first + i],
-                    corners[wp.min(k + 1, chain[i].last), first + i], not second,
+                tips = tips_about_second(
+                    blocks[first + i], knobs.gravity, weight, edge, state[i], span
+                )
+                lies = state[i].mode == FLAT
+                second = lies and tips
+                k = wp.where(second, ahead, here)
+                left, right = wp.max(k - 1, 0), wp.min(k + 1, chain[i].last)
+                lowest, highest = turn_between(
+                    k, corners[left, first + i].angle, corners[k, first + i].angle
+                )
+                view = View(
+                    k, corners[k, first + i].x, corners[k, first + i].z, lowest, highest,
+                    corners[left, first + i].x, corners[left, first + i].z,
+                    corners[right, first + i].x, corners[right, first + i].z, not second,
                 )  # fmt: skip
                 new, shown, footing = step(
                     blocks[first + i], knobs, weight, view, going, span,

@@ -7,7 +7,7 @@ from warprock.kernels.event.block_state import End, Span, State
 from warprock.kernels.event.body_contact import Body, Edge, tips_right
 from warprock.kernels.event.body_weight import Weight
 from warprock.kernels.modes import FLAT, FLYING
-from warprock.kernels.shape.body import Corner, turned_x, turned_z
+from warprock.kernels.shape.body import turned_x, turned_z
 
 
 @wp.struct
@@ -59,10 +59,9 @@ def edge_below(body: Body, view: View, s: real, c: real) -> Edge:
 
 @wp.func
 def tips_about_second(
-    body: Body, gravity: real, weight: Weight, first: Corner, second: Corner, s: State, span: Span
-) -> bool:  # fmt: skip
+    body: Body, gravity: real, weight: Weight, edge: Edge, s: State, span: Span
+) -> bool:
     """Whether a body on an edge would tip in a step about its end at +x, see `tips_right`."""
-    edge = edge_of(body, first.x, first.z, second.x, second.z, sine(s.theta), cosine(s.theta))
     uz = -HALF * span.d * gravity
     if VERTICAL:
         uz = uz - HALF * weight.gained
@@ -85,11 +84,15 @@ def find_contacts(body: Body, view: View, end: End):
     near = NEARLY * body.longest_step
     s, c = sine(end.theta), cosine(end.theta)
     spot = turned_z(view.x, view.z, s, c)
-    up = end.mode != FLAT and end.omega > real(0.0) and end.theta >= view.high - near * end.omega
-    down = end.mode != FLAT and end.omega < real(0.0) and end.theta <= view.low - near * end.omega
+    zero, lies, flies = real(0.0), end.mode == FLAT, end.mode == FLYING
+    right, left = end.omega > zero, end.omega < zero
+    high, low = end.theta >= view.high - near * end.omega, end.theta <= view.low - near * end.omega
+    up = not lies and right and high
+    down = not lies and left and low
     rise = end.vz - end.omega * turned_x(view.x, view.z, s, c)
     grain = GRAIN * (body.radius - spot)
-    lands = end.mode == FLYING and rise < real(0.0) and end.gap <= grain - near * rise
+    sinks, meets = rise < zero, end.gap <= grain - near * rise
+    lands = flies and sinks and meets
     below = smaller(
         turned_z(view.left_x, view.left_z, s, c), turned_z(view.right_x, view.right_z, s, c)
     )

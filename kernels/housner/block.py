@@ -132,7 +132,8 @@ def may_rest(block: Block, omega: real, acceleration: real):
     gravity_part = block.frequency_squared * sine(block.slenderness_angle)
     motion_part = block.coupling * acceleration * cosine(block.slenderness_angle)
     weaker = fused(gravity_part, real(1.0) + ROUND_OFF, -size(motion_part))
-    rests = weaker > real(0.0) and omega * omega <= real(2.0) * weaker * block.rest_rotation
+    slow = omega * omega <= real(2.0) * weaker * block.rest_rotation
+    rests = weaker > real(0.0) and slow
     here = fused(sign_of(omega), motion_part, gravity_part)
     there = fused_less(sign_of(omega), motion_part, gravity_part)
     lost = larger(fused_less(eta, eta, real(1.0)), real(1.0e-6))
@@ -178,7 +179,8 @@ def next_event(p: Polynomial, h: real, passes: bool) -> Event:
     # A block on the ground has a zero there already; at rest a double one; one that has just
     # lifted where |a| passed its limit a triple one. They are divided out.
     zeros = wp.where(p.c0 == zero, wp.where(p.c1 == zero, 2, 1), 0)
-    zeros = wp.where(zeros == 2 and size(p.c2) < NEARLY * size(p.c3) * h, 3, zeros)
+    flat = size(p.c2) < NEARLY * size(p.c3) * h
+    zeros = wp.where(zeros == 2 and flat, 3, zeros)
     over_h = real(1.0) / h
     at_end = pick(
         turns, zeros, d_end, p_end, p_end * over_h, p_end * over_h * over_h,
@@ -206,7 +208,8 @@ def next_event(p: Polynomial, h: real, passes: bool) -> Event:
     # in a narrower bracket.
     event = turns or crosses
     tau = wp.where(event, wp.where(exact, at_root, low), h)
-    dips = turns and exact and value_at(p, tau) < zero
+    sinks = value_at(p, tau) < zero
+    dips = turns and exact and sinks
     return Event(
         wp.where(dips, zero, tau),
         turns and exact and not dips,
@@ -258,8 +261,10 @@ def first_event(
     event = next_event(watched, h, passes)
     # A jump of the acceleration lifts a resting block, round-off sinks a rocking one: at once.
     lack_at_end = fused_less(pull, acceleration_at(a, h), limit)
-    lifts = watched.c0 < -NEARLY * limit or (watched.c0 <= zero and lack_at_end < zero)
-    at_once = (rocking and watched.c0 < zero) or (resting and lifts)
+    jumps, grows = watched.c0 < -NEARLY * limit, lack_at_end < zero
+    lifts = jumps or (watched.c0 <= zero and grows)
+    sunk = watched.c0 < zero
+    at_once = (rocking and sunk) or (resting and lifts)
     return Event(
         wp.where(at_once, zero, event.tau),
         event.turned and not at_once,
@@ -302,17 +307,21 @@ def apply_event(
 def pass_knot(block: Block, passed: bool, dv: real, s: wp.ref[State], seen: wp.ref[Seen]):
     """Passes a knot of the motion if it is reached, with a velocity step dv of the base."""
     zero = real(0.0)
+    # Read before an `and`, which would branch around it: masks that packed lanes have to keep.
+    resting, rocking, upright = s.mode == RESTING, s.mode == ROCKING, s.theta == zero
+    outwards = s.side * s.omega >= zero
     steps = passed and dv != zero
     kick = -block.coupling * cosine(block.slenderness_angle - size(s.theta)) * dv
     rests, _tail = may_rest(block, kick, zero)
-    lifts = steps and s.mode == RESTING and not rests
-    rocks = steps and (s.mode == ROCKING or lifts)
-    falls = s.side * s.theta >= block.fall_angle and s.side * s.omega >= zero
+    lifts = steps and resting and not rests
+    rocks = steps and (rocking or lifts)
+    falls = s.side * s.theta >= block.fall_angle and outwards
     omega = wp.where(rocks, s.omega + kick, s.omega)
-    side = wp.where(steps and s.theta == zero, sign_of(omega), s.side)
+    side = wp.where(steps and upright, sign_of(omega), s.side)
     asked = needed_at_step(size(s.theta), side, dv, block.slenderness_angle)
+    more = asked > s.needed
     # A step that would leave a block at rest where it is needs no friction to speak of.
-    counts = rocks and not rests and not falls and asked > s.needed
+    counts = rocks and not rests and not falls and more
     s.omega = omega
     s.side = side
     s.segment = s.segment + wp.where(passed, 1, 0)
@@ -393,10 +402,11 @@ def step(block: Block, m: Motion, ground: Ground, until: real, s: State, seen: S
     )  # fmt: skip
     pull = stronger_pull(a, h)
     event = first_event(block, s, rotation, a, pull, h, seen.peak)
+    turned, crossed = event.turned, event.crossed
     theta = value_at(rotation, event.tau)
     omega = slope_at(rotation, event.tau)
     past, tau, cap = overshot(live, rocking, theta, omega, event.tau, event.cap)
-    uplift, impact = resting and event.crossed, rocking and event.crossed and not past
+    uplift, impact = resting and crossed, rocking and crossed and not past
     needed = needed_in_step(
         s.needed, rocking, block.fall_angle, s.side * s.theta, s.side * s.omega, s.side * omega,
         tau, force,
@@ -404,8 +414,9 @@ def step(block: Block, m: Motion, ground: Ground, until: real, s: State, seen: S
 
     # The state there; a turning point, an impact, an uplift.
     theta = wp.where(impact or uplift, zero, wp.where(rocking and not past, theta, s.theta))
-    omega = wp.where(past, s.omega, wp.where(rocking and not event.turned, omega, zero))
-    time = wp.where(live and tau >= fused_less(TICK, target, room), target, s.time + tau)
+    omega = wp.where(past, s.omega, wp.where(rocking and not turned, omega, zero))
+    arrives = tau >= fused_less(TICK, target, room)
+    time = wp.where(live and arrives, target, s.time + tau)
     a_now = acceleration_at(a, tau)
     needed = needed_at_rest(block, resting and tau > zero, a.a0, a_now, needed)
     n = State(theta, omega, s.side, time, s.segment, s.mode, cap, needed)

@@ -208,7 +208,8 @@ def needed_in_step(
     left = fall_angle - lean
     # A lean that grows faster and faster comes to the fall angle later than at its mean rate.
     mean_speed = real(0.5) * (speed + end_speed)
-    falls = mean_speed > zero and left < mean_speed * tau
+    reaches = left < mean_speed * tau
+    falls = mean_speed > zero and reaches
     span = wp.where(falls, left / mean_speed, tau)
     asked = needed_along(needed, span, force)
     fallen = left <= zero and speed >= zero

@@ -148,6 +148,7 @@ class AbstractEngine(abc.ABC):
             points=kernel.points,
             vertical=isinstance(motions, UprightMotions),
             chains=lanes.profiles is not None,
+            prescribed=lanes.restitution_given,
         )
         return module
 
