@@ -120,6 +120,8 @@ class Event(AbstractEngine):
     name: ClassVar[str] = "event"
     settings_type = EventSettings
     order: ClassVar[int | None] = 2
+    locates_events: ClassVar[bool] = True
+    preference: ClassVar[int | None] = 1
     spatial: ClassVar[bool] = True
     starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)

@@ -24,7 +24,7 @@ import pandas as pd
 import pyarrow as pa
 
 import warprock
-from warprock.engines import ENGINES, engine_class
+from warprock.engines import ENGINES, engine_class, reference_engine
 from warprock.engines.launching import Target
 from warprock.engines.soundness import energy_gained, exploded
 from warprock.measure.atlas_lanes import AtlasSize, LaneGrid
@@ -50,8 +50,6 @@ STEP_SPAN = 4.0
 """Ratio of the steps of lanes that run for the same time."""
 SAMPLES = 100
 """Samples of a history in which errors are looked for."""
-REFERENCES = ("housner", "two-block")
-"""What single blocks and stacks are held against, in float64."""
 FOLDER = "maps"
 
 
@@ -283,8 +281,8 @@ def _batches(
 
 
 def _reference(grid: LaneGrid, times: SampleTimes, options: RunOptions) -> tuple[Numbers, Response]:
-    """The lanes that the reference supports, and its answer for them (for one lane at least)."""
-    name = REFERENCES[int(grid.lanes.stacked)]
+    """The lanes that the reference supports, and its float64 answer for them (for one at least)."""
+    name = reference_engine(stacked=grid.lanes.stacked)
     chosen = supported_lanes(name, grid)
     lanes = chosen if len(chosen) else np.arange(1)
     part = take_lanes(grid, lanes)
