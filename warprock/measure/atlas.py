@@ -26,7 +26,7 @@ import pyarrow as pa
 import warprock
 from warprock.engines import ENGINES, engine_class, reference_engine
 from warprock.engines.launching import Target
-from warprock.engines.soundness import energy_gained, exploded
+from warprock.engines.soundness import energy_gained, find_exploded
 from warprock.measure.atlas_lanes import AtlasSize, LaneGrid
 from warprock.measure.atlas_maps import MAPS, AtlasMap, Launch
 from warprock.model.response import SOUND, USABLE, Outcome, Response, SampleTimes, Status
@@ -218,7 +218,7 @@ def measure(
     if rigid and not grid.lanes.stacked:
         gained = energy_gained(grid.lanes, response["energy_lost"], response["peak_rotation"])
     growth = np.where(grid.free, gained / np.where(held > 0.0, held, 1.0), np.nan)
-    too_much = grid.free & exploded(grid.lanes, held, gained)
+    too_much = grid.free & find_exploded(grid.lanes, held, gained)
     error, same = _errors(grid, response, compared, reference)
     angle = _by_block(grid.lanes.slenderness_angle)
     tallest = _by_block(grid.lanes.height).max(axis=1)

@@ -92,7 +92,7 @@ RUN = {**_OF_CASE, "precision": str, "device": str}
 _ROWS = [{...: (str, float, bool, None, [object])}]
 
 
-def _banded(*names: str) -> dict[str, Shape]:
+def _with_bands(*names: str) -> dict[str, Shape]:
     """Numbers, each with the ends of its band."""
     return {f"{name}{end}": (float, None) for name in names for end in ("", "_p05", "_p95")}
 
@@ -157,7 +157,7 @@ KINDS: dict[str, dict[Any, Shape]] = {
                 "second_only_right": int,
                 "p_value": float,
                 "tests": int,
-                **_banded("brier_difference"),
+                **_with_bands("brier_difference"),
             }
         ],
         "medians": [
@@ -166,7 +166,7 @@ KINDS: dict[str, dict[Any, Shape]] = {
                 "over_observed": (float, None),
                 "intensity": str,
                 "verdict": str,
-                **_banded("median", "dispersion"),
+                **_with_bands("median", "dispersion"),
             }
         ],
         "scores": [
@@ -175,7 +175,7 @@ KINDS: dict[str, dict[Any, Shape]] = {
                 "threshold": (float, None),
                 **dict.fromkeys(("tests", "hits", "misses", "false_alarms"), int),
                 "correct_rejections": int,
-                **_banded("accuracy", "balanced_accuracy", "auc", "brier"),
+                **_with_bands("accuracy", "balanced_accuracy", "auc", "brier"),
             }
         ],
         "by_status": [{"engine": str, "status": str, "lanes": int, "right": (float, None)}],
