@@ -37,7 +37,7 @@ from warprock.model.response import Outcome, Response, Status
 from warprock.running import calibration, options
 from warprock.running.batch import run_batch
 from warprock.running.calibration import PLAIN, QUANTITIES, Factor
-from warprock.running.companions import halved
+from warprock.running.companions import halve_step
 from warprock.running.devices import start_warp
 from warprock.running.tolerance import run_to_tolerance
 from warprock.settings.engines import SETTINGS, EventSettings
@@ -103,7 +103,7 @@ class Truth:
         if engine == "dem":
             problem = problem.first(DEM_LANES)
             default = SETTINGS["dem"]()
-            fine = [halved(default, count) for count in (TRUE_HALVINGS, CHECKED_HALVINGS)]
+            fine = [halve_step(default, count) for count in (TRUE_HALVINGS, CHECKED_HALVINGS)]
         else:
             engine = "event"
             fine = [EventSettings(time_step=step) for step in (TRUE_STEP, CHECKED_STEP)]

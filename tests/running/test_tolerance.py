@@ -33,7 +33,7 @@ from warprock.model.response import (
 from warprock.running import tolerance
 from warprock.running.batch import run_batch
 from warprock.running.case_run import run_case, run_lane
-from warprock.running.companions import companion_settings, cut_off, halved
+from warprock.running.companions import companion_settings, cut_off, halve_step
 from warprock.running.options import TOLERANCE, RunOptions
 from warprock.running.refinement import MET, MISSED, SENSITIVE, missed_tolerance, refinement_counts
 from warprock.running.tolerance import HALVINGS, run_to_tolerance
@@ -273,7 +273,7 @@ def test_the_slide_has_an_estimate_too() -> None:
     lanes = make_lanes(np.full(4, 1.2), 1.0, 0.0, [0.2, 0.3, 0.4, 0.5])
     motions = sines(Control.ACCELERATION, np.full(4, 7.0), [1.0, 1.5, 2.0, 2.5], cycles=1.0)
     times = SampleTimes(2.0)
-    fine = run_batch("impulse", lanes, motions, times, settings=halved(ImpulseSettings(), 5))
+    fine = run_batch("impulse", lanes, motions, times, settings=halve_step(ImpulseSettings(), 5))
     found = run_to_tolerance("impulse", lanes, motions, times, settings=ImpulseSettings(240.0, 4))
     off = np.abs(found["peak_slide"] - fine["peak_slide"])
     assert np.all(fine["peak_slide"] > 1e-3)

@@ -30,3 +30,15 @@ def engine_class(name: str) -> type[AbstractEngine]:
     module, _, class_name = ENGINES[name].partition(":")
     found: type[AbstractEngine] = getattr(importlib.import_module(module), class_name)
     return found
+
+
+def reference_engine(*, stacked: bool = False) -> str:
+    """The engine that others are held against, of single blocks or of stacks."""
+    wanted = "stack" if stacked else "block"
+    return next(name for name in ENGINES if engine_class(name).reference_of == wanted)
+
+
+def preferred_engines() -> list[str]:
+    """The engines that are taken where none is named, the most preferred one first."""
+    places = {name: engine_class(name).preference for name in ENGINES}
+    return [name for _, name in sorted((at, name) for name, at in places.items() if at is not None)]

@@ -51,17 +51,23 @@ class AbstractEngine(abc.ABC):
     rounded: ClassVar[bool] = False
     """Whether it can roll a body on rounded corners."""
     vertical: ClassVar[tuple[str, ...]] = ()
-    """What can stand on a base that moves upwards, too, in the plane: block, stack."""
+    """What it can run in the plane on a base that also moves upwards: block, stack."""
     restitution: ClassVar[str | None] = "finds the angular restitution from its contact law"
-    """What it does where impacts are concerned; None if it follows what a case prescribes."""
+    """How it finds the angular restitution; None if it follows the one that a case prescribes."""
     slides: ClassVar[bool] = True
     """Whether its blocks can slide, so that its law of contact may have several solutions."""
     above_rigid: ClassVar[bool] = False
-    """Whether its kernels tell heights as what they differ from those of a pile of rigid blocks."""
+    """Whether its kernels give heights relative to those of a pile of rigid blocks."""
     starts_moving: ClassVar[tuple[str, ...]] = ()
     """Where boxes may start with velocities or be thrown: plane, space."""
     bodies_move: ClassVar[tuple[str, ...]] = ()
-    """Where bodies may."""
+    """Where bodies may start with velocities or be thrown: plane, space."""
+    reference_of: ClassVar[str | None] = None
+    """Scenes of which others are held against it, for no time step adds an error: block, stack."""
+    locates_events: ClassVar[bool] = False
+    """Whether its steps end at events; else they have one length and pass over them."""
+    preference: ClassVar[int | None] = None
+    """Place in the order in which an engine is taken that was not named; None if it never is."""
     rests_exactly: ClassVar[bool] = False
     """Whether a block at rest does not move at all, until its base lifts it or makes it slide."""
 
@@ -162,24 +168,24 @@ class AbstractEngine(abc.ABC):
         return np.full(lanes.lane_count, self.settings.time_step)
 
     def asked_step(self, lanes: Lanes, motions: GroundMotions) -> float:
-        """Longest step that the settings ask for [s], whatever a lane makes of it."""
+        """Longest step that the settings ask for [s]; a lane may take shorter ones."""
         return float(self.settings.time_step)
 
     def reserve(self, lanes: Lanes) -> tuple[npt.NDArray[np.float64], str] | None:
-        """What lanes must have to be run, over what they need; None where there is no such bound.
+        """Safety ratio (available / required), above 1; None if not applicable.
 
         Args:
             lanes: The lanes.
 
         Returns:
-            A number that must be above 1, shape [lane], and what it is.
+            The ratio, shape [lane], and what it is.
         """
         return None
 
     def alike_order(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.intp] | None:
-        """Order in which lanes that take about as long lie side by side; None to leave them.
+        """Order in which lanes of about the same cost lie side by side; None to leave them.
 
-        Lanes of a pack wait for one another. What a lane does does not depend on its place.
+        Lanes of a pack wait for one another. The result of a lane does not depend on its place.
         """
         return None
 
@@ -200,7 +206,7 @@ class AbstractEngine(abc.ABC):
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> Mapping[str, npt.NDArray[Any]]:
-        """The lane fields of a response, from what the kernel has left.
+        """The lane fields of a response, from the results of the kernel.
 
         Returns:
             Shape [lane]; [lane, block] where they belong to blocks, single ones too.

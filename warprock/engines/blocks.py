@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.bodies import leaned
+from warprock.engines.bodies import rotate_lever
 from warprock.engines.launching import NEVER
 from warprock.engines.stack_bodies import profile_columns, start_on_feet
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
@@ -43,10 +43,10 @@ def start_on_corners(lanes: Lanes) -> tuple[Array, Array, Array, Array]:
     for block in range(lanes.block_count):
         turn, offset = lanes.rotation_start[:, block], lanes.offset[:, block]
         ends = [s * np.minimum(below_face, half_face[:, block] + s * offset) for s in (-1.0, 1.0)]
-        feet = [leaned(end, below_height, below_turn) for end in ends]
+        feet = [rotate_lever(end, below_height, below_turn) for end in ends]
         left[:, block], right[:, block] = (below_x + foot[0] for foot in feet)
         # From either end to the centre; both lead to the same if the block is not turned.
-        ways = [leaned(end - offset, -half_height[:, block], turn) for end in ends]
+        ways = [rotate_lever(end - offset, -half_height[:, block], turn) for end in ends]
         leans = [turn < below_turn, turn > below_turn]
         from_left, from_right = (
             np.array([below_x + foot[0] - way[0], below_z + foot[1] - way[1]])
@@ -71,8 +71,8 @@ def stack_columns(lanes: Lanes) -> dict[str, Array]:
     }
 
 
-def carried(lanes: Lanes, x: Array) -> tuple[Array, Array]:
-    """What stands on each interface [kg] and where its centre is [m], shape [lane, block] each.
+def find_load(lanes: Lanes, x: Array) -> tuple[Array, Array]:
+    """Finds what stands on each interface: mass [kg], centre [m], shape [lane, block] each.
 
     Args:
         lanes: The stacks.
@@ -106,7 +106,7 @@ def planar_columns(lanes: Lanes, fall: float) -> dict[str, npt.NDArray[Any]]:
             multipliers that are impulses times the step.
     """
     x, z, left, right = start_on_corners(lanes)
-    above, centre = carried(lanes, x)
+    above, centre = find_load(lanes, x)
     # By statics where an interface is closed; else the end that touches carries everything.
     width = right - left
     width = np.where(width > 0.0, width, np.inf)
@@ -205,11 +205,11 @@ def _flat_places(stacks: SpatialLanes) -> Array:
     centre = np.stack([stacks.centre_offset_x, stacks.centre_offset_y], axis=-1)
     beside = np.concatenate([np.zeros_like(centre[:, :1]), centre[:, :-1]], axis=1)
     # What stands on the ground stands where its first block's offset says, in the axes of the base.
-    return np.asarray(yawed(offset, -below) - beside)
+    return np.asarray(rotate_yaw(offset, -below) - beside)
 
 
-def yawed(vector: Array, angle: Array) -> Array:
-    """Vectors [..., 2] turned by angles [rad], from +x to +y."""
+def rotate_yaw(vector: Array, angle: Array) -> Array:
+    """Rotates vectors [..., 2] by angles [rad], from +x to +y."""
     c, s = np.cos(angle), np.sin(angle)
     x, y = vector[..., 0], vector[..., 1]
     return np.stack([c * x - s * y, s * x + c * y], axis=-1)

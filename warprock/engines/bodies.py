@@ -121,8 +121,8 @@ class Corners:
         return np.asarray(x + self.lever(rotation)[0] - rolled)
 
 
-def leaned(x: Array, z: Array, rotation: Array) -> tuple[Array, Array]:
-    """A lever turned clockwise."""
+def rotate_lever(x: Array, z: Array, rotation: Array) -> tuple[Array, Array]:
+    """Rotates a lever clockwise."""
     s, c = np.sin(rotation), np.cos(rotation)
     return x * c + z * s, z * c - x * s
 

@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.blocks import yawed
+from warprock.engines.blocks import rotate_yaw
 from warprock.engines.launching import NEVER, Found
 from warprock.engines.places import planar_places, spatial_places
 from warprock.kernels.modes import BROKEN, OVERTURNED, SLID_OFF, STALLED, UNSOLVED
@@ -40,22 +40,22 @@ FINITE_FIELDS = (
     "peak_penetration",
     "energy_lost",
 )
-"""Numbers that no lane may lack, besides its rotations."""
+"""Fields that must be finite in every lane, besides its rotations."""
 
 
 def time_or_nan(times: Rows) -> Array:
-    """Times as float64, NaN where they have not come."""
+    """Times as float64, NaN of events that did not occur."""
     values = np.asarray(times, dtype=np.float64)
     return np.where(values >= NEVER, np.nan, values)
 
 
 FRICTION_SLACK = {"float64": 1e-6, "float32": 1e-4}
-"""Part by which a lane's friction may fall short before the lane counts as outside the model: the
-series of the contact force leave out some 1e-7 of the weight, float32 rounds to about 1e-5."""
+"""Relative lack of friction up to which a lane counts as within the model. The series of the
+contact force leave out some 1e-7 of the weight; float32 rounds to about 1e-5."""
 
 
 def asked_friction(rows: Rows, friction: Array, precision: str) -> tuple[Array, Mask]:
-    """Friction that a model needs, infinite where the base would pull; where there is less of it.
+    """Friction that a model needs, infinite where the base would pull, and lanes that have less.
 
     Args:
         rows: Rows of a `Result` with `needed`, shape [lane].
@@ -146,7 +146,7 @@ def spatial_fields(lanes: Lanes, per_block: Rows) -> dict[str, Array]:
     stacks = cast(SpatialLanes, as_stacks(lanes))
     rows = {name: per_block[name].astype(np.float64) for name in per_block.dtype.names or ()}
     below = np.concatenate([np.zeros_like(stacks.yaw_start[:, :1]), stacks.yaw_start[:, :-1]], 1)
-    slide = yawed(np.stack([rows["slide_x"], rows["slide_y"]], axis=-1), below)
+    slide = rotate_yaw(np.stack([rows["slide_x"], rows["slide_y"]], axis=-1), below)
     yaw_start = stacks.yaw_start
     if stacks.thrown:
         yaw_start = rotations(start_poses(stacks)[1])[2]

@@ -92,6 +92,7 @@ class Dem(AbstractEngine):
     name: ClassVar[str] = "dem"
     settings_type = DemSettings
     order: ClassVar[int | None] = 1
+    preference: ClassVar[int | None] = 3
     spatial: ClassVar[bool] = True
     starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)

@@ -22,8 +22,8 @@ from warprock.units import GRAVITY
 Array = npt.NDArray[np.float64]
 
 SWEEPS = 60
-"""Trials of how far the springs of a body at rest let it lean; each leaves a part of the settlement
-over the width of the error of the one before."""
+"""Iterations for the lean of a body at rest on its springs; each reduces the error to the
+settlement / width of it."""
 
 
 def corner_rows(points: int) -> int:
@@ -131,7 +131,7 @@ class CornerSprings:
         return np.asarray(np.ldexp(np.round(part * 2.0**30) / 2.0**30, power))
 
     def standing_ratio(self) -> Array:
-        """How much stiffer springs are against rocking than what they bear needs, shape [lane, 1].
+        """Rocking stiffness of the springs / that needed to stand, shape [lane, 1].
 
         See `dem_springs.standing_ratio`: k_n I over the weight times the height of its centre.
         """

@@ -70,7 +70,7 @@ class PointSprings:
         return np.asarray(self.body.standing & there_are(self.body))
 
     def standing_ratio(self) -> Array:
-        """How much stiffer springs are against rocking than what they bear needs, shape [lane, 1].
+        """Rocking stiffness of the springs / that needed to stand, shape [lane, 1].
 
         About the weaker axis through the middle of the base, see `dem_springs.standing_ratio`.
         """
@@ -112,7 +112,7 @@ class PointSprings:
         up = body.centre_height[:, None] * np.array([0.0, 0.0, 1.0])
         sunk = np.cross(lean, up) - depth[:, None] * np.array([0.0, 0.0, 1.0])
         levers = turned(attitude[:, None], body.points_in_block_axes)[..., 2]
-        pressed = self._pressed(place[:, 2, None] + levers)
+        pressed = self._sink(place[:, 2, None] + levers)
         down = pressed[:, None] * np.array([0.0, 0.0, -1.0])
         moved = np.where(rests[:, None], sunk, np.where(flies[:, None], 0.0, down))
         turn = np.where(rests[:, None], product(quaternion(lean), attitude), attitude)
@@ -142,7 +142,7 @@ class PointSprings:
             closed = np.where(now.any(axis=1, keepdims=True), now, closed)
         return found[:, 0], found[:, 1:]
 
-    def _pressed(self, height: Array) -> Array:
+    def _sink(self, height: Array) -> Array:
         """How far a body sinks until points at heights [m], [lane, point], bear its weight [m]."""
         rise = np.sort(np.where(there_are(self.body), height, np.inf), axis=1)
         settles = GRAVITY * self.body.mass / self.stiffness

@@ -18,7 +18,7 @@ from warprock.units import GRAVITY
 Array = npt.NDArray[np.float64]
 
 EQUILIBRIUM_SWEEPS = 60
-"""Trials of which points carry; a handful is enough unless the weight stands near an end."""
+"""Iterations that find which points carry; a handful suffices unless the weight is near an end."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -101,7 +101,7 @@ def stiffest_frequency(lanes: Lanes, settings: DemSettings) -> Array:
 
 
 def standing_ratio(lanes: Lanes, settings: DemSettings) -> Array:
-    """How much stiffer springs are against rocking than what they bear needs [-], [lane, block].
+    """Rocking stiffness of the springs / that needed to stand [-], [lane, block].
 
     All that stands on an interface turns on its springs like one rigid body: they resist by
     k_n I, I the second moment of their area, its weight drives by W times the height of its centre
@@ -112,7 +112,7 @@ def standing_ratio(lanes: Lanes, settings: DemSettings) -> Array:
 
 
 def standing_on(lanes: Lanes, stiffness: float, place: Array, area: Array) -> Array:
-    """The same from springs of which places and areas are known, see `Springs`, about one axis."""
+    """The standing ratio about one axis, from places and areas of springs; see `Springs`."""
     whole = area.sum(axis=-1)
     middle = (area * place).sum(axis=-1) / np.where(whole > 0.0, whole, 1.0)
     second = (area * (place - middle[..., None]) ** 2).sum(axis=-1)
@@ -232,7 +232,7 @@ def _bearing(
     place: Array,
     closed_area: Array,
 ) -> tuple[Array, Array, Array]:
-    """What the springs below a block have to bear, as the blocks lie.
+    """Finds the load on the springs below a block, as the blocks lie.
 
     Args:
         lanes: Stacks.
@@ -308,5 +308,5 @@ def _equilibrium(
 
 
 def _total(values: Array) -> Array:
-    """Sum over the points that is an exact mirror image in a mirrored stack, shape [lane]."""
+    """Sums over the points so that a mirrored stack has exactly the mirrored sum, shape [lane]."""
     return np.asarray(0.5 * (values + values[:, ::-1]).sum(axis=1))

@@ -22,7 +22,7 @@ from warprock.units import GRAVITY
 Array = npt.NDArray[np.float64]
 
 EQUILIBRIUM_SWEEPS = 60
-"""Trials of which points carry; a handful is enough unless the weight stands near an edge."""
+"""Iterations that find which points carry; a handful suffices unless the weight is near an edge."""
 ENDLESS = 1e9
 """Half width of the ground's face [m]."""
 SMALLEST = 1e-3
@@ -104,7 +104,7 @@ class SpatialSprings:
         )
 
     def total(self, values: Array) -> Array:
-        """Sum over the points (the last axis), an exact mirror image in a mirrored stack."""
+        """Sums over the points (last axis); a mirrored stack has exactly the mirrored sum."""
         pairs = values[..., : len(self.kind)] + values[..., len(self.kind) :]
         parts = [pairs[..., self.kind == kind].sum(axis=-1) for kind in (1.0, 2.0, 0.0)]
         return np.asarray((parts[0] + parts[1]) + parts[2])
@@ -188,7 +188,7 @@ def _levers(springs: SpatialSprings, block: int) -> Array:
 
 
 def _turned_by(vector: Array, c: Array, s: Array) -> Array:
-    """Vectors [lane, point, 3] turned about the vertical, from +x to +y."""
+    """Rotates vectors [lane, point, 3] about the vertical, from +x to +y."""
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
     c, s = c[:, None], s[:, None]
     return np.stack([c * x - s * y, s * x + c * y, z + 0.0 * x], axis=-1)
@@ -233,7 +233,7 @@ def start_in_space(lanes: Lanes, settings: DemSettings) -> dict[str, Array]:
 
 
 def _sunk(springs: SpatialSprings, rise: Array, stiffness: Array, weight: Array) -> Array:
-    """How far points at heights [m], shape [lane, point], sink until springs bear a weight [m]."""
+    """How far points at heights [m], [lane, point], must sink for springs to bear a weight [m]."""
     closed = np.ones(rise.shape, dtype=bool)
     depth = np.zeros(len(rise))
     for _ in range(rise.shape[1] + 1):

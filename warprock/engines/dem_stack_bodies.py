@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.bodies import leaned
+from warprock.engines.bodies import rotate_lever
 from warprock.engines.stack_bodies import Interface, profile_columns, rest_heights, shared_depth
 from warprock.model.lanes import Lanes
 from warprock.model.profiles import Profiles
@@ -55,13 +55,13 @@ def _start(lanes: Lanes, settings: DemSettings, area: Array) -> tuple[Array, Arr
             lean = load[:, block] * (2.0 * share[:, block] - 1.0) / wide
             turn = np.where(flat, lean, given)
             # At rest both points are seen at the middle of what is shared, else that which bears.
-            touched, foot_x, foot_z = (part[:, 0] for part in here.touched(given[:, None]))
+            touched, foot_x, foot_z = (part[:, 0] for part in here.find_contact(given[:, None]))
             middle = 0.5 * (low[:, block] + high[:, block])
             place = np.where(flat, middle + here.aside, touched)
             foot_x = np.where(flat, middle, foot_x)
             sunk = load[:, block] * np.where(flat, 0.5, 1.0)
-            on = leaned(place, here.level - sunk, below)
-            own = leaned(foot_x, foot_z, below + turn)
+            on = rotate_lever(place, here.level - sunk, below)
+            own = rotate_lever(foot_x, foot_z, below + turn)
             below_x, below_z = below_x + on[0] - own[0], below_z + on[1] - own[1]
             below = below + turn
             x[:, block], z[:, block], rotation[:, block] = below_x, below_z, below
@@ -70,7 +70,7 @@ def _start(lanes: Lanes, settings: DemSettings, area: Array) -> tuple[Array, Arr
             centre = (mass * x[:, block:]).sum(axis=1) / mass.sum(axis=1)
             foot = Interface.of(lanes, block).corners.z.min(axis=1)
             left = [
-                x[:, block] + leaned(end[:, block], foot, rotation[:, block])[0]
+                x[:, block] + rotate_lever(end[:, block], foot, rotation[:, block])[0]
                 for end in (low, high)
             ]
             share[:, block] = np.clip((centre - left[0]) / (left[1] - left[0]), 0.0, 1.0)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import body_columns, carried, stack_columns, start_on_corners
+from warprock.engines.blocks import body_columns, find_load, stack_columns, start_on_corners
 from warprock.engines.decoding import lane_fields, planar_fields, still_since
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_of, contacts_hold, unstable
@@ -110,7 +110,7 @@ def _stacked_blocks(lanes: Lanes, settings: DirectSettings) -> dict[str, Array]:
     block.
     """
     x, z, left, right = start_on_corners(lanes)
-    above, centre = carried(lanes, x)
+    above, centre = find_load(lanes, x)
     share = np.clip((centre - left) / np.maximum(right - left, 1e-12), 0.0, 1.0)
     turn = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
     on_right = np.select([turn > 0.0, turn < 0.0], [1.0, 0.0], share)

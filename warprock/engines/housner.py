@@ -63,6 +63,9 @@ class Housner(AbstractEngine):
     name: ClassVar[str] = "housner"
     settings_type = HousnerSettings
     order: ClassVar[int | None] = None
+    reference_of: ClassVar[str | None] = "block"
+    locates_events: ClassVar[bool] = True
+    preference: ClassVar[int | None] = 4
     restitution: ClassVar[str | None] = None
     slides: ClassVar[bool] = False
     starts_moving: ClassVar[tuple[str, ...]] = ("plane",)

@@ -16,7 +16,7 @@ from warprock.units import GRAVITY
 Array = npt.NDArray[np.float64]
 
 FLATTEST = 1e-7
-"""Turn between two edges [rad] up to which they are one, and the point between them no foot: it
+"""Angle between two edges [rad] up to which they count as one, without a foot between them: it
 would part from the ground before anything could be seen of it."""
 
 

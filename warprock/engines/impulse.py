@@ -50,6 +50,7 @@ class Impulse(AbstractEngine):
     name: ClassVar[str] = "impulse"
     settings_type = ImpulseSettings
     order: ClassVar[int | None] = 1
+    preference: ClassVar[int | None] = 2
     spatial: ClassVar[bool] = True
     starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)

@@ -30,7 +30,7 @@ Columns = Mapping[str, npt.NDArray[Any]]
 """Fields of a struct by name."""
 
 NEVER = 1.0e30
-"""A time that has not come, in the kernels."""
+"""What kernels give as the time of an event that did not occur."""
 
 
 class Form(enum.StrEnum):
@@ -230,7 +230,7 @@ def _argument(argument: Any, value: Any, count: int, device: str) -> Any:
     if isinstance(value, np.ndarray):
         value = value[0] if value.ndim > argument.type.ndim else value
         if argument.label in OF_LANES:
-            value = padded(value, count)
+            value = pad(value, count)
         return wp.array(value, dtype=argument.type.dtype, device=device)
     return value
 
@@ -239,7 +239,7 @@ def struct_rows(struct: Any, columns: Columns, count: int) -> Rows:
     """Rows of a Warp struct from its fields by name, padded to a count of lanes."""
     rows = np.zeros(count, dtype=struct.numpy_dtype())
     for name in rows.dtype.names or ():
-        rows[name] = padded(np.asarray(columns[name]), count)
+        rows[name] = pad(np.asarray(columns[name]), count)
     return rows
 
 
@@ -249,12 +249,12 @@ def block_rows(struct: Any, columns: Columns, count: int) -> Rows:
     rows = np.zeros((block_count, count), dtype=struct.numpy_dtype())
     for name in rows.dtype.names or ():
         for block in range(block_count):
-            rows[name][block] = padded(columns[name][:, block], count)
+            rows[name][block] = pad(columns[name][:, block], count)
     return rows
 
 
-def padded(values: Rows, count: int) -> Rows:
-    """Values of lanes, the last one repeated up to a count of lanes."""
+def pad(values: Rows, count: int) -> Rows:
+    """Repeats the values of the last lane up to a count of lanes."""
     return np.concatenate([values, np.repeat(values[-1:], count - len(values))])
 
 

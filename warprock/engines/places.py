@@ -13,8 +13,8 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.blocks import spatial_columns, yawed
-from warprock.engines.bodies import Corners, leaned
+from warprock.engines.blocks import rotate_yaw, spatial_columns
+from warprock.engines.bodies import Corners, rotate_lever
 from warprock.engines.spatial_bodies import body_of, stood_places, there_are
 from warprock.engines.stack_bodies import profile_slides
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
@@ -25,7 +25,7 @@ Array = npt.NDArray[np.float64]
 ENDLESS = 1e9
 """Half width of the ground [m]."""
 TOUCH = 1e-4
-"""Part of the half width by which corners may lie above the lowest one and count as touching."""
+"""Height above the lowest corner, over the half width, up to which a corner counts as touching."""
 
 
 def planar_places(lanes: Lanes, rotation: Array, places: Array | None) -> dict[str, Array]:
@@ -45,7 +45,7 @@ def planar_places(lanes: Lanes, rotation: Array, places: Array | None) -> dict[s
         x, z = (each[:, None] for each in lanes.body.rolled(rotation[:, 0]))
         return {"slide": np.zeros_like(rotation), "x": x, "z": z}
     if places is None:
-        x, z = _pivoted(stacks, rotation)
+        x, z = _pivot(stacks, rotation)
         return {"slide": np.zeros_like(rotation), "x": x, "z": z}
     x, z = places[..., 0], places[..., 1]
     if lanes.body is not None:
@@ -55,7 +55,7 @@ def planar_places(lanes: Lanes, rotation: Array, places: Array | None) -> dict[s
     return {"slide": slides(stacks, rotation, x, z), "x": x, "z": z}
 
 
-def _pivoted(stacks: Lanes, rotation: Array) -> tuple[Array, Array]:
+def _pivot(stacks: Lanes, rotation: Array) -> tuple[Array, Array]:
     """Centres of blocks that turn about the ends of what their faces share, and never slide."""
     x, z = np.zeros_like(rotation), np.zeros_like(rotation)
     at_x, at_z, below, below_height = np.zeros((4, *rotation[:, 0].shape))
@@ -65,8 +65,8 @@ def _pivoted(stacks: Lanes, rotation: Array) -> tuple[Array, Array]:
         turn, height = rotation[:, k], half_height[:, k, None]
         shared = np.minimum(lower_face, half_face[:, k])[:, None]
         end = np.where(turn < below, -shared, shared)
-        foot_x, foot_z = leaned(end, below_height, below)
-        arm_x, arm_z = leaned(-end, height, turn)
+        foot_x, foot_z = rotate_lever(end, below_height, below)
+        arm_x, arm_z = rotate_lever(-end, height, turn)
         at_x, at_z = at_x + foot_x + arm_x, at_z + foot_z + arm_z
         x[:, k], z[:, k] = at_x, at_z
         below, below_height, lower_face = turn, height, half_face[:, k]
@@ -84,13 +84,15 @@ def _planar_slides(stacks: Lanes, rotation: Array, x: Array, z: Array) -> Array:
         lean = np.where(turn < 0.0, -1.0, 1.0)
         face, height = half_face[:, k], half_height[:, k]
         # The middle of the bottom face, seen from the middle of the face below, along that.
-        foot_x, foot_z = leaned(np.zeros_like(turn), -height, rotation[:, k])
+        foot_x, foot_z = rotate_lever(np.zeros_like(turn), -height, rotation[:, k])
         from_x, from_z = x[:, k] + foot_x - below_x, z[:, k] + foot_z - below_z
-        along, _above = leaned(from_x, from_z, -below)
+        along, _above = rotate_lever(from_x, from_z, -below)
         corner = along + lean * face * np.cos(turn)
         # The end of the face below, seen from the middle of the block, along its bottom.
-        end_x, end_z = leaned(lean * low_face, low_height, below)
-        under, _deep = leaned(end_x + below_x - x[:, k], end_z + below_z - z[:, k], -rotation[:, k])
+        end_x, end_z = rotate_lever(lean * low_face, low_height, below)
+        under, _deep = rotate_lever(
+            end_x + below_x - x[:, k], end_z + below_z - z[:, k], -rotation[:, k]
+        )
         inside = lean * corner <= low_face
         place = np.where(inside, corner - lean * face, lean * low_face - under)
         slides[:, k] = place - stacks.offset[:, k, None]
@@ -151,7 +153,7 @@ def _spatial_slides(stacks: SpatialLanes, attitude: Array, places: Array) -> Arr
         stood_y = own["flat_y"] + own["flat_s"] * x + own["flat_c"] * y
         way = seen[..., :2] - np.stack([stood_x, stood_y], axis=-1)
         mean = np.where(touches[..., None], way, 0.0).sum(axis=-2) / touches.sum(axis=-1)[..., None]
-        slides[:, k] = yawed(mean, below_yaw[:, None])
+        slides[:, k] = rotate_yaw(mean, below_yaw[:, None])
         below, below_place, below_yaw = attitude[:, k], places[:, k], stacks.yaw_start[:, k]
     return slides
 

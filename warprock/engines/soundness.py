@@ -35,16 +35,17 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 EXPLOSION_BOUND = 1.0
-"""Energy gained over energy held and supplied above which a lane's numbers are absurd..."""
+"""Energy gained over energy held and supplied above which a lane has exploded, if `BARRIER_SHARE`
+is exceeded, too."""
 COMPLETE_BOUND = 0.1
-"""The same bound of an account that knows what springs hold. Nothing that they hold for a while
-hides in what was gained then, so that no lane overturns unnoticed on much less than it takes."""
+"""The same bound for an account that knows the energy of springs. What they hold for a while does
+not hide in the gain then, so that no lane overturns unnoticed on much less energy than it needs."""
 BARRIER_SHARE = 0.1
-"""...if what was gained is also this part of the energy that overturns the blocks (a twentieth of
-the slenderness angle): a block that holds next to nothing may gain much of that, and move by
-nothing."""
+"""Energy gained over the energy that overturns the blocks above which a lane has exploded (a
+rotation of a twentieth of the slenderness angle). A block that holds next to no energy may gain a
+multiple of it without moving."""
 SINKING_SHARE = 1e-2
-"""Part of the rise that overturns a block by which contacts may sink and count as rigid."""
+"""Penetration over the rise that overturns a block up to which contacts count as rigid."""
 
 
 def energy_gained(lanes: Lanes, energy_lost: Array, peak_rotation: Array) -> Array:
@@ -57,8 +58,8 @@ def energy_gained(lanes: Lanes, energy_lost: Array, peak_rotation: Array) -> Arr
     return np.fmax(-np.asarray(energy_lost, dtype=np.float64), reached)
 
 
-def exploded(lanes: Lanes, held: Array, gained: Array, bound: float = EXPLOSION_BOUND) -> Mask:
-    """Where more energy was gained than can be put down to small errors, shape [lane].
+def find_exploded(lanes: Lanes, held: Array, gained: Array, bound: float = EXPLOSION_BOUND) -> Mask:
+    """Finds lanes that gained more energy than small errors explain, shape [lane].
 
     Args:
         lanes: Single blocks or stacks.
@@ -100,12 +101,12 @@ def toppled_from_nothing(lanes: Lanes, held: Array, peak_rotation: Array) -> Mas
     return np.asarray(inside & holds & left_it & poor)
 
 
-def fallen(lanes: Lanes, held: Array, peak_rotation: Array) -> Array:
-    """Energy that weight has set free where blocks fell that had the energy for it [J], [lane].
+def fall_energy(lanes: Lanes, held: Array, peak_rotation: Array) -> Array:
+    """Energy that weight released where blocks fell that had the energy for it [J], [lane].
 
-    Below its flat state a block is once it has turned by more than twice its slenderness angle;
-    what it carries then sinks by at most twice as much as its centre, on a body by as many times
-    more as its top is higher.
+    A block lies lower than in its flat state once it has turned by more than twice its slenderness
+    angle. What stands on it then sinks by at most twice as much as its centre; on a body, by the
+    ratio of the heights of its top and its centre.
 
     Args:
         lanes: Single blocks or stacks.
@@ -174,7 +175,7 @@ def moved_by_nothing(lanes: Lanes, pull: Array, lean: Array) -> Mask:
 
 
 def contacts_hold(lanes: Lanes, stiffness: float) -> Mask:
-    """Where all contacts sink by little beside what overturns the blocks, shape [lane].
+    """Lanes whose contacts sink by much less than overturns the blocks, shape [lane].
 
     Args:
         lanes: Single blocks or stacks.
@@ -312,9 +313,9 @@ def _gained_in_plane(
 ) -> Mask:
     """Where blocks in the plane gained more than they held and were supplied, shape [lane]."""
     bound = COMPLETE_BOUND if complete else EXPLOSION_BOUND
-    fell = np.zeros_like(sunk) if complete else fallen(lanes, held, lean)
-    found = exploded(lanes, held + sunk, -account.lost, bound)
-    found |= exploded(lanes, held + sunk + fell, account.returned, bound)
+    fell = np.zeros_like(sunk) if complete else fall_energy(lanes, held, lean)
+    found = find_exploded(lanes, held + sunk, -account.lost, bound)
+    found |= find_exploded(lanes, held + sunk + fell, account.returned, bound)
     if lanes.stacked:
         return np.asarray(found | (rigid & toppled_from_nothing(lanes, held, lean)))
     # Of a body it is not known to which side it turned so far: the side that takes less.
@@ -322,7 +323,7 @@ def _gained_in_plane(
     if lanes.body is not None:
         needed = np.minimum(needed, energy_held(lanes, -lean))
     reached = np.where(rigid, needed - held, 0.0)
-    return np.asarray(found | exploded(lanes, held, reached))
+    return np.asarray(found | find_exploded(lanes, held, reached))
 
 
 def _gained_in_space(
@@ -335,12 +336,12 @@ def _gained_in_space(
     complete: bool,
 ) -> Mask:
     """The same of blocks in space, whose contacts may have given back what nobody counts."""
-    found = exploded(lanes, held, -account.lost)
+    found = find_exploded(lanes, held, -account.lost)
     if lanes.stacked or lanes.thrown:
         return found
     # Springs let a centre sink below where a rigid corner would hold it.
     bound = EXPLOSION_BOUND if rigid else COMPLETE_BOUND
-    return found | exploded(lanes, held, energy_to_tilt(lanes, lean) - sunk - held, bound)
+    return found | find_exploded(lanes, held, energy_to_tilt(lanes, lean) - sunk - held, bound)
 
 
 def gone_through(lanes: Lanes, deepest: Array) -> Mask:

@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.blocks import spatial_columns, throw_columns, yawed
+from warprock.engines.blocks import rotate_yaw, spatial_columns, throw_columns
 from warprock.errors import InputError
 from warprock.model.bodies import Bodies
 from warprock.model.hull import LEVEL
@@ -100,7 +100,7 @@ def stood_places(lanes: SpatialLanes) -> Array:
     """
     body, offset = body_of(lanes), np.stack([lanes.offset, lanes.offset_across], axis=-1)
     yaw = lanes.yaw_start.reshape(lanes.lane_count, 1)
-    stood = yawed(body.points_in_block_axes[..., :2], yaw)
+    stood = rotate_yaw(body.points_in_block_axes[..., :2], yaw)
     return np.asarray(stood + offset.reshape(lanes.lane_count, 1, 2))
 
 

@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.bodies import Corners, leaned
+from warprock.engines.bodies import Corners, rotate_lever
 from warprock.model.lanes import Lanes
 from warprock.model.profiles import Profiles
 from warprock.model.stacking import contact_ends
@@ -54,8 +54,8 @@ class Interface:
         middles = 0.5 * (low + high) - body.base_ends.mean(axis=1)
         return cls(Corners.of(body), lanes.offset[:, block] + middles, low, high, level)
 
-    def touched(self, turn: Array) -> tuple[Array, Array, Array]:
-        """Where a block touches that has turned by an angle [rad] and not slid.
+    def find_contact(self, turn: Array) -> tuple[Array, Array, Array]:
+        """Finds where a block touches that has turned by an angle [rad] and not slid.
 
         Args:
             turn: Against what it stands on, shape [lane, sample].
@@ -66,7 +66,7 @@ class Interface:
         """
         own, aside = self.corners, self.aside[:, None]
         at = own.lowest(turn)
-        place = np.clip(_taken(own.along, at) + aside, self.low[:, None], self.high[:, None])
+        place = np.clip(_take_corners(own.along, at) + aside, self.low[:, None], self.high[:, None])
         return place, *self._point(place - aside)
 
     def _point(self, along: Array) -> tuple[Array, Array]:
@@ -75,9 +75,10 @@ class Interface:
         edge = (along[..., None] >= own.along[:, None]).sum(axis=-1) - 1
         edge = np.clip(edge, 0, np.maximum(own.last - 1, 0)[:, None])
         after = edge + 1
-        x, z, start = (_taken(part, edge) for part in (own.x, own.z, own.along))
-        part = (along - start) / (_taken(own.along, after) - start)
-        return x + part * (_taken(own.x, after) - x), z + part * (_taken(own.z, after) - z)
+        x, z, start = (_take_corners(part, edge) for part in (own.x, own.z, own.along))
+        part = (along - start) / (_take_corners(own.along, after) - start)
+        next_x, next_z = (_take_corners(each, after) for each in (own.x, own.z))
+        return x + part * (next_x - x), z + part * (next_z - z)
 
     def slide(self, turn: Array, x: Array, z: Array) -> Array:
         """Slide of a block along the top below [m].
@@ -102,11 +103,11 @@ class Interface:
         edge = np.clip(np.where(here > high, at - 1, at), 0, np.maximum(own.last - 1, 0)[:, None])
         across, up = end - x, self.level[:, None] - z
         foot_x, foot_z = across * c - up * s, up * c + across * s
-        angle = _taken(own.angle, edge)
-        seen = (foot_x - _taken(own.x, edge)) * np.cos(angle)
-        seen += (foot_z - _taken(own.z, edge)) * np.sin(angle)
-        place = np.where(end == here, here - _taken(own.along, at),
-                         end - seen - _taken(own.along, edge))  # fmt: skip
+        angle = _take_corners(own.angle, edge)
+        seen = (foot_x - _take_corners(own.x, edge)) * np.cos(angle)
+        seen += (foot_z - _take_corners(own.z, edge)) * np.sin(angle)
+        place = np.where(end == here, here - _take_corners(own.along, at),
+                         end - seen - _take_corners(own.along, edge))  # fmt: skip
         return np.asarray(place - self.aside[:, None])
 
 
@@ -116,12 +117,12 @@ def start_on_feet(lanes: Lanes) -> tuple[Array, Array, Array, Array]:
     below_x, below_z, below = np.zeros((3, lanes.lane_count))
     for block, body in enumerate(_profiles(lanes).each):
         here, turn = Interface.of(lanes, block), lanes.rotation_start[:, block]
-        place, foot_x, foot_z = (part[:, 0] for part in here.touched((turn - below)[:, None]))
+        place, foot_x, foot_z = (part[:, 0] for part in here.find_contact((turn - below)[:, None]))
         ends = np.clip(body.base_ends + here.aside[:, None], here.low[:, None], here.high[:, None])
         left[:, block], right[:, block] = (
-            below_x + leaned(end, here.level, below)[0] for end in ends.T
+            below_x + rotate_lever(end, here.level, below)[0] for end in ends.T
         )
-        on, own = leaned(place, here.level, below), leaned(foot_x, foot_z, turn)
+        on, own = rotate_lever(place, here.level, below), rotate_lever(foot_x, foot_z, turn)
         below_x, below_z, below = below_x + on[0] - own[0], below_z + on[1] - own[1], turn
         x[:, block], z[:, block] = below_x, below_z
     return x, z, left, right
@@ -140,7 +141,7 @@ def profile_slides(lanes: Lanes, rotation: Array, x: Array, z: Array) -> Array:
     below_x, below_z, below = np.zeros((3, *rotation[:, 0].shape))
     for block in range(lanes.block_count):
         from_x, from_z = x[:, block] - below_x, z[:, block] - below_z
-        along, above = leaned(from_x, from_z, -below)
+        along, above = rotate_lever(from_x, from_z, -below)
         turn = rotation[:, block] - below
         slides[:, block] = Interface.of(lanes, block).slide(turn, along, above)
         below_x, below_z, below = x[:, block], z[:, block], rotation[:, block]
@@ -189,8 +190,8 @@ def edge_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
     for block in range(lanes.block_count):
         foot = Interface.of(lanes, block)
         corner = columns["window"][:, block] - block * rows - 1
-        angle = _taken(foot.corners.angle, corner[:, None])[:, 0]
-        place = _taken(foot.corners.along, corner[:, None])[:, 0] + foot.aside
+        angle = _take_corners(foot.corners.angle, corner[:, None])[:, 0]
+        place = _take_corners(foot.corners.along, corner[:, None])[:, 0] + foot.aside
         # The edge to +x of the corner: where it lies flat, or on an end of the top there. Where
         # the corner is beyond the other end of the top, it is the edge before it that lies there.
         flat = (turns[:, block] >= angle) & (place <= foot.high)
@@ -250,7 +251,7 @@ def foot_columns(lanes: Lanes) -> dict[str, Array]:
         s, c = np.where(there, dz / length, 0.0), np.where(there, dx / length, 1.0)
         found.append({**own.columns, "sine": s, "cosine": c, "depth": own.x * s - own.z * c})
     return {
-        name: np.concatenate([_padded(each[name], rows) for each in found], axis=1)
+        name: np.concatenate([_pad_rows(each[name], rows) for each in found], axis=1)
         for name in found[0]
     }
 
@@ -260,7 +261,7 @@ def _rows(lanes: Lanes) -> int:
     return 2 + max(int(Corners.of(body).x.shape[1]) for body in _profiles(lanes).each)
 
 
-def _padded(values: Array, rows: int) -> Array:
+def _pad_rows(values: Array, rows: int) -> Array:
     return np.pad(values, ((0, 0), (1, rows - 1 - values.shape[1])), mode="edge")
 
 
@@ -269,6 +270,6 @@ def _profiles(lanes: Lanes) -> Profiles:
     return lanes.profiles
 
 
-def _taken(values: Array, at: npt.NDArray[np.intp]) -> Array:
+def _take_corners(values: Array, at: npt.NDArray[np.intp]) -> Array:
     """Values of shape [lane, corner] by number, shape [lane, sample]."""
     return np.take_along_axis(values, at, axis=1)

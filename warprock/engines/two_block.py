@@ -52,6 +52,8 @@ class TwoBlock(AbstractEngine):
     name: ClassVar[str] = "two-block"
     settings_type = TwoBlockSettings
     order: ClassVar[int | None] = None
+    reference_of: ClassVar[str | None] = "stack"
+    locates_events: ClassVar[bool] = True
     restitution: ClassVar[str | None] = "finds its impacts from angular momentum"
     slides: ClassVar[bool] = False
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from warprock.settings.engines import SETTINGS
+
 BLACK, ORANGE, SKY, GREEN, VIOLET, BLUE, VERMILION, PURPLE = (
     "#000000",
     "#E69F00",
@@ -35,19 +37,28 @@ SCALE = "cividis"
 FALLEN = VERMILION
 """Colour of what overturned."""
 
+NAMED = {
+    "black": BLACK,
+    "orange": ORANGE,
+    "sky": SKY,
+    "green": GREEN,
+    "violet": VIOLET,
+    "blue": BLUE,
+    "vermilion": VERMILION,
+    "purple": PURPLE,
+}
+"""The colours by the names that settings of engines give (`drawn`)."""
 ENGINE_MARKS: dict[str, tuple[str, str]] = {
-    "housner": (BLACK, "s"),
-    "two-block": (BLACK, "D"),
-    "event": (BLUE, "o"),
-    "impulse": (VERMILION, "^"),
-    "direct": (GREEN, "v"),
-    "xpbd": (ORANGE, "P"),
-    "dem": (PURPLE, "X"),
+    **{
+        name: (NAMED[each.drawn[0]], each.drawn[1])
+        for name, each in SETTINGS.items()
+        if hasattr(each, "drawn")
+    },
     "oracle": (BLUE, "*"),
 }
 """Colour and marker of every engine, and of the oracle, in all figures that tell engines apart."""
 OTHER_MARKS = ((SKY, "h"), (VIOLET, "p"))
-"""Those of engines that are not in the list."""
+"""Those of engines that name none."""
 
 
 def engine_marks(engine: str) -> tuple[str, str]:

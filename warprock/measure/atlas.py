@@ -24,9 +24,9 @@ import pandas as pd
 import pyarrow as pa
 
 import warprock
-from warprock.engines import ENGINES, engine_class
+from warprock.engines import ENGINES, engine_class, reference_engine
 from warprock.engines.launching import Target
-from warprock.engines.soundness import energy_gained, exploded
+from warprock.engines.soundness import energy_gained, find_exploded
 from warprock.measure.atlas_lanes import AtlasSize, LaneGrid
 from warprock.measure.atlas_maps import MAPS, AtlasMap, Launch
 from warprock.model.response import SOUND, USABLE, Outcome, Response, SampleTimes, Status
@@ -50,8 +50,6 @@ STEP_SPAN = 4.0
 """Ratio of the steps of lanes that run for the same time."""
 SAMPLES = 100
 """Samples of a history in which errors are looked for."""
-REFERENCES = ("housner", "two-block")
-"""What single blocks and stacks are held against, in float64."""
 FOLDER = "maps"
 
 
@@ -204,7 +202,7 @@ def measure(
         Columns, shape [lane] each: `status`, `outcome`, `usable` (the status lets the numbers
         pass), `finite`, `growth` (energy gained over energy held, NaN where the base moves),
         `grew` (usable, growth over `GROWTH_BOUND`), `absurd` (usable, but not finite, turned
-        further than pi/2, or energy more than doubled, see `engines.soundness.exploded`), `error`
+        further than pi/2, or energy more than doubled, see `engines.soundness.find_exploded`), `error`
         (largest |rotation - reference| / slenderness angle while both stand; NaN where not usable
         or without a reference), `penetration` (deepest / height of the highest block; NaN where not
         usable), `compared` (there is one that holds, and the blocks came down in it once if let
@@ -220,7 +218,7 @@ def measure(
     if rigid and not grid.lanes.stacked:
         gained = energy_gained(grid.lanes, response["energy_lost"], response["peak_rotation"])
     growth = np.where(grid.free, gained / np.where(held > 0.0, held, 1.0), np.nan)
-    too_much = grid.free & exploded(grid.lanes, held, gained)
+    too_much = grid.free & find_exploded(grid.lanes, held, gained)
     error, same = _errors(grid, response, compared, reference)
     angle = _by_block(grid.lanes.slenderness_angle)
     tallest = _by_block(grid.lanes.height).max(axis=1)
@@ -283,8 +281,8 @@ def _batches(
 
 
 def _reference(grid: LaneGrid, times: SampleTimes, options: RunOptions) -> tuple[Numbers, Response]:
-    """The lanes that the reference supports, and its answer for them (for one lane at least)."""
-    name = REFERENCES[int(grid.lanes.stacked)]
+    """The lanes that the reference supports, and its float64 answer for them (for one at least)."""
+    name = reference_engine(stacked=grid.lanes.stacked)
     chosen = supported_lanes(name, grid)
     lanes = chosen if len(chosen) else np.arange(1)
     part = take_lanes(grid, lanes)

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines import ENGINES, engine_class
+from warprock.engines import ENGINES, engine_class, reference_engine
 from warprock.engines.launching import Form
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, SpatialLanes
@@ -145,7 +145,7 @@ def rocking_engines() -> list[str]:
 def rotation_error(engine: str, precision: str) -> float:
     """Largest |rotation - housner| / slenderness angle of B1 to B3 over 5 s."""
     lanes, times = free_lanes(9), SampleTimes(ERROR_DURATION, 0.01)
-    reference = run_batch("housner", lanes, StillBase(9), times)
+    reference = run_batch(reference_engine(), lanes, StillBase(9), times)
     response = run_batch(engine, lanes, StillBase(9), times, precision=precision)
     gap = np.abs(response["rotation"] - reference["rotation"]).max(axis=1)
     return float(np.max(gap / lanes.slenderness_angle))
@@ -180,7 +180,7 @@ def run_bench(seconds: float, workers: int | None = None) -> dict[str, Any]:
     for engine in engines:
         for precision in ("float64", "float32"):
             # The reference has no error against itself; its tests hold it to the oracle.
-            reference = (engine, precision) == ("housner", "float64")
+            reference = (engine, precision) == (reference_engine(), "float64")
             error = float("nan") if reference else rotation_error(engine, precision)
             rates: dict[tuple[Form, int], float] = {}
             for form, count in ((Form.PLAIN, 1), (Form.PACKED, 1), (Form.PACKED, threads)):

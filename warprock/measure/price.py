@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from warprock.engines import reference_engine
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import StillBase
@@ -115,7 +116,7 @@ def start_errors(rotation: Array) -> Array:
         ValueError: Another shape.
     """
     lanes = b0_lanes(STARTS)
-    right = run_batch("housner", lanes, StillBase(len(STARTS)), TIMES)["rotation"]
+    right = run_batch(reference_engine(), lanes, StillBase(len(STARTS)), TIMES)["rotation"]
     if rotation.shape != right.shape:
         raise ValueError(f"rotation: got shape {rotation.shape}, must be {right.shape}")
     return np.asarray(np.abs(rotation - right).max(axis=1) / lanes.slenderness_angle)
@@ -124,26 +125,26 @@ def start_errors(rotation: Array) -> Array:
 def own_trials(engine: str, seconds: float, levels: Sequence[float] = LEVELS) -> list[Trial]:
     """Settings of one of our engines: of each level the coarsest that meets it.
 
-    `housner` is what the others are held against; its error is NaN.
+    The error of the reference, against which the others are held, is NaN.
 
     Args:
         engine: Name in `ENGINES`.
         seconds: Time of each measurement of a cost, about [s].
         levels: Errors to meet.
     """
-    lanes = b0_lanes(STARTS)
+    lanes, reference = b0_lanes(STARTS), reference_engine()
     trials: list[Trial] = []
     left = sorted(levels, reverse=True)
     for settings in OWN_SETTINGS.get(engine, (None,)):
         found = run_batch(engine, lanes, StillBase(len(STARTS)), TIMES, settings=settings)
         errors = start_errors(found["rotation"])
         error = float(np.median(errors))
-        met = engine == "housner" or error <= left[0]
+        met = engine == reference or error <= left[0]
         if not met:
             continue
         cost, alone = _costs(engine, settings, seconds)
         step = getattr(settings, "time_step", None)
-        said = (math.nan, math.nan) if engine == "housner" else (error, float(errors.max()))
+        said = (math.nan, math.nan) if engine == reference else (error, float(errors.max()))
         rate = None if step is None else 1.0 / step
         trials.append(Trial(engine, _text(settings), *said, cost, alone, rate))
         left = [level for level in left if error > level]

@@ -30,13 +30,14 @@ from warprock.running.devices import keeping_kernels, require_device, start_warp
 from warprock.running.machine import core_count, require_workers
 
 CHUNK_STEPS = 2.0e7
-"""Steps aimed at in a chunk: a second or so of work, so that Ctrl-C and progress are prompt."""
+"""Target number of steps in a chunk: about a second of work, so that Ctrl-C and progress are
+prompt."""
 
 STEPS_PER_SECOND_OF_MOTION = 100.0
 """Rough steps of one lane in a second of motion where the engine has no time step of its own."""
 
 _WARMING_UP = threading.Lock()
-"""Threads that run batches of their own must not build the same kernel at once."""
+"""Held while kernels are built: threads with batches of their own must not build the same one."""
 
 LANE_QUANTUM: int = LANE_WIDTH
 """Chunks are a multiple of the lanes of a pack."""

@@ -34,14 +34,14 @@ QUANTILES: dict[str, float] = {
 """Name of a quantile in a column -> the share of lanes at or below it."""
 
 SAME, DIFFERENT = "same at 5 %", "different at 5 %"
-"""What a comparison of two distributions comes to."""
+"""Results of a comparison of two distributions."""
 
 DIGITS = 4
 """Digits behind the point to which rotation ratios are compared."""
 
 _LEVEL = 0.05
 _FEW = 200
-"""Members below which the exact p value is worth its time."""
+"""Number of members below which the exact p value is computed."""
 _NORMAL_95 = 1.959963984540054
 """Quantile 0.975 of the standard normal distribution."""
 _FALLEN = (int(Outcome.OVERTURNED), int(Outcome.SLID_OFF))

@@ -33,31 +33,32 @@ Numbers = npt.NDArray[np.intp]
 
 
 STACK_REST = 3.0
-"""How far the swings that a stack leaves out move its other blocks, at least, over those swings."""
+"""Least motion of the other blocks of a stack that the swings it leaves out cause, over these."""
 
 PIECES_KEPT = 2**24
-"""Samples of records that end that are held at a time, 400 MB: lanes of more run in parts."""
+"""Most samples of cut-off records in memory at a time, 400 MB; lanes that need more run in
+parts."""
 
 STACK_RESTS = 1e-2
-"""Swing at which blocks of a stack in the plane rest, over that at twice the step: far enough apart
-for the order of impacts to differ where it hangs on what rests."""
+"""Swing at which blocks of a stack in the plane rest, over that at twice the step. The two are far
+enough apart for the order of impacts to differ where it depends on which blocks rest."""
 
 LATE = 3.0
-"""Steps by which two runs may see a lift alike and late, of an engine that looks at the ends of its
-steps. Of 60 random pulses no lane of `impulse`, `direct` and `xpbd` erred by more than its estimate
-then; with 2 one in twelve did."""
+"""Steps by which two runs may both see a lift too late, with an engine that looks for lifts at the
+ends of its steps. Of 60 random pulses no lane of `impulse`, `direct` and `xpbd` erred by more than
+its estimate then; with 2 one in twelve did."""
 
 BRANCHES = 64.0
-"""Ratio of two differences that no order explains: twice that of the fifth, of stacks that stick.
-Two impacts at nearly the same time have changed their order."""
+"""Ratio of two differences above which two impacts at nearly the same time have changed their
+order. No order of convergence explains it: it is twice that of the fifth, of stacks that stick."""
 
 REST_RATIO_LEAST = 1e-9
 REST_RATIO_MOST = 1e-2
-"""The least and the most that the setting may be."""
+"""Bounds of the setting `rest_rotation_ratio`."""
 
 
 def sample_times(duration: float, interval: float) -> SampleTimes:
-    """Sample times for comparing runs; they end exactly where the run does.
+    """Makes sample times for comparing runs; the last one is exactly the end of the run.
 
     Samples are a power of two in number, so that the last one is the duration to the last bit.
 
@@ -75,7 +76,7 @@ def record_alone(motions: GroundMotions) -> bool:
 
 
 def cut_off(motions: GroundMotions, ends: Array) -> GroundMotions:
-    """Records that stop moving the base at their first sample at or after a time.
+    """Cuts records off: they stop moving the base at their first sample at or after a time.
 
     Args:
         motions: Motions of records alone.
@@ -93,7 +94,7 @@ def many_pieces(motions: GroundMotions, ends: Array) -> bool:
 
 
 def _pieces(motions: Any, ends: Array) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.intp]]:
-    """What is left of records that end: offset, samples left and samples of each piece.
+    """Finds the pieces of records that are left: offset, samples left and all samples of each.
 
     Returns:
         Shape [piece, 3], and the piece of every lane, shape [lane].
@@ -161,22 +162,22 @@ class Companions:
     def rest_is_known(self) -> bool:
         """Whether a lane that rests for good does so at every step.
 
-        Where a resting block moves not at all, and every step ends at the knots between which the
-        base's acceleration is linear, the next lift depends on the base alone.
+        The next lift depends on the base alone if a resting block does not move at all and if steps
+        end at the knots between which the acceleration of the base is linear.
         """
         return engine_class(self.engine).rests_exactly and record_alone(self.motions)
 
     @property
     def rest_floor(self) -> Array:
-        """What the rest rule leaves out at every step, the least of an estimate [rad].
+        """Least estimate [rad]: the swings that the rest rule leaves out at every step.
 
-        The swing of a block below which it rests; in a stack that moves the other blocks, too.
+        That is the swing below which a block rests. In a stack it moves the other blocks, too.
         """
         swing = getattr(self.settings, "rest_rotation_ratio", 0.0) * self.lanes.slenderness_angle
         return np.asarray(swing * (STACK_REST if self.lanes.stacked else 1.0))
 
     def uplift_floor(self, steps: Array | float) -> Array:
-        """Error of an uplift time that runs at a step setting and finer share [s], shape [lane].
+        """Error of an uplift time that runs at a step setting and at finer ones share [s], [lane].
 
         Zero where the engine finds a lift inside its step.
         """
@@ -185,13 +186,13 @@ class Companions:
         return np.asarray(LATE * np.minimum(steps, self._longest_step(self.settings)))
 
     def take(self, lanes: slice | Numbers) -> Companions:
-        """Some of the lanes."""
+        """Takes some of the lanes."""
         return dataclasses.replace(
             self, lanes=self.lanes.take(lanes), motions=self.motions.take(lanes)
         )
 
     def run(self) -> Response:
-        """The lanes at the step of the settings."""
+        """Runs the lanes at the step of the settings."""
         return run_batch(
             self.engine,
             self.lanes,
@@ -208,7 +209,7 @@ class Companions:
         values: int,
         progress: Progress | None,
     ) -> Response:
-        """Does some work chunk by chunk, and joins the responses.
+        """Works chunk by chunk, and joins the responses.
 
         Args:
             answer: The work.
@@ -228,7 +229,7 @@ class Companions:
     @property
     def coarser(self) -> Mask:
         """Lanes whose steps are twice as long with twice the setting, shape [lane]."""
-        twice = self._longest_step(halved(self.settings, -1))
+        twice = self._longest_step(halve_step(self.settings, -1))
         with np.errstate(invalid="ignore"):
             return np.asarray(twice > 1.99 * self._longest_step(self.settings))
 
@@ -251,12 +252,12 @@ class Companions:
         return power + np.where(np.isfinite(cuts), cuts, 0.0).astype(np.intp)
 
     def run_halved(self, halvings: Numbers, work: Array | None = None) -> Response:
-        """The lanes at steps that are halved.
+        """Runs the lanes at halved steps.
 
         Args:
             halvings: How often, shape [lane]; -1 for twice the step.
-            work: How long every lane will take, about, in any unit, shape [lane]: lanes of a pack
-                wait for one another, so those that take as long run side by side.
+            work: Predicted cost of every lane, in any unit, shape [lane]. Lanes of a pack wait for
+                one another, so lanes of about the same cost run side by side.
         """
         found, places = [], []
         for count in np.unique(halvings):
@@ -274,18 +275,18 @@ class Companions:
 
 
 def companion_settings(settings: Any, count: int, lanes: Lanes) -> Any:
-    """Settings with the step halved `count` times, or doubled at -1; halved, blocks rest later.
+    """Settings with the step halved `count` times, or doubled at -1, and the rest rule to match.
 
-    They rest at swings that are smaller by the square of the step. A last swing that every step
-    leaves out alike may lie in the way of a later shock: of 76 lanes under 40 s of a record one
-    parts from Housner's equation by that, and no step would show it.
+    At a halved step blocks rest at smaller swings, in proportion to the square of the step. A last
+    swing that every step leaves out may change the answer to a later shock, and no step would show
+    it: of 76 lanes under 40 s of a record one parts from Housner's equation by that.
 
     Blocks of a stack rest at swings smaller by `STACK_RESTS`, and at twice the step at larger ones.
     Whether a small swing has come to rest decides which ends take part in an impact elsewhere, and
-    which of two impacts at nearly the same time is the first. Runs that differ in nothing but the
-    step all take the same branch there; runs that rest at other swings do not.
+    which of two nearly simultaneous impacts is the first. Runs that differ only in the step all
+    take the same branch there; runs that rest at other swings do not.
     """
-    found = halved(settings, count)
+    found = halve_step(settings, count)
     if count == 0 or not hasattr(found, "rest_rotation_ratio"):
         return found
     stack = lanes.stacked and not lanes.spatial
@@ -294,8 +295,8 @@ def companion_settings(settings: Any, count: int, lanes: Lanes) -> Any:
     return dataclasses.replace(found, rest_rotation_ratio=ratio)
 
 
-def halved(settings: Any, count: int) -> Any:
-    """Settings with the time step halved `count` times; doubled where the count is -1."""
+def halve_step(settings: Any, count: int) -> Any:
+    """Halves the time step of settings `count` times; doubles it where the count is -1."""
     if count < 0:
         return settings.with_step_scaled(2.0)
     for _ in range(count):
@@ -303,7 +304,7 @@ def halved(settings: Any, count: int) -> Any:
     return settings
 
 
-def fallen(response: Response) -> Mask:
+def have_fallen(response: Response) -> Mask:
     """Lanes whose blocks no longer stand on one another, shape [lane]."""
     return np.asarray(np.isin(response["outcome"], (Outcome.OVERTURNED, Outcome.SLID_OFF)))
 
@@ -313,9 +314,9 @@ def usable(response: Response) -> Mask:
     return np.asarray(np.isin(response["status"], USABLE))
 
 
-def parted(one: Response, other: Response) -> Mask:
+def part_ways(one: Response, other: Response) -> Mask:
     """Lanes that stand in one run and not in the other, or that one of them could not run."""
-    return np.asarray((fallen(one) != fallen(other)) | ~usable(one) | ~usable(other))
+    return np.asarray((have_fallen(one) != have_fallen(other)) | ~usable(one) | ~usable(other))
 
 
 def gap(one: Response, other: Response, alpha: Array) -> Array:
@@ -324,7 +325,8 @@ def gap(one: Response, other: Response, alpha: Array) -> Array:
     Where the blocks fall in both runs, up to the slenderness angle: the time of the fall counts,
     not the end of it.
     """
-    bound = np.where(as_columns(fallen(one) & fallen(other), alpha), alpha, np.inf)[..., None]
+    both = as_columns(have_fallen(one) & have_fallen(other), alpha)
+    bound = np.where(both, alpha, np.inf)[..., None]
     ours, theirs = (np.clip(each["rotation"], -bound, bound) for each in (one, other))
     return _where_run(np.abs(ours - theirs).max(axis=-1), one, other)
 
@@ -338,18 +340,18 @@ def peaks_apart(one: Response, other: Response) -> Array:
     """Differences of the peaks of two runs [rad], which may lie between two samples."""
     gaps = peak_gap(one, other)
     # Of a fall in both runs the histories tell when it was.
-    return np.where(as_columns(fallen(one) & fallen(other), gaps), 0.0, gaps)
+    return np.where(as_columns(have_fallen(one) & have_fallen(other), gaps), 0.0, gaps)
 
 
 def took_branches(lanes: Lanes, before: Array, after: Array, tolerance: float) -> Mask:
-    """Stacks of which two runs took two branches, and the next two the same one, shape [lane].
+    """Stacks whose first two runs took different branches, and the next two the same, [lane].
 
-    That does not tell that the truth takes it: another run has to, too.
+    That is no proof that the true motion takes this branch: another run has to take it, too.
 
     Args:
         lanes: The lanes.
-        before: How far two runs lie apart / slenderness angle, NaN where that is not known.
-        after: The same of the finer one of them and a still finer one.
+        before: Difference of two runs / slenderness angle, NaN where it is not known.
+        after: Difference of the finer of these and a still finer run / slenderness angle.
         tolerance: Difference that matters.
     """
     if not lanes.stacked:

@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
-from warprock.engines import engine_class
+from warprock.engines import engine_class, preferred_engines, reference_engine
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import SampleTimes, Status
@@ -30,12 +30,6 @@ from warprock.model.scene import SceneKind
 from warprock.running.batch import run_batch
 from warprock.running.devices import start_warp
 
-CONTACT = "event"
-"""Engine of blocks that can slide."""
-STACKING = ("impulse", "dem")
-"""Engines of stacks that the former declines, the first one that can."""
-ANALYTICAL = "housner"
-"""Engine of one block that does not."""
 LANES_JUDGED = 1000
 """Lanes up to which all are run: a second or two of work, even of long records."""
 
@@ -47,7 +41,7 @@ class EngineChoice:
     Attributes:
         engine: Its name.
         why: Why, in words; empty where it was named.
-        outside: Runs of `housner` that were outside its model, of those that were judged.
+        outside: Lanes outside the model of `housner`, of those that were judged.
         planar_block: Whether it is for one block in the plane, which `housner` might run.
         named: Whether it was named, not chosen.
     """
@@ -61,7 +55,7 @@ class EngineChoice:
     @property
     def surprises(self) -> bool:
         """Whether a single block is run by another engine than `housner` though none was named."""
-        return self.planar_block and not self.named and self.engine != ANALYTICAL
+        return self.planar_block and not self.named and engine_class(self.engine).order is not None
 
     @property
     def text(self) -> str:
@@ -82,23 +76,25 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     lanes = judged_lanes(case.lane_count)
     lane_set = expand_lanes(case, lanes)
     scene = lane_set.scene
+    analytical = reference_engine()
+    contact, *others = (each for each in preferred_engines() if engine_class(each).slides)
     if scene.spatial:
-        return EngineChoice(CONTACT, "the blocks move in space", planar_block=False)
+        return EngineChoice(contact, "the blocks move in space", planar_block=False)
     if scene.stacked:
-        declined = engine_class(CONTACT).supports(scene)
+        declined = engine_class(contact).supports(scene)
         if declined is not None:
-            able = (each for each in STACKING if engine_class(each).supports(scene) is None)
-            return EngineChoice(next(able, STACKING[0]), declined, planar_block=False)
-        return EngineChoice(CONTACT, "it is a stack", planar_block=False)
-    declined = engine_class(ANALYTICAL).supports(scene)
+            able = (each for each in others if engine_class(each).supports(scene) is None)
+            return EngineChoice(next(able, others[0]), declined, planar_block=False)
+        return EngineChoice(contact, "it is a stack", planar_block=False)
+    declined = engine_class(analytical).supports(scene)
     if declined is not None:
-        return EngineChoice(CONTACT, declined)
-    declined = engine_class(CONTACT).supports(scene)
+        return EngineChoice(contact, declined)
+    declined = engine_class(contact).supports(scene)
     if declined is not None:
-        return EngineChoice(ANALYTICAL, declined)
+        return EngineChoice(analytical, declined)
     if scene.restitution_given:
         why = "the case prescribes what an impact leaves (contact.angular_restitution)"
-        return EngineChoice(ANALYTICAL, why)
+        return EngineChoice(analytical, why)
     runs = np.array(judged_lanes(len(lanes) * len(factors)))
     chosen, factor = runs // len(factors), np.asarray(factors)[runs % len(factors)]
     ends = np.broadcast_to(lane_set.ends, len(lanes))[chosen]
@@ -111,19 +107,25 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
         part += f", spread over {whole:,},"
     if outside:
         why = f"in {part} Housner's block would slide or its base would have to pull it"
-        return EngineChoice(CONTACT, why, outside)
+        return EngineChoice(contact, why, outside)
     why = f"in {part} Housner's block would slide or be pulled"
-    return EngineChoice(ANALYTICAL, why, outside)
+    return EngineChoice(analytical, why, outside)
 
 
 def another_engine(ran: str, scene: SceneKind) -> str | None:
-    """An engine to hold a run against: another one that can do its scene; None where none can."""
-    others = (name for name in ("impulse", CONTACT, ANALYTICAL, "dem") if name != ran)
-    return next((name for name in others if engine_class(name).supports(scene) is None), None)
+    """An engine to hold a run against; None where no other can run its scene.
+
+    To one that locates events, the most preferred one that steps over them, and the other way
+    round; where there is none such, the most preferred other one.
+    """
+    others = [name for name in preferred_engines() if name != ran]
+    able = [name for name in others if engine_class(name).supports(scene) is None]
+    located = engine_class(ran).locates_events
+    return min(able, key=lambda name: engine_class(name).locates_events == located, default=None)
 
 
 def outside_model(lanes: Lanes, motions: GroundMotions, ends: npt.NDArray[np.float64]) -> int:
-    """Number of single blocks that would slide, or be pulled down, in Housner's model.
+    """Counts single blocks that would slide, or be pulled down, in Housner's model.
 
     Args:
         lanes: The blocks.
@@ -135,15 +137,15 @@ def outside_model(lanes: Lanes, motions: GroundMotions, ends: npt.NDArray[np.flo
     for end in np.unique(ends):
         alike = np.flatnonzero(ends == end)
         batch = lanes.take(alike), motions.take(alike), SampleTimes(float(end))
-        found += run_batch(ANALYTICAL, *batch).count(Status.OUTSIDE_MODEL)
+        found += run_batch(reference_engine(), *batch).count(Status.OUTSIDE_MODEL)
     return found
 
 
 def judged_lanes(count: int) -> range:
     """Numbers of the lanes that are judged: all, or `LANES_JUDGED` of them at even distances.
 
-    The distance has no divisor with the number of lanes in common, so that it meets every value of
-    every axis of a sweep.
+    The distance and the number of lanes have no common divisor, so that every value of every axis
+    of a sweep is met.
     """
     step = max(1, -(-count // LANES_JUDGED))
     while math.gcd(step, count) > 1:

@@ -154,7 +154,7 @@ def replacing_together() -> Iterator[Writing]:
 
     try:
         yield writing
-        with _uninterrupted():
+        with _delay_signals():
             for path, temporary in temporaries.items():
                 with _naming(path):
                     os.replace(temporary, path)
@@ -179,8 +179,8 @@ def _naming(path: pathlib.Path) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Puts off Ctrl-C and SIGTERM to the end of the block, which is short."""
+def _delay_signals() -> Iterator[None]:
+    """Delays Ctrl-C and SIGTERM to the end of the block, which is short."""
     if threading.current_thread() is not threading.main_thread():
         # Only the main thread is interrupted.
         yield

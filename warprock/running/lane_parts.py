@@ -23,8 +23,8 @@ from warprock.running.machine import core_count
 from warprock.running.options import Counted, RunOptions
 
 FEW_LANES = 8
-"""Lanes below which the plain form is faster than a pack, which takes as long for one as for all of
-its lanes; in the plane it gives the same bits. One lane under a record took a tenth of the time."""
+"""Number of lanes below which the plain form is faster: a pack takes as long for one lane as for
+all. In the plane both give the same bits. One lane under a record took a tenth of the time."""
 
 
 @dataclasses.dataclass(frozen=True)

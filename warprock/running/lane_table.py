@@ -32,7 +32,7 @@ LANE_TABLE = "lanes.parquet"
 """Name of the file that a run, and a sweep that was merged, keep it in."""
 
 _ROUND_OFF = 1e-12
-"""Part of its length by which the last sample of a run may lie behind its end."""
+"""How far the last sample may lie after the end of a run, as a part of its length."""
 
 PEAK_RATIO = "peak_rotation_ratio"
 

@@ -50,7 +50,7 @@ def list_results(
         Names of the files removed: those listed before, not written now, with the bytes that they
         were written with.
     """
-    before = _listed(folder)
+    before = _read_list(folder)
     now = {path.name: _digest(path) for path in files if path.parent == folder}
     removed = []
     for name, digest in before.items():
@@ -66,8 +66,8 @@ def list_results(
     return sorted(removed)
 
 
-def _listed(folder: pathlib.Path) -> dict[str, str]:
-    """The list of results in a folder; empty where there is none, or none that can be read."""
+def _read_list(folder: pathlib.Path) -> dict[str, str]:
+    """Reads the list of results in a folder; empty where none is there or none can be read."""
     try:
         found = json.loads(read_bytes(folder / WRITTEN))
     except (OSError, ValueError, RecursionError):

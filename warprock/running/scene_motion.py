@@ -92,10 +92,10 @@ class SceneMotion:
     def corners(self) -> Array:
         """Corners of the blocks in their plane, going round [m], [block, sample, corner, 2]."""
         if self.outline is not None:
-            return np.asarray(self._placed(self._outlines)[..., [0, 2]])
+            return np.asarray(self._place(self._outlines)[..., [0, 2]])
         flat = _PLANE * self.sizes[:, None, None, [0, 2]]
         arms = np.insert(flat, 1, 0.0, axis=-1)
-        return np.asarray(self._placed(arms)[..., [0, 2]])
+        return np.asarray(self._place(arms)[..., [0, 2]])
 
     def corners_in_space(self) -> Array:
         """All corners of the blocks [m], shape [block, sample, 8, 3]: -y, +y for -x, then +x.
@@ -104,8 +104,8 @@ class SceneMotion:
         along the height, 0 being the negative one. Of a body all corners of its outline.
         """
         if self.outline is not None:
-            return self._placed(self._outlines)
-        return self._placed(_SPACE * self.sizes[:, None, None, :])
+            return self._place(self._outlines)
+        return self._place(_SPACE * self.sizes[:, None, None, :])
 
     @property
     def _outlines(self) -> Array:
@@ -140,7 +140,7 @@ class SceneMotion:
             outline = np.concatenate([outline - half, outline + half])
         return hull_surface(outline)
 
-    def _placed(self, arms: Array) -> Array:
+    def _place(self, arms: Array) -> Array:
         shape = (*self.position.shape[:2], arms.shape[-2], 3)
         seen = turned(self.attitude[:, :, None], np.broadcast_to(arms, shape))
         return np.asarray(seen + self.position[:, :, None])
@@ -167,7 +167,7 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
     Raises:
         InputError: There is no such lane, or its samples would be too many.
     """
-    case = _sampled(run.case, interval)
+    case = _set_sampling(run.case, interval)
     response = run_lane(dataclasses.replace(run, case=case), lane)
     lanes = as_stacks(run.lane_set.lanes.take(np.array([lane])))
     spatial = run.lane_set.lanes.spatial
@@ -219,8 +219,8 @@ def _histories(response: Response) -> list[str]:
     return [name for name in HISTORIES if name in response.fields]
 
 
-def _sampled(case: Case, interval: float) -> Case:
-    """The case with another time between samples."""
+def _set_sampling(case: Case, interval: float) -> Case:
+    """Sets another time between the samples of a case."""
     run = case.tables.run
     of_run = run.model_copy(update={"sample_interval": min(interval, min(case.durations))})
     return dataclasses.replace(case, tables=case.tables.model_copy(update={"run": of_run}))

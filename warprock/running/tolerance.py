@@ -70,12 +70,12 @@ from warprock.running.companions import (
     as_columns,
     companion_settings,
     cut_off,
-    fallen,
     gap,
-    halved,
+    halve_step,
+    have_fallen,
     largest,
     many_pieces,
-    parted,
+    part_ways,
     peak_gap,
     peaks_apart,
     record_alone,
@@ -254,7 +254,7 @@ def _refine(case: Companions, tolerance: float, most: int) -> Response:
 
 
 def _ends(asked: Response, duration: float) -> Array:
-    """Times at which the records of companions end [s]; 0 of lanes that never moved.
+    """Finds when the records of companions end [s]; 0 of lanes that never moved.
 
     A lane that does not rest at the end may take any time.
     """
@@ -267,7 +267,7 @@ def _ends(asked: Response, duration: float) -> Array:
 def _run_until_rest(
     case: Companions, halvings: Numbers, ends: Array, work: Array, known: _Known, lanes: Numbers
 ) -> Response:
-    """Companions under records that end; longer ones where a lane did not rest by then."""
+    """Runs companions under cut-off records, and longer ones where a lane did not rest by then."""
     short, half = np.isfinite(ends), len(ends) // 2
     if half and np.any(short) and many_pieces(case.motions, ends):
         parts = [
@@ -288,11 +288,11 @@ def _run_until_rest(
     later = np.where(later < case.times.duration, later, np.inf)
     part = case.take(awake)
     longer = _run_until_rest(part, halvings[awake], later, work[awake], known, lanes[awake])
-    return _replaced(found, awake, longer)
+    return _replace_lanes(found, awake, longer)
 
 
-def _replaced(response: Response, lanes: Numbers, others: Response) -> Response:
-    """A response with some lanes replaced by those of another."""
+def _replace_lanes(response: Response, lanes: Numbers, others: Response) -> Response:
+    """Replaces some lanes of a response by those of another."""
     fields = {name: values.copy() for name, values in response.fields.items()}
     for name, values in fields.items():
         values[lanes] = others[name]
@@ -309,14 +309,14 @@ class _Known:
         records = record_alone(case.motions)
         self.budget = BUDGET if records else np.inf
         self.factors = estimate_factors(case.engine, records=records)
-        self.lasted = np.where(fallen(asked), largest(asked["peak_time"]), case.times.duration)
+        self.lasted = np.where(have_fallen(asked), largest(asked["peak_time"]), case.times.duration)
         self.fields = {n: v.copy() for n, v in asked.fields.items() if n not in HISTORIES}
         self.alpha = case.lanes.slenderness_angle
         self.floor = case.rest_floor
         self.going = usable(asked)
         self.met = np.zeros_like(self.going)
         self.unlike = np.zeros_like(self.going)
-        self.falls = fallen(asked)
+        self.falls = have_fallen(asked)
         self.halvings, self.steady = np.zeros((2, len(self.going)), dtype=np.intp)
         self.first_steps = self.fields["step_count"].copy()
         self.total_steps = self.first_steps.copy()
@@ -381,7 +381,7 @@ class _Known:
         floor = parts.slide.floor * np.abs(after["peak_slide"])
         self.slide_error[lanes] = parts.slide.factor * share * self.slide[lanes] + floor
         ratio = largest(self.error[lanes] / angle)
-        differ = parted(before, after)
+        differ = part_ways(before, after)
         branched = took_branches(self.case.lanes, self.apart[lanes], apart, self.tolerance)
         met = ~differ & ~branched & (ratio <= self.tolerance)
         # At best the error goes on to shrink as it did, at least as of a first order.
@@ -393,7 +393,7 @@ class _Known:
         self.steady[lanes] = np.where(good, self.steady[lanes] + 1, 0)
         doubtful = (ratio > SENSITIVE_ABOVE) & (self.steady[lanes] < STEADY)
         self.met[lanes] = met
-        self.falls[lanes] &= fallen(before) & fallen(after)
+        self.falls[lanes] &= have_fallen(before) & have_fallen(after)
         self.going[lanes] = usable(after) & ~met & ~hopeless
         self.unlike[lanes] = differ | branched | doubtful | ~(ratio <= CHAOTIC_ABOVE)
         self.apart[lanes] = np.where(usable(before), apart, np.nan)
@@ -414,7 +414,8 @@ class _Known:
         )
         fields["rotation_error"] = np.where(columns, error, np.nan)
         fields["peak_slide_error"] = np.where(columns, self.slide_error, np.nan)
-        steps = {k: halved(self.case.settings, int(k)).time_step for k in np.unique(self.halvings)}
+        counts = np.unique(self.halvings)
+        steps = {k: halve_step(self.case.settings, int(k)).time_step for k in counts}
         fields["time_step"] = np.array([steps[k] for k in self.halvings])
         finest = Response(engine=self.engine, fields=fields, times=np.empty(0))
         # Of the first order, as two runs leave it open: see `UNKNOWN`.

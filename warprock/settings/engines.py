@@ -1,7 +1,8 @@
 """Settings of every engine: one frozen dataclass each, every field declared by a `SettingKey`.
 
-They are the keys of the tables [engines.NAME] of a case. This file imports no engine, so that a
-case can be validated without compiling anything.
+They are the keys of the tables [engines.NAME] of a case. `drawn` is the colour (a name in
+`warprock/figures/palette.py`) and the marker of the engine in all figures. This file imports no
+engine, so that a case can be validated without compiling anything.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import typing
 from collections.abc import Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import pydantic
 
@@ -51,6 +52,8 @@ class FramedSettings:
 class HousnerSettings:
     """Settings of `housner`."""
 
+    drawn: ClassVar[tuple[str, str]] = ("black", "s")
+
     rest_rotation_ratio: Annotated[
         float,
         SettingKey(
@@ -65,6 +68,8 @@ class HousnerSettings:
 @dataclasses.dataclass(frozen=True)
 class ImpulseSettings(FramedSettings):
     """Settings of `impulse`; the time step is 1 / ((substeps + 1) frames_per_second), Eq. 9."""
+
+    drawn: ClassVar[tuple[str, str]] = ("vermilion", "^")
 
     iterations: Annotated[
         int,
@@ -108,6 +113,8 @@ class DirectSettings(FramedSettings):
     step, for a penetration given back in a step would come back as fast as the corner came.
     """
 
+    drawn: ClassVar[tuple[str, str]] = ("green", "v")
+
     contact_stiffness: Annotated[
         float, SettingKey("stiffness of the spring at a contact point", 1e3, 1e18, "N/m")
     ] = 1e15
@@ -128,6 +135,8 @@ class DirectSettings(FramedSettings):
 @dataclasses.dataclass(frozen=True)
 class EventSettings:
     """Settings of `event`."""
+
+    drawn: ClassVar[tuple[str, str]] = ("blue", "o")
 
     time_step: Annotated[
         float,
@@ -167,6 +176,8 @@ class EventSettings:
 class XpbdSettings(FramedSettings):
     """Settings of `xpbd`; the time step is 1 / ((substeps + 1) frames_per_second), Eq. 9."""
 
+    drawn: ClassVar[tuple[str, str]] = ("orange", "P")
+
     iterations: Annotated[
         int, SettingKey("sweeps of the position solver in a sub-step", 1, 1000)
     ] = 8
@@ -186,6 +197,8 @@ class XpbdSettings(FramedSettings):
 class TwoBlockSettings:
     """Settings of `two-block`."""
 
+    drawn: ClassVar[tuple[str, str]] = ("black", "D")
+
     rest_rotation_ratio: Annotated[
         float,
         SettingKey(
@@ -204,6 +217,8 @@ class DemSettings:
     The paper's 0.2 sqrt(m / k) is a tenth of the stability limit 2 sqrt(m / k) of an undamped
     spring: `step_safety` = 0.1.
     """
+
+    drawn: ClassVar[tuple[str, str]] = ("purple", "X")
 
     normal_stiffness: Annotated[
         float, SettingKey("normal stiffness of an interface per area", 1e5, 1e14, "N/m^3")

@@ -47,7 +47,7 @@ OUTSIDE_PRESCRIBED = (
     "than there is, or the base would have to pull the block (inf); its impacts are as near to it "
     "as friction lets them"
 )
-"""What is said of lanes of `event` whose prescribed impacts cannot be followed."""
+"""What is said where an engine with a time step cannot follow prescribed impacts."""
 
 
 class Result(NamedTuple):
@@ -257,5 +257,5 @@ def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
     if run.lane_set.scene.friction_note and has_time_step(run.settings):
         say(out, f"friction: {run.lane_set.scene.friction_note}")
     if "friction_needed" in response.fields and response.count(Status.OUTSIDE_MODEL):
-        say(out, OUTSIDE_PRESCRIBED if response.engine == "event" else OUTSIDE)
+        say(out, OUTSIDE_PRESCRIBED if has_time_step(run.settings) else OUTSIDE)
     say(out, f"wall time: {run.wall_time:.3g} s")
