@@ -202,11 +202,11 @@ def measure(
         Columns, shape [lane] each: `status`, `outcome`, `usable` (the status lets the numbers
         pass), `finite`, `growth` (energy gained over energy held, NaN where the base moves),
         `grew` (usable, growth over `GROWTH_BOUND`), `absurd` (usable, but not finite, turned
-        further than pi/2, or energy more than doubled, see `engines.soundness.find_exploded`), `error`
-        (largest |rotation - reference| / slenderness angle while both stand; NaN where not usable
-        or without a reference), `penetration` (deepest / height of the highest block; NaN where not
-        usable), `compared` (there is one that holds, and the blocks came down in it once if let
-        go), `same_outcome` (1 if both or neither overturned, NaN alike), `peak_ratio` and
+        further than pi/2, or energy more than doubled, see `engines.soundness.find_exploded`),
+        `error` (largest |rotation - reference| / slenderness angle while both stand; NaN where not
+        usable or without a reference), `penetration` (deepest / height of the highest block; NaN
+        where not usable), `compared` (there is one that holds, and the blocks came down in it once
+        if let go), `same_outcome` (1 if both or neither overturned, NaN alike), `peak_ratio` and
         `step_count`.
     """
     status = response["status"]
