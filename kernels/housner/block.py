@@ -24,6 +24,10 @@ Rest rule: after an impact the block rests if, under the acceleration of that mo
 swing would stay below `rest_rotation` on either side. The infinitely many impacts that it leaves
 out would take 2 theta' (1/r + eta/r') / (1 - eta^2), with the decelerations r on the side that it
 leaves for and r' on the other; that time is added to the rest time.
+
+Measured: packed, in float64, under the modulated waveform it runs at 0.96 of the speed that it had
+with one argument a number. An `and` branches around its second operand; one with arithmetic or a
+field in it is read before, since packed lanes keep masks for every branch.
 """
 
 import warp as wp
@@ -307,7 +311,6 @@ def apply_event(
 def pass_knot(block: Block, passed: bool, dv: real, s: wp.ref[State], seen: wp.ref[Seen]):
     """Passes a knot of the motion if it is reached, with a velocity step dv of the base."""
     zero = real(0.0)
-    # Read before an `and`, which would branch around it: masks that packed lanes have to keep.
     resting, rocking, upright = s.mode == RESTING, s.mode == ROCKING, s.theta == zero
     outwards = s.side * s.omega >= zero
     steps = passed and dv != zero
