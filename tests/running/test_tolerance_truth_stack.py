@@ -66,6 +66,6 @@ def test_the_error_of_most_blocks_is_below_its_estimate(time_step: float) -> Non
     assert np.mean(error <= estimate) > 0.92
     # Of some 1e-3 of the angle at second order.
     assert np.median(error) <= 1e-6
-    # Of the few that err by more the estimate is too small at 5 ms: 0.41 of the error in the median.
+    # Of the few that err by more it is too small at 5 ms: 0.41 of the error in the median.
     moves = error > 1e-5
     assert 0.3 < np.median(estimate[moves] / error[moves]) < 5.0
