@@ -29,6 +29,10 @@ NEAR = real(1.0 / 32.0)
 the step is a radian of the motion. A step that would end farther away ends by this part of it
 earlier, and the next one finds the end from there."""
 
+CREST = by_precision(1.0e-12, 1.0e-6)
+"""Part of the bound by which a crest of the base's acceleration must lie beyond it: one that
+reaches it to round-off lets nothing go, and a step that ended there would end there for ever."""
+
 DOUBT = real(1.0e-3)
 """Part of the bound by which the least lack may seem to miss zero from farther away."""
 
@@ -95,7 +99,7 @@ def held_time(p: Acceleration, bound: real, slack: real, d: real) -> real:
     if not LINEAR:
         deepest = least_lack(p, d)
         least = acceleration_at(p, deepest) - wp.where(deepest > NEAR * d, DOUBT * bound, zero)
-        dips = p.a1 < zero and slope_after(p, d) > zero and least < zero
+        dips = p.a1 < zero and slope_after(p, d) > zero and least < -CREST * bound
         far, found = wp.where(dips, deepest, d), wp.where(dips, deepest, NEVER)
     last = acceleration_at(p, far)
     crosses = (p.a0 > slack and last < zero) or (p.a0 < -slack and last > zero)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from tests.shared.blocks import Array, make_lanes, sines
 from tests.shared.planar_bodies import STEPPED, body_lanes
 from tests.shared.vertical_motion import sampled
+from warprock.engines.bodies import box_bodies
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, HarmonicMotions, UprightMotions
-from warprock.model.response import SOUND, SampleTimes
+from warprock.model.response import SOUND, Outcome, SampleTimes, Status
 from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
@@ -132,3 +135,19 @@ def test_a_lift_is_found_to_round_off(shape: str, step: float) -> None:
     lifts = np.arcsin(limit / size) / (2.0 * np.pi * motions.frequency)
     tips = lanes.friction * GRAVITY > 1.001 * limit
     np.testing.assert_allclose(found["uplift_time"][tips], lifts[tips], rtol=1e-13)
+
+
+@pytest.mark.parametrize("on_points", [False, True])
+def test_a_crest_that_reaches_its_bound_to_round_off_ends_no_step_twice(on_points: bool) -> None:
+    count = 200
+    lanes = make_lanes(np.full(count, 0.02), 2.0, friction=5.0)
+    if on_points:
+        lanes = dataclasses.replace(lanes, body=box_bodies(lanes))
+    bound = GRAVITY * np.tan(lanes.slenderness_angle)
+    amplitude = bound * (1.0 + np.linspace(-4e-16, 4e-16, count))
+    frequency = np.linspace(0.25, 4.0, count)
+    motions = sines(Control.ACCELERATION, amplitude, frequency, 1.0)
+    found = run_batch("event", lanes, motions, SampleTimes(5.0))
+    assert np.all(found["status"] == Status.OK)
+    assert np.all(found["outcome"] == Outcome.AT_REST)
+    assert found["step_count"].max() < 10_000
