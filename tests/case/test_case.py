@@ -68,6 +68,7 @@ def test_a_template_is_a_commented_case_that_loads(kind, write):
 def test_the_kinds_of_templates():
     kinds = [
         "ensemble",
+        "facade",
         "free",
         "map",
         "pulse",

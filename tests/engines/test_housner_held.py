@@ -92,7 +92,9 @@ def test_a_block_leaves_its_wall_with_its_rebound():
     found = run(lanes, Hold(-np.ones(4), rebound), 1.0)
     np.testing.assert_array_equal(found["impact_count"], 1)
     # Round-off of the energy of a dozen steps.
-    np.testing.assert_allclose(found["energy_lost"], (1.0 - rebound**2) * held, atol=1e-10 * held[0])
+    np.testing.assert_allclose(
+        found["energy_lost"], (1.0 - rebound**2) * held, atol=1e-10 * held[0]
+    )
 
 
 def test_a_block_lifts_away_from_its_wall_alone():

@@ -13,9 +13,7 @@ from warprock.model.motion import Control, HarmonicMotions
 from warprock.units import GRAVITY
 
 
-def held_batch(
-    count: int, seed: int, *, wall: bool, ties: int
-) -> tuple[Lanes, HarmonicMotions]:
+def held_batch(count: int, seed: int, *, wall: bool, ties: int) -> tuple[Lanes, HarmonicMotions]:
     """Lanes, a third of them let go from a rotation, with or without a wall and ties."""
     rng = np.random.default_rng(seed)
     height = rng.uniform(1.0, 5.0, count)

@@ -42,9 +42,10 @@ class ReboundKey(NumberKey):
         if got in (PLASTIC, THREE_IMPACTS):
             value = 0.0 if got == PLASTIC else BY_FORMULA
             return Quantity(value, Dimension.DIMENSIONLESS)
-        if isinstance(got, str):
-            raise ValueError(self.allowed)
-        return super().read(got)
+        try:
+            return super().read(got)
+        except ValueError:
+            raise ValueError(self.allowed) from None
 
 
 class TransverseWall(Table):

@@ -395,7 +395,7 @@ class HeldRun:
         return None
 
     def _hop(self, stop: float, towards: int) -> None:
-        """A first short step of a block from its base or from rest; ends before anything happens."""
+        """A first short step from the base or from rest, which ends before anything happens."""
         bend = self.side * self._bend(self.side, 0.0, self.time)
         flight = 0.5 * abs(self.omega) / -bend if bend < 0.0 else math.inf
         step = min(stop - self.time, LONGEST, flight or LONGEST)
