@@ -171,7 +171,7 @@ def first_root(p: Series, end: real) -> real:
 
     Its least value inside is looked up where its slope changes its sign.
     """
-    found = real(NEVER)
+    found = NEVER
     slope = slope_of(p)
     if value_of(p, end) <= real(0.0):
         found = root_of(p, end)
@@ -194,9 +194,11 @@ def pull_series(m: Motion, segment: int, time: real, ground: Ground) -> Series:
 def rotation_series(block: Block, p: Pull, s: State, a: Series) -> Series:
     """The rotation about the present time.
 
-    With s = sin(theta), w = 1 - cos(theta): s' = theta' (1 - w), w' = theta' s.
+    With s = sin(theta), c = cos(theta), w = 1 - c: s' = theta' c, w' = theta' s.
     """
-    x, sines, lows = Series(), Series(), Series()
+    x = Series()
+    sines = Series()
+    lows = Series()
     x[0] = s.theta
     x[1] = s.omega
     half_sine = sine(HALF * s.theta)
@@ -204,31 +206,26 @@ def rotation_series(block: Block, p: Pull, s: State, a: Series) -> Series:
     lows[0] = real(2.0) * half_sine * half_sine
     up, across = cosine(block.slenderness_angle), s.side * sine(block.slenderness_angle)
     p2, q = block.frequency_squared, block.coupling
+    cosines = Series()
+    cosines[0] = real(1.0) - lows[0]
     for n in range(DEGREE - 1):
-        if n > 0:
-            turned, lowered = real(0.0), real(0.0)
-            for j in range(1, n + 1):
-                rate = real(j) * x[j]
-                turned = turned + rate * (-lows[n - j])
-                lowered = lowered + rate * sines[n - j]
-            # The cosine is 1 - w.
-            sines[n] = (turned + real(n) * x[n]) / real(n)
-            lows[n] = lowered / real(n)
         sc, sx, sw, pushed = real(0.0), real(0.0), real(0.0), real(0.0)
         for j in range(n + 1):
-            cosine_rest = -lows[n - j]
-            if n == j:
-                cosine_rest = real(1.0) - lows[0]
-            sc = sc + sines[j] * cosine_rest
-            sx = sx + sines[j] * sines[n - j] + lows[j] * cosine_rest
+            sc = sc + sines[j] * cosines[n - j]
+            sx = sx + sines[j] * sines[n - j] + lows[j] * cosines[n - j]
             sw = sw + sines[j] * lows[n - j]
-            pushed = pushed + a[j] * (up * cosine_rest + across * sines[n - j])
-        cosine_n = -lows[n]
-        if n == 0:
-            cosine_n = real(1.0) - lows[0]
-        bend = p2 * (up * sines[n] - across * cosine_n) - q * pushed
-        bend = bend + p.c * cosine_n + p.s * sines[n] + p.sc * sc + p.sx * sx + p.sw * sw
+            pushed = pushed + a[j] * (up * cosines[n - j] + across * sines[n - j])
+        bend = p2 * (up * sines[n] - across * cosines[n]) - q * pushed
+        bend = bend + p.c * cosines[n] + p.s * sines[n] + p.sc * sc + p.sx * sx + p.sw * sw
         x[n + 2] = bend / real((n + 1) * (n + 2))
+        turned, lowered = real(0.0), real(0.0)
+        for j in range(n + 1):
+            rate = real(j + 1) * x[j + 1]
+            turned = turned + rate * cosines[n - j]
+            lowered = lowered + rate * sines[n - j]
+        sines[n + 1] = turned / real(n + 1)
+        lows[n + 1] = lowered / real(n + 1)
+        cosines[n + 1] = -lows[n + 1]
     return x
 
 
@@ -249,7 +246,7 @@ def may_turn(block: Block, side: real) -> bool:
 @wp.func
 def held_down(block: Block, held: Restraints, side: real, a: real) -> real:
     """Angular acceleration that keeps a flat block from turning to a side; NEVER at a wall."""
-    found = real(NEVER)
+    found = NEVER
     if may_turn(block, side):
         found = -outward_moment(block, held, side, a)
     return found
@@ -345,7 +342,7 @@ def turning_time(x: Series, towards: real, h: real) -> real:
         for k in range(DEGREE - 2):
             divided[k] = slope[k + over]
         slope = divided
-    found = real(NEVER)
+    found = NEVER
     if slope[0] > real(0.0):
         found = first_root(slope, h)
     return found

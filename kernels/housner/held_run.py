@@ -71,7 +71,8 @@ def run_lanes(
             s.mode = stall(s.mode, seen.steps, block.step_limit)
         if found.rotations.shape[0] > 0:
             found.rotations[sample, 0, lane] = s.theta
-    lost, broken, first = real(0.0), int(0), real(NEVER)
+    lost, broken = real(0.0), int(0)
+    first = NEVER
     for i in range(ties.shape[0]):
         lost = lost + unfinished_loss(held, i, s.side, s.theta)
         first = smaller(found.ties[i, lane].broken, first)

@@ -178,7 +178,7 @@ def next_change(tie: Tie, state: TieState, stretches: bool) -> real:
     One that yields and turns back is elastic from where it is: -NEVER or NEVER, which it has
     passed.
     """
-    bound = real(NEVER)
+    bound = NEVER
     if stretches:
         if state.does == LOOSE:
             bound = state.free

@@ -11,7 +11,7 @@ import pydantic
 from warprock.case.validation import KeyedError, Table
 from warprock.model.hold import SIDES
 from warprock.quantity import NOTHING, Column, NumberKey, TextKey
-from warprock.units import Dimension, Quantity
+from warprock.units import Dimension, Quantity, parse_any
 
 PLASTIC, THREE_IMPACTS = "plastic", "three-impacts"
 """What a block does that comes back on its wall: it stays; it rebounds by a formula."""
@@ -43,9 +43,11 @@ class ReboundKey(NumberKey):
             value = 0.0 if got == PLASTIC else BY_FORMULA
             return Quantity(value, Dimension.DIMENSIONLESS)
         try:
-            return super().read(got)
+            quantity = parse_any(got, self.bounds)
         except ValueError:
             raise ValueError(self.allowed) from None
+        self.judge(quantity)
+        return quantity
 
 
 class TransverseWall(Table):
