@@ -28,7 +28,7 @@ LONGEST = (
     "engines/test_event_space.py",
     "engines/test_forms.py",
     "engines/test_event_stack.py",
-    "running/test_estimate.py",
+    "running/test_tolerance_truth.py",
     "cli/test_main.py",
     "engines/test_direct_stack.py",
     "oracle/test_pair.py",
