@@ -8,7 +8,6 @@ import time
 import numpy as np
 import pytest
 
-from tests.shared import closed_forms
 from tests.shared.blocks import (
     Array,
     at_rest,
@@ -95,23 +94,6 @@ def held_energy(lanes: Lanes) -> Array:
             foot, below, face = low + 1j * height * np.exp(-1j * turn), turn, half
             flat += height
     return found
-
-
-def test_free_rocking_converges_to_housner_at_first_order() -> None:
-    lanes, times = free_lanes(), SampleTimes(5.0, 0.01)
-    reference = run_batch("housner", lanes, StillBase(9), times)["rotation"]
-    substeps = np.array([6, 20, 63, 200])
-    found = []
-    for count in substeps:
-        response = run(lanes, StillBase(9), times, XpbdSettings(substeps=int(count)))
-        gap = np.abs(response["rotation"] - reference).max(axis=1)
-        found.append(gap / lanes.slenderness_angle)
-    assert np.max(found[1]) <= 3e-3
-    assert np.max(found[3]) <= 3e-4
-    # Each impact falls somewhere inside its step, so one lane's error scatters about its trend;
-    # the mean of nine lanes over a factor of 30 in the step shows the order.
-    slope = np.polyfit(np.log(1.0 / (substeps + 1.0)), np.log(np.mean(found, axis=1)), 1)[0]
-    assert 0.9 <= slope <= 1.3
 
 
 def test_before_the_first_impact_the_order_is_two() -> None:
@@ -265,26 +247,6 @@ def test_a_sticking_block_does_not_creep() -> None:
     assert response["peak_slide"][1] < 1e-9
 
 
-def test_block_slides_by_the_closed_form() -> None:
-    # Friction below tan(alpha): the block slides and does not rock. Under a velocity step v it
-    # slides v^2 / (2 mu g), against the step of the base.
-    friction = np.array([0.05, 0.1, 0.2])
-    speed = np.array([0.3, -0.2, 0.4])
-    lanes = make_lanes(np.full(3, 1.0), 1.0, friction=friction)
-    motions = velocity_steps(speed, np.zeros(3), np.full(3, 10.0))
-    response = run(lanes, motions, SampleTimes(2.0))
-    expected = -np.sign(speed) * speed**2 / (2.0 * friction * GRAVITY)
-    # First order: the last step may be off by v dt.
-    assert np.all(
-        np.abs(response["residual_slide"] - expected) <= np.abs(speed) * XpbdSettings().time_step
-    )
-    assert np.all(response["outcome"] == Outcome.AT_REST)
-    assert np.all(response["peak_rotation"] < 1e-9)
-    np.testing.assert_allclose(
-        response["energy_lost"], 0.5 * lanes.density * lanes.depth * speed**2, rtol=2e-3
-    )
-
-
 def test_slides_of_a_pair_add_up_to_the_closed_form() -> None:
     friction = np.array([[0.5, 0.05], [0.5, 0.1], [0.1, 0.5], [0.5, 0.2]])
     speed = np.array([0.3, -0.2, 0.3, 0.4])
@@ -302,16 +264,6 @@ def test_slides_of_a_pair_add_up_to_the_closed_form() -> None:
     rough = friction[:, 0] > friction[:, 1]
     assert np.all(np.abs(slide[:, 0] - lower)[rough] <= np.abs(speed[rough]) * step)
     np.testing.assert_allclose(slide[~rough, 1], 0.0, atol=1e-9)
-
-
-def test_overturning_velocity_step_at_its_limit() -> None:
-    limit = float(closed_forms.overturning_velocity_step(0.3, 1.0))
-    # The step is felt over half a time step: the limit moves by about p dt = 1e-4 of itself.
-    speed = limit * np.array([1.0 - 5e-4, 1.0 + 5e-4])
-    lanes = make_lanes(np.full(2, 0.3), 1.0, friction=STICKING)
-    motions = velocity_steps(speed, np.zeros(2), np.full(2, 30.0))
-    response = run(lanes, motions, SampleTimes(5.0), XpbdSettings(substeps=200))
-    np.testing.assert_array_equal(response["outcome"] == Outcome.OVERTURNED, [False, True])
 
 
 def test_a_fast_base_takes_the_lower_block_away() -> None:
