@@ -53,11 +53,13 @@ def make_stacks(
     rotation: npt.ArrayLike = 0.0,
     friction: npt.ArrayLike = 10.0,
     density: npt.ArrayLike = 2000.0,
+    chamfer: npt.ArrayLike = 0.0,
     offset: npt.ArrayLike = 0.0,
 ) -> Lanes:
     """Stacks from values that broadcast to [lane, block]; with this friction nothing slides."""
     parts = np.broadcast_arrays(
-        *(np.atleast_2d(v) for v in (width, height, 0.5, density, friction, 0.0, offset, rotation))
+        *(np.atleast_2d(v) for v in (width, height, 0.5, density, friction, chamfer, offset)),
+        np.atleast_2d(rotation),
     )
     arrays = [np.array(part, dtype=np.float64) for part in parts]
     return Lanes(*arrays, angular_restitution=np.ones(len(arrays[0])))
