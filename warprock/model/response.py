@@ -391,13 +391,13 @@ def join_responses(parts: Sequence[Response]) -> Response:
     longest = max(parts, key=lambda part: len(part.times))
     count = len(longest.times)
     fields = {
-        name: np.concatenate([_lengthened(name, part, count) for part in parts])
+        name: np.concatenate([_lengthen(name, part, count) for part in parts])
         for name in longest.fields
     }
     return Response(engine=longest.engine, fields=fields, times=longest.times)
 
 
-def _lengthened(name: str, part: Response, count: int) -> npt.NDArray[Any]:
+def _lengthen(name: str, part: Response, count: int) -> npt.NDArray[Any]:
     """A field, with NaN up to a count of samples where it is a history."""
     values, missing = part.fields[name], count - len(part.times)
     if missing == 0 or FIELDS[name].dims[-1] != "sample":
