@@ -48,6 +48,38 @@ FAILED = real(1.0e-30)
 
 
 @wp.struct
+class Block:
+    """One block of a stack, and where it starts; z from where it would be on rigid blocks.
+
+    `stretch` is that of the shear springs below it; vx, vz and omega are its velocities then.
+    """
+
+    half_width: real
+    half_height: real
+    inverse_mass: real
+    inverse_inertia: real
+    friction: real
+    depth: real
+    offset: real
+    x: real
+    z: real
+    theta: real
+    stretch: real
+    vx: real
+    vz: real
+    omega: real
+
+
+@wp.struct
+class Interface:
+    """The interface below a block: friction coefficient, depth [m], place where no slide is [m]."""
+
+    friction: real
+    depth: real
+    start: real
+
+
+@wp.struct
 class Knobs:
     """What a step needs to know of the settings."""
 

@@ -232,16 +232,15 @@ class Event(AbstractEngine):
             return columns | ({"throws": throw_columns(lanes)} if lanes.moving else {})
         if lanes.stacked:
             per_lane["mass"] = lanes.mass.sum(axis=1)
-            if lanes.profiles is not None:
+            if lanes.profiles is None:
+                blocks = _stacked_blocks(lanes, self.settings)
+            else:
                 blocks = {
                     **edge_columns(lanes),
                     "rest_rotation": _stack_rest(lanes, self.settings),
                 }
-                feet = foot_columns(lanes)
-                return {"blocks": blocks, "lanes": per_lane, "feet": feet, "knobs": knobs}
-            blocks = _stacked_blocks(lanes, self.settings)
-            no_feet = np.empty((0, 0), module.Foot.numpy_dtype())
-            return {"blocks": blocks, "lanes": per_lane, "feet": no_feet, "knobs": knobs}
+            feet = foot_columns(lanes, module.Foot)
+            return {"blocks": blocks, "lanes": per_lane, "feet": feet, "knobs": knobs}
         if lanes.body is not None or lanes.restitution_given:
             body = lanes.body or box_bodies(lanes)
             corners = Corners.of(body)

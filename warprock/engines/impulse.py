@@ -75,8 +75,7 @@ class Impulse(AbstractEngine):
                 return Kernel(impulse_space, "thrown_run", friction=friction)
             return Kernel(impulse_space, "block_run", lanes=lanes, friction=friction)
         if scene.stacked:
-            name = "stack_body_run" if scene.bodies else "stack_run"
-            return Kernel(impulse, name, lanes=lanes, iterations=sweeps)
+            return Kernel(impulse, "stack_run", lanes=lanes, iterations=sweeps)
         slow = self.target.form is None and sweeps > MAX_UNROLL
         # Boxes that start in motion run as bodies: the loop of boxes lets them go from rest.
         name = "body_run" if scene.on_points or scene.moving else "block_run"
@@ -102,9 +101,8 @@ class Impulse(AbstractEngine):
             return columns | ({"throws": throw_columns(lanes)} if starts else {})
         if lanes.stacked:
             blocks = planar_columns(lanes, GRAVITY * step)
-            columns = {"blocks": blocks, "lanes": stack_columns(lanes), "knobs": knobs}
-            feet = {} if lanes.profiles is None else {"feet": foot_columns(lanes)}
-            return columns | feet
+            rows, feet = stack_columns(lanes), foot_columns(lanes, module.Foot)
+            return {"blocks": blocks, "lanes": rows, "feet": feet, "knobs": knobs}
         if lanes.body is not None or lanes.moving:
             body = lanes.body or box_bodies(lanes)
             corners = Corners.of(body)
