@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import planar_columns, speed_columns, stack_columns, throw_columns
+from warprock.engines.blocks import planar_columns, speed_columns, stack_columns
 from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.launching import Found, Kernel
@@ -72,7 +72,7 @@ class Impulse(AbstractEngine):
             if scene.bodies:
                 return Kernel(impulse_space, "body_run", lanes=lanes, friction=friction)
             if scene.moving or self.settings.restitution > 0.0:
-                return Kernel(impulse_space, "thrown_run", friction=friction)
+                return Kernel(impulse_space, "block_run", friction=friction, thrown=True)
             return Kernel(impulse_space, "block_run", lanes=lanes, friction=friction)
         if scene.stacked:
             return Kernel(impulse, "stack_run", lanes=lanes, iterations=sweeps)
@@ -95,10 +95,7 @@ class Impulse(AbstractEngine):
         if lanes.spatial:
             knobs.sweeps = self.settings.iterations
             knobs.restitution = self.settings.restitution
-            columns = spatial_inputs(lanes) | {"knobs": knobs}
-            bounces = self.settings.restitution > 0.0 and not (lanes.stacked or lanes.bodies)
-            starts = lanes.moving or bounces
-            return columns | ({"throws": throw_columns(lanes)} if starts else {})
+            return spatial_inputs(lanes) | {"knobs": knobs}
         if lanes.stacked:
             blocks = planar_columns(lanes, GRAVITY * step)
             rows, feet = stack_columns(lanes), foot_columns(lanes, module.Foot)
