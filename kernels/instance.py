@@ -89,6 +89,7 @@ PARAMETERS = (
     "VERTICAL",
     "CHAINS",
     "PRESCRIBED",
+    "THROWN",
 )
 """Names that the loader sets in a kernel file: the arguments of `kernel_module`, in capitals."""
 
@@ -153,6 +154,7 @@ def kernel_module(
     vertical: bool = False,
     chains: bool = False,
     prescribed: bool = False,
+    thrown: bool = False,
 ) -> ModuleType:
     """The instance of a kernel file for a precision, a kind of ground motion and a stack.
 
@@ -169,12 +171,14 @@ def kernel_module(
         vertical: Whether the base of a body in the plane moves upwards, too.
         chains: Whether blocks of a stack in the plane stand on chains of corners.
         prescribed: Whether the lanes prescribe their angular restitution.
+        thrown: Whether blocks in space start in motion, or bounce.
 
     Raises:
         OSError: A kernel file cannot be read.
     """
     values = (
-        precision, motion, iterations, blocks, lanes, friction, points, vertical, chains, prescribed
+        precision, motion, iterations, blocks, lanes, friction, points, vertical, chains,
+        prescribed, thrown,
     )  # fmt: skip
     with _LOCK:
         return _instance(file, dict(zip(PARAMETERS, values, strict=True)))

@@ -10,7 +10,8 @@
 
 A field that is a vector has a local variable a component; `state[i].place` reads or sets all of
 them, `state[i].place[2]` one, whose number is written out. A field that is a bool is kept as a
-whole number.
+whole number. Of an `if` on a parameter that is true or false, such as CHAINS, the branch that is
+taken is all that is written out: the other one may name structs that its instance does not have.
 
 The compiler makes vector code of a loop over lanes only if every field is a local variable of its
 own: an array of structs takes nine times as long, a struct of vectors up to 3.6 times. So `@kernel`
@@ -159,6 +160,14 @@ class _WriteOut(ast.NodeTransformer):
             assert isinstance(target.value, ast.Subscript)
             return self._set_field(target.value, target.attr, value) or self.generic_visit(node)
         return self.generic_visit(node)
+
+    def visit_If(self, node: ast.If) -> Any:
+        """The branch that is taken of an `if` on a parameter, such as CHAINS; any other `if`."""
+        taken = self.names.get(node.test.id) if isinstance(node.test, ast.Name) else None
+        if not isinstance(taken, bool):
+            return self.generic_visit(node)
+        branch = ast.Module(node.body if taken else node.orelse, [])
+        return self.generic_visit(branch).body
 
     def _set_field(self, row: ast.Subscript, field: str, value: ast.expr) -> list[ast.stmt]:
         """Sets a field of the struct of a lane that is not one number; else nothing."""

@@ -48,6 +48,38 @@ FAILED = real(1.0e-30)
 
 
 @wp.struct
+class Block:
+    """One block of a stack, and where it starts; z from where it would be on rigid blocks.
+
+    `stretch` is that of the shear springs below it; vx, vz and omega are its velocities then.
+    """
+
+    half_width: real
+    half_height: real
+    inverse_mass: real
+    inverse_inertia: real
+    friction: real
+    depth: real
+    offset: real
+    x: real
+    z: real
+    theta: real
+    stretch: real
+    vx: real
+    vz: real
+    omega: real
+
+
+@wp.struct
+class Interface:
+    """The interface below a block: friction coefficient, depth [m], place where no slide is [m]."""
+
+    friction: real
+    depth: real
+    start: real
+
+
+@wp.struct
 class Knobs:
     """What a step needs to know of the settings."""
 
@@ -172,16 +204,19 @@ class Meeting:
 
 
 @wp.struct
-class Pair:
-    """Two points of an interface.
+class Stress:
+    """What the springs of a point do.
 
     Attributes:
-        share: Part of the area that each of the two stands for.
-        away: Their distance from the middle over the half length.
+        n, t: Stresses N and T [N/m^2].
+        e: Twice the energy in them [J/m^2].
+        held: 1 if the point is pressed and does not slip, else 0.
     """
 
-    share: real
-    away: real
+    n: real
+    t: real
+    e: real
+    held: int
 
 
 @wp.struct
@@ -350,36 +385,39 @@ def solve_spring(
 
 
 @wp.func
-def solve_pair(
-    knobs: Knobs, pace: Pace, mu: real, pair: Pair, m: Meeting, one: wp.ref[Spring],
-    two: wp.ref[Spring], sums: Sums,
-) -> Sums:  # fmt: skip
-    """Adds the springs at -away and at +away half lengths from the middle to an interface.
+def press(
+    knobs: Knobs, pace: Pace, mu: real, away: real, m: Meeting, spring: wp.ref[Spring]
+) -> Stress:
+    """What the springs of a point do that is `away` half lengths from the middle, to +x.
 
     Args:
         knobs: See `solve_spring`, as pace and mu.
-        pair: The two points.
+        away: Place of the point.
         m: How the faces meet.
-        one, two: Springs of the first and of the second point.
+        spring: Its springs; they move on.
+    """
+    before = real(spring.slip)
+    n, t, stored = solve_spring(
+        knobs, pace, mu, fused(away, m.tilt, m.overlap), fused(away, m.parting, m.vn),
+        fused(away, m.sliding, m.vt), spring,
+    )  # fmt: skip
+    return Stress(n, t, stored, wp.where(n > real(0.0) and spring.slip == before, 1, 0))
+
+
+@wp.func
+def add_pair(share: real, away: real, one: Stress, two: Stress, sums: Sums) -> Sums:
+    """Adds two points at the same distance from the middle, -x first, to an interface.
+
+    Args:
+        share: Share of the interface that each of them stands for.
+        away: Their distance from the middle, in half lengths.
+        one, two: What their springs do.
         sums: What the springs of the interface do so far.
     """
-    away, share = pair.away, pair.share
-    before1 = real(one.slip)
-    before2 = real(two.slip)
-    n1, t1, e1 = solve_spring(
-        knobs, pace, mu, fused_less(away, m.tilt, m.overlap), fused_less(away, m.parting, m.vn),
-        fused_less(away, m.sliding, m.vt), one,
-    )  # fmt: skip
-    n2, t2, e2 = solve_spring(
-        knobs, pace, mu, fused(away, m.tilt, m.overlap), fused(away, m.parting, m.vn),
-        fused(away, m.sliding, m.vt), two,
-    )  # fmt: skip
-    held1 = wp.where(n1 > real(0.0) and one.slip == before1, 1, 0)
-    held2 = wp.where(n2 > real(0.0) and two.slip == before2, 1, 0)
     return Sums(
-        fused(share, n1 + n2, sums.n), fused(share * away, n2 - n1, sums.nq),
-        fused(share, t1 + t2, sums.t), fused(share * away, t2 - t1, sums.tq),
-        fused(share, e1 + e2, sums.e), sums.held + held1 + held2,
+        fused(share, one.n + two.n, sums.n), fused(share * away, two.n - one.n, sums.nq),
+        fused(share, one.t + two.t, sums.t), fused(share * away, two.t - one.t, sums.tq),
+        fused(share, one.e + two.e, sums.e), sums.held + one.held + two.held,
     )  # fmt: skip
 
 

@@ -21,13 +21,13 @@ class Interface:
     Attributes:
         friction: tan(phi).
         area: That each of its points stands for [m^2].
-        aside: Place of the block along what it stands on where it has not slid [m].
+        start: Place of the block along what it stands on where it has not slid [m].
         window: Row of the corner with the role 0.
     """
 
     friction: real
     area: real
-    aside: real
+    start: real
     window: int
 
 

@@ -1,4 +1,4 @@
-"""Runs of the soft-spring step over stacks of blocks: LANES stacks a thread, side by side.
+"""Runs of the soft-spring step over stacks: LANES stacks a thread, side by side.
 
 A single block is a stack of one. Every lane has its own time step, and with it its own number of
 steps; a pack goes on until the last of its lanes has reached the next sample.
@@ -13,29 +13,15 @@ about that end, where before it leaned on its springs. It has landed, an impact,
 in the middle again. It slides while all springs that carry slip, faster than the bound of `slides`
 in parting.py.
 
-Measured: the plain form of two blocks runs at 0.96 of the speed that it had with one argument a
-number, in both precisions, with as many instructions.
+If CHAINS is true blocks are bodies, with a spring under each of three points an interface
+(dem/stack_body.py), and the corners of all of them are one table, block by block. What lies between
+the two points that are deepest counts as the interface that parts and lands.
 """
 
 import warp as wp
 
 from warprock.kernels.account import Account, keep_account
-from warprock.kernels.dem.stack import (
-    Base,
-    Energy,
-    Knobs,
-    Load,
-    Meeting,
-    Pace,
-    Pair,
-    Spring,
-    Stretch,
-    Sums,
-    find_contacts,
-    integrate,
-    load_blocks,
-    solve_pair,
-)
+from warprock.kernels.dem.stack import Base, Energy, Knobs, Load, Pace, Spring, integrate
 from warprock.kernels.dem.stack_lanes import (
     Seat,
     begin_step,
@@ -51,8 +37,9 @@ from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.motion import base_velocity, sample_index, sample_segment
 from warprock.kernels.rows import kernel, rows
 from warprock.kernels.shape.above import Motions
-from warprock.kernels.shape.interface import GROUND_FACE, Box, Mass, Pose, Velocity
+from warprock.kernels.shape.interface import Mass, Pose, Velocity
 from warprock.kernels.shape.rising import pulled
+from warprock.kernels.shape.stack_body import Foot
 from warprock.kernels.shape.stack_found import (
     Found,
     Peaks,
@@ -63,6 +50,38 @@ from warprock.kernels.shape.stack_found import (
     start_peaks,
     start_seen,
 )
+from warprock.kernels.shape.stack_run import mass_of, start_pose
+
+if CHAINS:
+    from warprock.kernels.dem.stack import lean_of
+    from warprock.kernels.dem.stack_body import (
+        Contacts,
+        Interface,
+        find_contact,
+        load_blocks,
+        move_springs,
+        press,
+        see_contact,
+    )
+    from warprock.kernels.shape.stack_body import Block, Window, overlap_of, way_of_window
+    from warprock.kernels.shape.stack_body import Top as Face
+    from warprock.kernels.shape.stack_body import ground_top as ground
+    from warprock.kernels.shape.stack_body import top_of as face_of
+else:
+    from warprock.kernels.dem.stack import (
+        Block,
+        Interface,
+        Meeting,
+        Stretch,
+        Sums,
+        add_pair,
+        find_contacts,
+        load_blocks,
+        press,
+    )
+    from warprock.kernels.shape.interface import Box as Face
+    from warprock.kernels.shape.stack_run import box_of as face_of
+    from warprock.kernels.shape.stack_run import ground
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -70,32 +89,12 @@ POINTS = max(ITERATIONS, 2)
 """Sub-contacts of an interface."""
 PAIRS = (POINTS + 1) // 2
 """Pairs of them; one in the middle counts as a pair of two halves."""
+EACH = 3 if CHAINS else 2 * PAIRS
+"""Springs of an interface: of bodies from -x to +x, of boxes pair by pair from the middle outwards,
+in each the one at -x before the one at +x."""
 ODD = POINTS % 2
 SPACING = real(1.0 / (POINTS - 1))
 """Distance of two points over the length of the interface."""
-
-
-@wp.struct
-class Block:
-    """One block of a stack, and where it starts; z from where it would be on rigid blocks.
-
-    `stretch` is that of the shear springs below it; vx, vz and omega are its velocities then.
-    """
-
-    half_width: real
-    half_height: real
-    inverse_mass: real
-    inverse_inertia: real
-    friction: real
-    depth: real
-    offset: real
-    x: real
-    z: real
-    theta: real
-    stretch: real
-    vx: real
-    vz: real
-    omega: real
 
 
 @wp.struct
@@ -106,23 +105,15 @@ class Stack:
     uplift_time: real
 
 
-@wp.struct
-class Interface:
-    """The interface below a block: friction coefficient, depth [m], place where no slide is [m]."""
-
-    friction: real
-    depth: real
-    offset: real
-
-
 @kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: Motions,
-    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), feet: wp.array2d(dtype=Foot),
+    motions: Motions, pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real),
+    knobs: Knobs, found: Found,
 ):  # fmt: skip
-    """Runs LANES lanes a thread, each at its own time."""
+    """Runs LANES lanes a thread, each at its own time; of boxes there are no `feet`."""
     # Of bodies, the ground first.
-    box = rows(Box, BLOCKS + 1)
+    face = rows(Face, BLOCKS + 1)
     mass = rows(Mass, BLOCKS + 1)
     pose = rows(Pose, BLOCKS + 1)
     velocity = rows(Velocity, BLOCKS + 1)
@@ -130,12 +121,15 @@ def run_lanes(
     interface = rows(Interface, BLOCKS + 1)
     seat = rows(Seat, BLOCKS + 1)
     peaks = rows(Peaks, BLOCKS + 1)
-    # Of points, pair by pair from the middle outwards: the one at -x, the one at +x.
-    spring = rows(Spring, BLOCKS * 2 * PAIRS)
+    # Of points, those of interface 1, of interface 2, ...
+    spring = rows(Spring, BLOCKS * EACH)
     # Of the interface that is being looked at.
-    stretch = rows(Stretch)
-    meeting = rows(Meeting)
-    sums = rows(Sums)
+    if CHAINS:
+        contacts = rows(Contacts)
+    else:
+        stretch = rows(Stretch)
+        meeting = rows(Meeting)
+        sums = rows(Sums)
     pace = rows(Pace)
     base = rows(Base)
     energy = rows(Energy)
@@ -144,23 +138,28 @@ def run_lanes(
     # Variables, not constants: else Warp would unroll the loops over them.
     pack, _one = wp.tid()
     bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), pack * LANES
+    if CHAINS:
+        corners = feet.shape[0] // BLOCKS
     for i in range(LANES):
         # The ground is level and has a face.
-        box[0, i].half_width = GROUND_FACE
+        face[0, i] = ground()
         pose[0, i].c = real(1.0)
         pace[i].dt = lanes[first + i].time_step
         seen[i] = start_seen(lanes[first + i].uplift_time)
         for k in range(1, bodies):
             block = blocks[k - 1, first + i]
-            box[k, i] = Box(block.half_width, block.half_height)
-            mass[k, i] = Mass(block.inverse_mass, block.inverse_inertia)
-            pose[k, i] = Pose(block.x, block.z, block.theta, sine(block.theta), cosine(block.theta))
-            velocity[k, i] = Velocity(block.vx, block.vz, block.omega)
-            interface[k, i] = Interface(block.friction, block.depth, block.offset)
+            face[k, i] = face_of(block)
+            mass[k, i] = mass_of(block)
+            pose[k, i] = start_pose(block)
             seat[k, i].since = NEVER
             peaks[k, i] = start_peaks(block.theta)
-            for p in range(2 * pairs):
-                spring[2 * pairs * (k - 1) + p, i].u = block.stretch
+            if CHAINS:
+                interface[k, i] = Interface(block.friction, block.area, block.aside, block.window)
+            else:
+                velocity[k, i] = Velocity(block.vx, block.vz, block.omega)
+                interface[k, i] = Interface(block.friction, block.depth, block.offset)
+                for p in range(2 * pairs):
+                    spring[2 * pairs * (k - 1) + p, i].u = block.stretch
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         passes = int(0)
@@ -188,41 +187,101 @@ def run_lanes(
                 pull = pulled(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
                 account[i] = keep_account(pull, account[i])
             for k in range(1, bodies):
-                low, row = k - 1, (k - 1) * 2 * pairs
-                for i in range(LANES):
-                    faces, meets, slid = find_contacts(
-                        base[i].dx, box[k, i], pose[k, i], velocity[k, i], box[low, i],
-                        pose[low, i], velocity[low, i],
-                    )  # fmt: skip
-                    stretch[i] = faces
-                    meeting[i] = meets
-                    seat[k, i].place = slid
-                for p in range(pairs):
-                    away = SPACING * real(2 * p + 1 - ODD)
-                    share = SPACING * wp.where(p == pairs - 1 or p < ODD, HALF, real(1.0))
+                low = k - 1
+                if CHAINS:
+                    p, q, r = 3 * k - 3, 3 * k - 2, 3 * k - 1
                     for i in range(LANES):
-                        one, two = spring[row + 2 * p, i], spring[row + 2 * p + 1, i]
-                        sums[i] = solve_pair(
-                            knobs, pace[i], interface[k, i].friction, Pair(share, away),
-                            meeting[i], one, two, sums[i],
+                        w = interface[k, i].window
+                        f = first + i
+                        turn = pose[k, i].theta - pose[low, i].theta
+                        rate = velocity[k, i].omega - velocity[low, i].omega
+                        way = way_of_window(
+                            Window(feet[w - 1, f], feet[w, f], feet[w + 1, f]),
+                            lean_of(turn, rate, base[i].dx), pose[k, i], pose[low, i],
+                            face[low, i],
                         )  # fmt: skip
-                        spring[row + 2 * p, i] = one
-                        spring[row + 2 * p + 1, i] = two
-                for i in range(LANES):
-                    above, below = load[k, i], load[low, i]
-                    held = load_blocks(interface[k, i].depth, stretch[i], sums[i], above, below)
-                    load[k, i] = above
-                    load[low, i] = below
-                    held = wp.where(pace[i].live == 1, held, real(0.0))
-                    energy[i].stored = energy[i].stored + held
-                    slips = glides(pace[i], knobs, sums[i].held, meeting[i].vt)
-                    sees = seen[i]
-                    observe_interface(
-                        pace[i], meeting[i].overlap, size(meeting[i].tilt), stretch[i].half, slips,
-                        seat[k, i].since, sees,
-                    )  # fmt: skip
-                    seen[i] = sees
-                    sums[i] = Sums()
+                        interface[k, i].window = w + way
+                        one, two, three = spring[p, i], spring[q, i], spring[r, i]
+                        move_springs(way, one, two, three)
+                        spring[p, i] = one
+                        spring[q, i] = two
+                        spring[r, i] = three
+                        contacts[i] = Contacts(-NEVER, -NEVER, contacts[i].speed, 0)
+                    for visit in range(3):
+                        # Both sides before the middle: a mirrored scene adds up alike.
+                        role = 2 * (visit % 2) - 1 + visit // 2
+                        row = 3 * low + 1 + role
+                        for i in range(LANES):
+                            w = interface[k, i].window
+                            f = first + i
+                            contact, point, along = find_contact(
+                                Window(feet[w - 1, f], feet[w, f], feet[w + 1, f]), role,
+                                pose[k, i], pose[low, i], face[low, i], velocity[k, i],
+                                velocity[low, i],
+                            )  # fmt: skip
+                            one = spring[row, i]
+                            force = press(knobs, pace[i], interface[k, i], contact, one)
+                            spring[row, i] = one
+                            above, below = load[k, i], load[low, i]
+                            load_blocks(point, force, above, below)
+                            load[k, i] = above
+                            load[low, i] = below
+                            energy[i].stored = energy[i].stored + force.stored
+                            contacts[i] = see_contact(role, contact, force.held, contacts[i])
+                            seat[k, i].place = wp.where(role == 0, along, seat[k, i].place)
+                    for i in range(LANES):
+                        w = interface[k, i].window
+                        f = first + i
+                        shared = overlap_of(
+                            feet[low * corners, f], feet[w, f], feet[k * corners - 1, f],
+                            pose[k, i], pose[low, i], face[low, i],
+                        )  # fmt: skip
+                        half = HALF * (contacts[i].first + contacts[i].second)
+                        tilt, sees = size(contacts[i].first - half), seen[i]
+                        slips = glides(pace[i], knobs, contacts[i].held, contacts[i].speed)
+                        observe_interface(
+                            pace[i], half, tilt, shared, slips, seat[k, i].since, sees
+                        )  # fmt: skip
+                        seen[i] = sees
+                else:
+                    row = low * EACH
+                    for i in range(LANES):
+                        faces, meets, slid = find_contacts(
+                            base[i].dx, face[k, i], pose[k, i], velocity[k, i], face[low, i],
+                            pose[low, i], velocity[low, i],
+                        )  # fmt: skip
+                        stretch[i] = faces
+                        meeting[i] = meets
+                        seat[k, i].place = slid
+                    for p in range(pairs):
+                        away = SPACING * real(2 * p + 1 - ODD)
+                        share = SPACING * wp.where(p == pairs - 1 or p < ODD, HALF, real(1.0))
+                        for i in range(LANES):
+                            # Each spring is kept before the next is found: a lane a thread is
+                            # 5 to 8 % faster so.
+                            mu = interface[k, i].friction
+                            one = spring[row + 2 * p, i]
+                            first_end = press(knobs, pace[i], mu, -away, meeting[i], one)
+                            spring[row + 2 * p, i] = one
+                            two = spring[row + 2 * p + 1, i]
+                            second_end = press(knobs, pace[i], mu, away, meeting[i], two)
+                            spring[row + 2 * p + 1, i] = two
+                            sums[i] = add_pair(share, away, first_end, second_end, sums[i])
+                    for i in range(LANES):
+                        above, below = load[k, i], load[low, i]
+                        held = load_blocks(interface[k, i].depth, stretch[i], sums[i], above, below)
+                        load[k, i] = above
+                        load[low, i] = below
+                        held = wp.where(pace[i].live == 1, held, real(0.0))
+                        energy[i].stored = energy[i].stored + held
+                        slips = glides(pace[i], knobs, sums[i].held, meeting[i].vt)
+                        sees = seen[i]
+                        observe_interface(
+                            pace[i], meeting[i].overlap, size(meeting[i].tilt), stretch[i].half,
+                            slips, seat[k, i].since, sees,
+                        )  # fmt: skip
+                        seen[i] = sees
+                        sums[i] = Sums()
             for k in range(1, bodies):
                 for i in range(LANES):
                     at, u = pose[k, i], velocity[k, i]
@@ -233,7 +292,7 @@ def run_lanes(
                     pose[k, i] = at
                     velocity[k, i] = u
                     load[k, i] = Load()
-                    live, slid = pace[i].live == 1, seat[k, i].place - interface[k, i].offset
+                    live, slid = pace[i].live == 1, seat[k, i].place - interface[k, i].start
                     time = real(pace[i].steps) * pace[i].dt
                     peaks[k, i] = observe_peaks(live, time, at.theta, slid, peaks[k, i])
                     seat[k, i].slide = wp.where(live, slid, seat[k, i].slide)
@@ -250,6 +309,8 @@ def run_lanes(
                 for k in range(1, bodies):
                     x = pose[k, i].x - past * velocity[k, i].x
                     z = pose[k, i].z - past * velocity[k, i].z
+                    if CHAINS:
+                        z = z - blocks[k - 1, first + i].rest
                     found.places[sample, k - 1, 0, first + i] = x
                     found.places[sample, k - 1, 1, first + i] = z
     for i in range(LANES):

@@ -28,7 +28,7 @@ class Place:
         steps: Steps that it has taken.
         step_limit, longest_step, rest_gap: See `Lane`.
         until: Time of its next sample [s].
-        uplift_time, rest_time: See `Seen` of event_space/block_run.py.
+        uplift_time, rest_time: See `Seen` of event_space/block_seen.py.
         due: Whether it needs to be looked at by itself.
         busy: Whether it needs a step by itself.
     """

@@ -16,7 +16,7 @@ from warprock.kernels.event_space.block_contact import FLYING
 from warprock.kernels.event_space.block_moves import swung_by
 from warprock.kernels.event_space.block_pack import Hinge, Rolled, frame, hinge_of, rolled
 from warprock.kernels.event_space.block_pack_lanes import Before, Place, kept_of, state_before
-from warprock.kernels.event_space.block_run import (
+from warprock.kernels.event_space.block_seen import (
     Seen,
     attitude_at,
     block_result,

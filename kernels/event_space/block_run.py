@@ -1,30 +1,38 @@
 """Runs of the event step over blocks in space (event_space/block.py), one lane a thread.
 
 Every lane has its own clock and ends its steps where its events are; a sample inside a step is
-read off the parabola that the step follows, so that histories do not change the run.
+read off the parabola that the step follows, so that histories do not change the run. If THROWN is
+true blocks start in motion, see event_space/block_thrown.py.
 """
 
 import warp as wp
 
 from warprock.kernels.event_space.block import TOGETHER, step
-from warprock.kernels.event_space.block_contact import FLAT, FLYING, mask_of, stance_of
-from warprock.kernels.event_space.block_moves import (
-    body_at,
-    flown,
-    levelled,
-    placed,
-    turned,
-    upright,
+from warprock.kernels.event_space.block_seen import (
+    attitude_at,
+    block_result,
+    lane_result,
+    observe,
+    observe_start,
+    place_at,
+    start,
 )
-from warprock.kernels.event_space.block_trial import State
 from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
-from warprock.kernels.shape_space.block import Block, slide_of, turns_of
-from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
-from warprock.kernels.shape_space.lanes import matrix_of
+from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.block_found import Found
+from warprock.kernels.shape_space.thrown import Throw, after, leans, new_axes, renamed
 from warprock.kernels.vectors import Quaternion, Vector
+
+if THROWN:
+    from warprock.kernels.event_space.block_thrown import (
+        let_go_with,
+        observe_tumbling,
+        own_axes,
+        stood_on,
+    )
 
 wp.set_module_options(BRANCHES)
 
@@ -32,151 +40,13 @@ LANES = 1
 """Lanes of a thread: which contacts act differs from lane to lane."""
 
 
-@wp.struct
-class Seen:
-    """What has been observed of one lane so far."""
-
-    leaf: BlockResult
-    uplift_time: real
-    rest_time: real
-
-
-@wp.func
-def start(block: Block, gap: real) -> State:
-    """The state at the start; corners within a gap of the lowest one touch if that does."""
-    s = State()
-    s.x = Vector(block.x, block.y, block.z)
-    s.q = Quaternion(block.qx, block.qy, block.qz, block.qw)
-    body = body_at(block, s.q)
-    mask = int(0)
-    for k in range(4):
-        if s.x[2] + body.corners[k, 2] <= gap:
-            mask = mask | (1 << k)
-    s.stance = stance_of(mask)
-    s.q = levelled(s.q, s.stance)
-    s.x = placed(body_at(block, s.q), mask_of(s.stance), s.x)
-    s.cap = NEVER
-    s.mode = RUNNING
-    s.taken = True
-    return s
-
-
-@wp.func
-def attitude_at(block: Block, until: real, s0: State, s: State) -> Quaternion:
-    """Attitude at a time inside the last step, from one state to the next."""
-    d = s.time - s0.time
-    q = s.q
-    if until < s.time and d > real(0.0):
-        tau = until - s0.time
-        if s0.stance == FLYING:
-            q = flown(block, s0.q, body_at(block, s0.q).inertia * s0.w, tau)
-        else:
-            part = tau / d
-            q = turned(s0.q, tau * s0.w + part * part * (s.turn - d * s0.w))
-    return q
-
-
-@wp.func
-def place_at(until: real, s0: State, s: State) -> Vector:
-    """Centre of mass at a time inside the last step [m], from one state to the next."""
-    d = s.time - s0.time
-    x = s.x
-    if until < s.time and d > real(0.0):
-        tau = until - s0.time
-        part = tau / d
-        x = s0.x + tau * s0.v + part * part * (s.x - s0.x - d * s0.v)
-    return x
-
-
-@wp.func
-def peaks_at(block: Block, before: BlockResult, q: Quaternion, time: real) -> BlockResult:
-    """The largest turns so far, with those of an attitude."""
-    leaf = before
-    r = matrix_of(q[0], q[1], q[2], q[3])
-    plane, across, tilt, yaw = turns_of(block, r.r13, r.r23, r.r33, q[2], q[3])
-    leaf.peak_time = wp.where(plane > leaf.peak, time, leaf.peak_time)
-    leaf.peak = larger(plane, leaf.peak)
-    leaf.peak_across = larger(across, leaf.peak_across)
-    leaf.peak_tilt = larger(tilt, leaf.peak_tilt)
-    leaf.peak_yaw = larger(yaw, leaf.peak_yaw)
-    return leaf
-
-
-@wp.func
-def turning(axis0: Vector, rate0: Vector, axis1: Vector, rate1: Vector, i: int, d: real) -> real:
-    """Time after the start of a step at which a rotation of the axis turns back, else zero."""
-    r0 = rate0[i] * axis0[2] - axis0[i] * rate0[2]
-    r1 = rate1[i] * axis1[2] - axis1[i] * rate1[2]
-    return wp.where(r0 * r1 < real(0.0), d * r0 / (r0 - r1), real(0.0))
-
-
-@wp.func
-def observe(block: Block, before: Seen, s0: State, s: State) -> Seen:
-    """What a step from one state to the next adds to what has been observed."""
-    seen = before
-    d = s.time - s0.time
-    seen.leaf = peaks_at(block, before.leaf, s.q, s.time)
-    axis0 = upright(s0.q)
-    axis1 = upright(s.q)
-    for i in range(2):
-        at = turning(axis0, wp.cross(s0.w, axis0), axis1, wp.cross(s.swing, axis1), i, d)
-        if at > real(0.0):
-            time = s0.time + at
-            seen.leaf = peaks_at(block, seen.leaf, attitude_at(block, time, s0, s), time)
-    if s.stance != FLYING:
-        r = matrix_of(s.q[0], s.q[1], s.q[2], s.q[3])
-        slide_x, slide_y = slide_of(block, s.x[0], s.x[1], r)
-        square = slide_x * slide_x + slide_y * slide_y
-        seen.leaf.slide_x = slide_x
-        seen.leaf.slide_y = slide_y
-        seen.leaf.peak_slide = larger(square, seen.leaf.peak_slide)
-    # A velocity step of the base lifts at the end of a step, an acceleration from its start.
-    # The first step after an uplift turns by so little that the cosine of the tilt may stay at 1.
-    if s0.stance == FLAT and s.stance != FLAT and seen.uplift_time >= NEVER:
-        upright_still = axis1[0] == axis0[0] and axis1[1] == axis0[1]
-        seen.uplift_time = wp.where(upright_still, s.time, s0.time)
-    rested = s0.stance == FLAT and s0.slip == 0
-    if s.stance != FLAT or s.slip != 0:
-        seen.rest_time = NEVER
-    elif not rested:
-        seen.rest_time = s.time
-    return seen
-
-
-@wp.func
-def observe_start(block: Block, s: State) -> Seen:
-    """What is observed of a lane at its start."""
-    seen = Seen()
-    seen.leaf = peaks_at(block, seen.leaf, s.q, real(0.0))
-    seen.uplift_time = wp.where(s.stance == FLAT, NEVER, real(0.0))
-    seen.rest_time = wp.where(s.stance == FLAT, real(0.0), NEVER)
-    return seen
-
-
-@wp.func
-def lane_result(block: Block, steps: int, s: State, seen: Seen) -> Result:
-    """What a lane leaves behind."""
-    return Result(
-        seen.uplift_time, seen.rest_time, block.mass * s.lost, s.deepest, s.impacts, s.mode, steps
-    )
-
-
-@wp.func
-def block_result(s: State, seen: Seen) -> BlockResult:
-    """What its block leaves behind."""
-    leaf = seen.leaf
-    leaf.qz = s.q[2]
-    leaf.qw = s.q[3]
-    return leaf
-
-
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
-    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), lanes: wp.array(dtype=Lane),
-    knobs: Knobs, found: Found,
+    blocks: wp.array2d(dtype=Block), throws: wp.array(dtype=Throw),
+    motions: wp.array2d(dtype=Motion), pool: wp.array2d(dtype=real),
+    sample_times: wp.array(dtype=real), lanes: wp.array(dtype=Lane), knobs: Knobs, found: Found,
 ):  # fmt: skip
-    """Runs one lane a thread."""
+    """Runs one lane a thread; `throws` say how blocks start if THROWN is true."""
     lane = wp.tid()
     block = blocks[0, lane]
     motion = BaseMotion()
@@ -188,6 +58,11 @@ def run_lanes(
     limits.longest_step = lanes[lane].longest_step
     limits.rest_gap = lanes[lane].rest_gap
     s = start(block, TOGETHER * block.half_height)
+    if THROWN:
+        throw = throws[lane]
+        s = let_go_with(block, limits, throw, s)
+        # Leads from the axes that the block began with to its own, which change between steps.
+        named = Quaternion(real(0.0), real(0.0), real(0.0), real(1.0))
     s0 = s
     seen = observe_start(block, s)
     steps = int(0)
@@ -196,6 +71,16 @@ def run_lanes(
         until = sample_times[sample]
         while s.mode == RUNNING and s.time < until:
             steps += 1
+            if THROWN:
+                down = throw.tumbles == 1 and leans(s.q[0], s.q[1])
+                if down:
+                    gx, gy, gw = new_axes(s.q[0], s.q[1], s.q[2], s.q[3])
+                    block = renamed(block, gx, gy)
+                    s = stood_on(s, gx, gy, gw)
+                    nx, ny, nz, nw = after(
+                        named[0], named[1], named[2], named[3], gx, gy, real(0.0), gw
+                    )
+                    named = Quaternion(nx, ny, nz, nw)
             px = sample_index(motion.x, s.knots[0])
             py = sample_index(motion.y, s.knots[1])
             pz = sample_index(motion.z, s.knots[2])
@@ -203,18 +88,28 @@ def run_lanes(
             motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
             n = step(block, limits, motion, end, s)
             if n.taken:
-                seen = observe(block, seen, s, n)
+                if THROWN:
+                    if throw.tumbles == 1:
+                        seen = observe_tumbling(block, seen, s, n, named)
+                    else:
+                        seen = observe(block, seen, s, n)
+                else:
+                    seen = observe(block, seen, s, n)
                 s0 = s
             s = n
             if steps >= lanes[lane].step_limit and s.mode == RUNNING:
                 s.mode = STALLED
         if found.attitudes.shape[0] > 0:
             q = attitude_at(block, until, s0, s)
+            if THROWN:
+                q = own_axes(q, named)
             for part in range(4):
                 found.attitudes[sample, 0, part, lane] = q[part]
         if found.places.shape[0] > 0:
             x = place_at(until, s0, s)
             for part in range(3):
                 found.places[sample, 0, part, lane] = x[part]
+    if THROWN:
+        s.q = own_axes(s.q, named)
     found.results[lane] = lane_result(block, steps, s, seen)
     found.blocks[0, lane] = block_result(s, seen)

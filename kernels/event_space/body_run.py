@@ -7,7 +7,7 @@ off the parabola that the step follows, so that histories do not change the run.
 import warp as wp
 
 from warprock.kernels.event_space.block_moves import flown, turned
-from warprock.kernels.event_space.block_run import turning
+from warprock.kernels.event_space.block_seen import turning
 from warprock.kernels.event_space.body import State, step
 from warprock.kernels.event_space.body_contact import (
     Shape,

@@ -5,7 +5,8 @@ rows.py), so that the compiler turns them into vector code; with one lane a thre
 the plain form for any device.
 
 A run begins with SETTLING solves at the start; for what it shares with other stacks see
-shape/stack_run.py.
+shape/stack_run.py. If CHAINS is true blocks are bodies, with three points an interface
+(impulse/stack_body.py), and the corners of all of them are one table, block by block.
 """
 
 import warp as wp
@@ -28,20 +29,11 @@ from warprock.kernels.impulse.stack import (
 )
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.motion import base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import Parting
 from warprock.kernels.rows import kernel, rows
 from warprock.kernels.shape.above import Motions, move_up
-from warprock.kernels.shape.interface import (
-    Box,
-    Impulse,
-    Mass,
-    Point,
-    Pose,
-    Velocity,
-    add_impulses,
-    find_end,
-)
+from warprock.kernels.shape.interface import Impulse, Mass, Point, Pose, Velocity, add_impulses
 from warprock.kernels.shape.rising import pulled
+from warprock.kernels.shape.stack_body import Foot
 from warprock.kernels.shape.stack_found import (
     Found,
     Peaks,
@@ -54,49 +46,80 @@ from warprock.kernels.shape.stack_found import (
 )
 from warprock.kernels.shape.stack_run import (
     Base,
-    Block,
     Interface,
     Lane,
     Slide,
     Stack,
     Step,
-    balance,
-    bearings,
     begin_step,
-    box_of,
-    ground,
     mass_of,
     move_base,
-    observe,
     part_kept,
     part_of,
-    start_impulses,
     start_lane,
     start_pose,
-    swap_unless,
-    view_interface,
 )
+
+if CHAINS:
+    from warprock.kernels.impulse.stack_body import (
+        balance,
+        find_corners,
+        move_impulses,
+        observe,
+        view_block,
+    )
+    from warprock.kernels.shape.body_seen import CornerParting as Parting
+    from warprock.kernels.shape.stack_body import (
+        Block,
+        Middle,
+        Window,
+        find_foot,
+        overlap_of,
+        start_impulses,
+        way_of_window,
+    )
+    from warprock.kernels.shape.stack_body import Top as Face
+    from warprock.kernels.shape.stack_body import ground_top as ground
+    from warprock.kernels.shape.stack_body import top_of as face_of
+else:
+    from warprock.kernels.parting import Parting
+    from warprock.kernels.shape.interface import Box as Face
+    from warprock.kernels.shape.interface import find_end
+    from warprock.kernels.shape.stack_run import (
+        Block,
+        balance,
+        bearings,
+        ground,
+        observe,
+        start_impulses,
+        swap_unless,
+        view_interface,
+    )
+    from warprock.kernels.shape.stack_run import box_of as face_of
 
 wp.set_module_options(ONE_VECTOR)
 
 SETTLING = 200
 """Solves before the run. A stack that stands flat starts from its statics, and needs none."""
+EACH = 3 if CHAINS else 2
+"""Points of an interface."""
 
 
 @kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: Motions,
-    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), feet: wp.array2d(dtype=Foot),
+    motions: Motions, pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real),
+    knobs: Knobs, found: Found,
 ):  # fmt: skip
-    """Runs LANES lanes a thread, all at the same time."""
+    """Runs LANES lanes a thread, all at the same time; of boxes there are no `feet`."""
     pack, _one = wp.tid()
     first, dt = pack * LANES, knobs.time_step
-    # Points, a row each: the first and the second end of interface 1, of interface 2, ...
-    point = rows(Point, 2 * BLOCKS)
-    contact = rows(Contact, 2 * BLOCKS)
-    impulse = rows(Impulse, 2 * BLOCKS)
+    # Points, a row each: those of interface 1 as they are visited, those of interface 2, ...
+    point = rows(Point, EACH * BLOCKS)
+    contact = rows(Contact, EACH * BLOCKS)
+    impulse = rows(Impulse, EACH * BLOCKS)
     # Bodies, the ground first: `old` is the velocity before a step, `new` the one after it.
-    box = rows(Box, BLOCKS + 1)
+    face = rows(Face, BLOCKS + 1)
     mass = rows(Mass, BLOCKS + 1)
     pose = rows(Pose, BLOCKS + 1)
     old = rows(Velocity, BLOCKS + 1)
@@ -105,29 +128,37 @@ def run_lanes(
     parting = rows(Parting, BLOCKS + 1)
     slide = rows(Slide, BLOCKS + 1)
     peaks = rows(Peaks, BLOCKS + 1)
+    if CHAINS:
+        middle = rows(Middle, BLOCKS + 1)
+        chain = feet.shape[0] // BLOCKS
     lane = rows(Lane)
     base = rows(Base)
     account = rows(Account)
     seen = rows(Seen)
     shift = rows(Shift)
-    bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS)  # loops stay
+    bodies, points, sweeps = int(BLOCKS + 1), int(EACH * BLOCKS), int(ITERATIONS)  # loops stay
     for i in range(LANES):
         lean = sign_of(lanes[first + i].lean)
         lane[i] = start_lane(lanes[first + i])
         seen[i] = start_seen(lanes[first + i].uplift_time)
-        box[0, i] = ground()
+        face[0, i] = ground()
         pose[0, i].c = real(1.0)
         for k in range(1, bodies):
             block = blocks[k - 1, first + i]
-            box[k, i] = box_of(block)
+            face[k, i] = face_of(block)
             mass[k, i] = mass_of(block)
             pose[k, i] = start_pose(block)
             interface[k, i] = Interface(block.friction, lean)
-            slide[k, i].start = block.offset
             peaks[k, i] = start_peaks(block.theta)
-            one, two = start_impulses(block, lean)
-            impulse[2 * k - 2, i] = one
-            impulse[2 * k - 1, i] = two
+            if CHAINS:
+                slide[k, i].start = block.aside
+                middle[k, i].row = block.window
+                one, two = start_impulses(block, lean, pose[k - 1, i].theta)
+            else:
+                slide[k, i].start = block.offset
+                one, two = start_impulses(block, lean)
+            impulse[EACH * k - EACH, i] = one
+            impulse[EACH * k - EACH + 1, i] = two
     count = int(-SETTLING)
     time = real(count) * dt
     for sample in range(sample_times.shape[0]):
@@ -154,7 +185,7 @@ def run_lanes(
                 pull = pulled(base[i].gain, base[i].rise, dt * knobs.gravity)
                 account[i] = keep_account(pull, account[i])
             for k in range(1, bodies):
-                low, p, q = k - 1, 2 * k - 2, 2 * k - 1
+                low, p, q, r = k - 1, EACH * k - EACH, EACH * k - EACH + 1, EACH * k - 1
                 for i in range(LANES):
                     new[k, i] = predict(old[k, i], base[i], knobs)
                     turn = pose[k, i].theta - pose[low, i].theta
@@ -162,17 +193,39 @@ def run_lanes(
                     lean = side_of(turn, rate, base[i].hint, interface[k, i].lean)
                     one = impulse[p, i]
                     two = impulse[q, i]
-                    swap_unless(lean == interface[k, i].lean, one, two)
+                    if CHAINS:
+                        f = first + i
+                        w = middle[k, i].row
+                        window = Window(feet[w - 1, f], feet[w, f], feet[w + 1, f])
+                        way = way_of_window(window, lean, pose[k, i], pose[low, i], face[low, i])
+                        three = impulse[r, i]
+                        move_impulses(way, lean, lean == interface[k, i].lean, one, two, three)
+                        impulse[r, i] = three
+                        middle[k, i] = Middle(w + way, way)
+                    else:
+                        swap_unless(lean == interface[k, i].lean, one, two)
                     impulse[p, i] = one
                     impulse[q, i] = two
                     interface[k, i].lean = lean
             for p in range(points):
-                low, k, way = p // 2, p // 2 + 1, real(2 * (p % 2) - 1)
+                low, k = p // EACH, p // EACH + 1
                 for i in range(LANES):
-                    side, margin = way * interface[k, i].lean, knobs.collision_margin
-                    at, gap, _place = find_end(
-                        side, box[k, i], pose[k, i], box[low, i], pose[low, i]
-                    )
+                    margin = knobs.collision_margin
+                    if CHAINS:
+                        nth = p % EACH - 1
+                        role = wp.where(interface[k, i].lean > real(0.0), nth, -nth)
+                        f = first + i
+                        w = middle[k, i].row
+                        window = Window(feet[w - 1, f], feet[w, f], feet[w + 1, f])
+                        there, at, found_gap, _place = find_foot(
+                            window, role, pose[k, i], pose[low, i], face[low, i]
+                        )
+                        gap = wp.where(there, found_gap, NEVER)
+                    else:
+                        side = real(2 * (p % EACH) - 1) * interface[k, i].lean
+                        at, gap, _place = find_end(
+                            side, face[k, i], pose[k, i], face[low, i], pose[low, i]
+                        )
                     one = warm_start(gap, margin, impulse[p, i])
                     u = new[k, i]
                     v = new[low, i]
@@ -183,14 +236,18 @@ def run_lanes(
                     new[k, i] = u
                     new[low, i] = v
             for visit in range(sweeps * points):
-                p, low, k = visit % points, visit % points // 2, visit % points // 2 + 1
-                q = 2 * low + 1 - p % 2
+                p = visit % points
+                low, k = p // EACH, p // EACH + 1
+                q, r = EACH * low + (p + 1) % EACH, EACH * low + (p + 2) % EACH
                 for i in range(LANES):
                     u = new[k, i]
                     v = new[low, i]
+                    others = contact[q, i].pn
+                    if CHAINS:
+                        others = others + contact[r, i].pn
                     one = solve_contact(
-                        interface[k, i].friction, knobs.rate, point[p, i], contact[p, i],
-                        contact[q, i].pn, impulse[p, i], u, v,
+                        interface[k, i].friction, knobs.rate, point[p, i], contact[p, i], others,
+                        impulse[p, i], u, v,
                     )  # fmt: skip
                     change = Impulse(one.n - impulse[p, i].n, one.t - impulse[p, i].t)
                     add_impulses(mass[k, i], mass[low, i], point[p, i], change, u, v)
@@ -198,18 +255,28 @@ def run_lanes(
                     new[k, i] = u
                     new[low, i] = v
             for k in range(1, bodies):
-                low, p, q = k - 1, 2 * k - 2, 2 * k - 1
+                low, p, q, r = k - 1, EACH * k - EACH, EACH * k - EACH + 1, EACH * k - 1
                 for i in range(LANES):
                     live = lane[i].live > 0
                     one = impulse[p, i]
                     two = impulse[q, i]
-                    balance(lane[i].even, one, two, new[k, i].x, new[k, i].omega)
-                    impulse[p, i] = one
-                    impulse[q, i] = two
                     deepest = deeper(
                         Penetration(contact[p, i].gap, point[p, i].nx, point[p, i].nz),
                         Penetration(contact[q, i].gap, point[q, i].nx, point[q, i].nz),
                     )
+                    if CHAINS:
+                        three = impulse[r, i]
+                        u = new[k, i]
+                        balance(lane[i].even, point[q, i].au, one, two, three, u)
+                        impulse[r, i] = three
+                        new[k, i] = u
+                        deepest = deeper(
+                            deepest, Penetration(contact[r, i].gap, point[r, i].nx, point[r, i].nz)
+                        )
+                    else:
+                        balance(lane[i].even, one, two, new[k, i].x, new[k, i].omega)
+                    impulse[p, i] = one
+                    impulse[q, i] = two
                     shift[i] = lift_out(knobs, base[i].rise, deepest, shift[i])
                     book = account[i]
                     add_energy(
@@ -219,19 +286,37 @@ def run_lanes(
                     pose[k, i] = integrate(live, dt, shift[i], new[k, i], pose[k, i])
                     old[k, i] = part_of(kept, new[k, i])
                     step = Step(lane[i].live, time, dt, knobs.gravity)
-                    view = view_interface(
-                        step, box[k, i], pose[k, i], box[low, i], pose[low, i], new[k, i],
-                        new[low, i].omega,
-                    )  # fmt: skip
-                    left, right = bearings(
-                        interface[k, i].lean, one.n, two.n, box[k, i], pose[k, i], box[low, i],
-                        pose[low, i],
-                    )  # fmt: skip
                     ends = parting[k, i]
                     slid = slide[k, i]
                     most = peaks[k, i]
                     sees = seen[i]
-                    observe(step, view, left, right, ends, slid, most, sees)
+                    if CHAINS:
+                        f = first + i
+                        w = middle[k, i].row
+                        window = Window(feet[w - 1, f], feet[w, f], feet[w + 1, f])
+                        corners, place = find_corners(
+                            window, pose[k, i], pose[low, i], face[low, i], interface[k, i].lean,
+                            one.n, two.n, three.n,
+                        )  # fmt: skip
+                        overlap = overlap_of(
+                            feet[low * chain, f], window.middle, feet[k * chain - 1, f],
+                            pose[k, i], pose[low, i], face[low, i],
+                        )  # fmt: skip
+                        view = view_block(
+                            step, blocks[low, f], pose[k, i], pose[low, i], place, overlap,
+                            new[k, i], new[low, i].omega,
+                        )  # fmt: skip
+                        observe(step, view, middle[k, i].way, corners, ends, slid, most, sees)
+                    else:
+                        view = view_interface(
+                            step, face[k, i], pose[k, i], face[low, i], pose[low, i],
+                            new[k, i], new[low, i].omega,
+                        )  # fmt: skip
+                        left, right = bearings(
+                            interface[k, i].lean, one.n, two.n, face[k, i], pose[k, i],
+                            face[low, i], pose[low, i],
+                        )  # fmt: skip
+                        observe(step, view, left, right, ends, slid, most, sees)
                     parting[k, i] = ends
                     slide[k, i] = slid
                     peaks[k, i] = most

@@ -5,6 +5,10 @@ compiler turns them into vector code; with one lane a thread the same text is th
 any device. The sweeps skip a corner that is no contact in any lane of the thread: they would not
 change a bit.
 
+If THROWN is true blocks start in motion (impulse_space/block_thrown.py), and corners that come down
+fast bounce (impulse_space/bounce.py), one lane a thread: a block may change its axes between two
+steps.
+
 impulse_space/block_seen.py says when a block rocks, lands and lifts.
 """
 
@@ -42,15 +46,28 @@ from warprock.kernels.impulse_space.block_seen import (
     observe_contacts,
     stands,
 )
-from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.modes import RUNNING
+from warprock.kernels.instance import BRANCHES, ONE_VECTOR
+from warprock.kernels.modes import OVERTURNED, RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.rows import kernel, rows
 from warprock.kernels.shape_space.block import Block, turn_freely, turns_of
 from warprock.kernels.shape_space.block_found import Found, Peaks, Result, block_result, start_peaks
 from warprock.kernels.shape_space.lanes import State, Symmetric, Triple
+from warprock.kernels.shape_space.thrown import Throw
 
-wp.set_module_options(ONE_VECTOR)
+if THROWN:
+    from warprock.kernels.impulse_space.block_thrown import (
+        as_it_began,
+        observe_tumbling,
+        start_throw,
+        start_throw_peaks,
+        with_attitude,
+    )
+    from warprock.kernels.impulse_space.bounce import bounce, calm
+    from warprock.kernels.shape_space.thrown import after, leans, new_axes, renamed
+    from warprock.kernels.vectors import Quaternion
+
+wp.set_module_options(BRANCHES if THROWN else ONE_VECTOR)
 
 R = wp.types.vector(length=LANES, dtype=real)
 """A number a lane."""
@@ -123,10 +140,11 @@ def place_at(past: real, s: State) -> Triple:
 
 @kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
-    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+    blocks: wp.array2d(dtype=Block), throws: wp.array(dtype=Throw),
+    motions: wp.array2d(dtype=Motion), pool: wp.array2d(dtype=real),
+    sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
-    """Runs LANES lanes a thread, all at the same time."""
+    """Runs LANES lanes a thread, all at the same time; `throws` are how blocks start if THROWN."""
     pack, _one = wp.tid()
     first, dt, zero, time = pack * LANES, knobs.time_step, real(0.0), real(0.0)
     box = rows(Box)
@@ -145,16 +163,41 @@ def run_lanes(
     for i in range(LANES):
         block = blocks[0, first + i]
         box[i] = box_of(block)
-        state[i] = start_block(block, knobs)
+        if THROWN:
+            state[i] = start_throw(block, knobs, throws[first + i])
+            peaks[i] = start_throw_peaks(block, state[i])
+        else:
+            state[i] = start_block(block, knobs)
+            peaks[i] = start_block_peaks(block)
         lean[i] = Lean(sign_of(block.centre_x), sign_of(block.centre_y))
         seen[i] = start_lane(block)
-        peaks[i] = start_block_peaks(block)
-    for c in range(corners):
-        for i in range(LANES):
-            # Its weight is on the corners that touch.
-            impulse[c, i].n = HALF * dt * knobs.gravity / blocks[0, first + i].standing
+    if THROWN:
+        own = blocks[0, first]
+        tumbles = throws[first].tumbles == 1
+        # Leads from the axes that the block began with to its own, which change between steps.
+        named = Quaternion(zero, zero, zero, real(1.0))
+    else:
+        for c in range(corners):
+            for i in range(LANES):
+                # Its weight is on the corners that touch.
+                impulse[c, i].n = HALF * dt * knobs.gravity / blocks[0, first + i].standing
     for sample in range(sample_times.shape[0]):
         while time < sample_times[sample]:
+            if THROWN:
+                if seen[0].mode != RUNNING:
+                    break
+                if tumbles and leans(state[0].qx, state[0].qy):
+                    s = state[0]
+                    gx, gy, gw = new_axes(s.qx, s.qy, s.qz, s.qw)
+                    own = renamed(own, gx, gy)
+                    box[0] = box_of(own)
+                    x, y, z, w = after(s.qx, s.qy, s.qz, s.qw, gx, gy, zero, gw)
+                    state[0] = with_attitude(s, x, y, z, w)
+                    x, y, z, w = after(named[0], named[1], named[2], named[3], gx, gy, zero, gw)
+                    named = Quaternion(x, y, z, w)
+                    for c in range(corners):
+                        impulse[c, 0] = Impulse(zero, zero, zero)
+                        apart[c, 0] = zero
             count += 1
             time, half = real(count) * dt, (real(count) - HALF) * dt
             for i in range(LANES):
@@ -196,6 +239,8 @@ def run_lanes(
                     n = impulse[c, i].n
                     observe_contact(knobs, gap, reach, free[i], n, apart[c, i], shows)
                     gaps[i] = shows
+                    if THROWN:
+                        at.aim = bounce(knobs, at, free[i])
                     contact[c, i] = at
                     impulse[c, i] = impulse_where(at.on > zero, impulse[c, i])
             for i in range(LANES):
@@ -252,20 +297,35 @@ def run_lanes(
             for i in range(LANES):
                 live = seen[i].mode == RUNNING
                 change = Triple(dv[0, i], dv[1, i], dv[2, i])
+                if THROWN:
+                    u = free[i]
+                    calm(knobs, change, inverse_of(box[i]), state[i], u)
+                    free[i] = u
                 slides, sees = glides(box[i], knobs, free[i]), seen[i]
                 lowest = gaps[i].lowest
                 s = integrate(
                     live, knobs, inverse_of(box[i]), change, free[i], lowest, state[i], sees.loss
                 )
                 observe_contacts(live, time, gaps[i], slides, since[i], sees)
-                sees.mode = mode_after(sees.mode, s)
-                peaks[i] = observe_block(live, time, blocks[0, first + i], s, peaks[i])
+                if THROWN:
+                    block = blocks[0, first + i]
+                    before, began = peaks[i], as_it_began(s, named)
+                    sees.mode = mode_after(sees.mode, began)
+                    peaks[i] = observe_block(live, time, block, began, before)
+                    if tumbles:
+                        peaks[i] = observe_tumbling(block, s, before, peaks[i])
+                        sees.mode = wp.where(sees.mode == OVERTURNED, RUNNING, sees.mode)
+                else:
+                    sees.mode = mode_after(sees.mode, s)
+                    peaks[i] = observe_block(live, time, blocks[0, first + i], s, peaks[i])
                 seen[i] = sees
                 state[i] = s
         past = time - sample_times[sample]
         for i in range(wp.where(found.attitudes.shape[0] > 0, LANES, 0)):
-            live, inverse = seen[i].mode == RUNNING, inverse_of(box[i])
-            qx, qy, qz, qw = attitude_at(live, -past, inverse, state[i])
+            live, inverse, s = seen[i].mode == RUNNING, inverse_of(box[i]), state[i]
+            if THROWN:
+                inverse, s = inverse_of(box_of(blocks[0, first + i])), as_it_began(state[i], named)
+            qx, qy, qz, qw = attitude_at(live, -past, inverse, s)
             found.attitudes[sample, 0, 0, first + i] = qx
             found.attitudes[sample, 0, 1, first + i] = qy
             found.attitudes[sample, 0, 2, first + i] = qz
@@ -276,5 +336,7 @@ def run_lanes(
             found.places[sample, 0, 1, first + i] = spot.y
             found.places[sample, 0, 2, first + i] = spot.z
     for i in range(LANES):
+        if THROWN:
+            state[i] = as_it_began(state[i], named)
         found.results[first + i] = seen[i]
         found.blocks[0, first + i] = block_result(state[i].qz, state[i].qw, peaks[i])

@@ -122,7 +122,7 @@ def ground() -> Box:
 
 
 @wp.func
-def box_of(block: Block) -> Box:
+def box_of(block: Any) -> Box:
     """The half sizes of a block."""
     return Box(block.half_width, block.half_height)
 

@@ -134,6 +134,29 @@ def test_a_vector_has_a_variable_a_component(tmp_path):
     np.testing.assert_array_equal(found.numpy(), expected)
 
 
+BRANCHES = """
+ROUND = False
+
+@kernel
+def of_boxes(found: wp.array(dtype=wp.float64)):
+    if ROUND:
+        ring = rows(Ring)
+        found[0] = ring[0].radius
+    else:
+        state = rows(State)
+        found[0] = state[0].theta
+"""
+
+
+def test_the_branch_that_no_instance_takes_is_not_written_out(tmp_path):
+    """It may name a struct that is not there."""
+    module_of(tmp_path, "rows_of_branches", BRANCHES)
+    text = rows_module.TEXTS["rows_of_branches"]
+    assert "found[0] = state_theta[0]" in text
+    assert "ring" not in text
+    assert "ROUND" not in text
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [

@@ -163,6 +163,7 @@ class AbstractEngine(abc.ABC):
             vertical=isinstance(motions, UprightMotions),
             chains=lanes.profiles is not None,
             prescribed=lanes.restitution_given,
+            thrown=kernel.thrown,
         )
         return module
 

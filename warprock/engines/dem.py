@@ -122,8 +122,6 @@ class Dem(AbstractEngine):
         if scene.bodies and not (scene.spatial or scene.stacked):
             points = corner_rows(scene.contact_point_count)
             return Kernel(dem, "body_run", lanes=lanes, points=points)
-        if scene.bodies and scene.stacked:
-            return Kernel(dem, "stack_body_run", lanes=lanes)
         if not scene.spatial:
             return Kernel(dem, "stack_run", lanes=lanes, iterations=settings.subcontacts)
         if scene.bodies or scene.moving:
@@ -186,12 +184,12 @@ class Dem(AbstractEngine):
             turned = np.diff(stacks.rotation_start, axis=1, prepend=0.0).any(axis=1)
             spins = speed_columns(lanes)["omega"] != 0.0
             per_lane["uplift_time"] = np.where(turned | spins, 0.0, NEVER)
-            if lanes.profiles is not None:
+            if lanes.profiles is None:
+                blocks = _planar_blocks(stacks, self.settings)
+            else:
                 blocks = dem_stack_bodies.sprung_stacks(lanes, self.settings)
-                columns = {"blocks": blocks, "lanes": per_lane, "feet": foot_columns(lanes)}
-                return columns | {"knobs": self._knobs(module)}
-            blocks = _planar_blocks(stacks, self.settings)
-            return {"blocks": blocks, "lanes": per_lane, "knobs": self._knobs(module)}
+            columns = {"blocks": blocks, "lanes": per_lane, "knobs": self._knobs(module)}
+            return columns | {"feet": foot_columns(lanes, module.Foot)}
         points = point_pairs(self.settings.subcontacts, self.settings.subcontacts_across)
         return {
             "blocks": _with_ground(start_in_space(lanes, self.settings)),

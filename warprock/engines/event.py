@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import speed_columns, start_columns, throw_columns
+from warprock.engines.blocks import speed_columns, start_columns
 from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.decoding import (
     asked_friction,
@@ -156,7 +156,7 @@ class Event(AbstractEngine):
             rows = point_rows(scene)
             return Kernel(event_space, "body_run", friction=friction, points=rows)
         if scene.moving:
-            return Kernel(event_space, "thrown_run", friction=friction)
+            return Kernel(event_space, "block_run", friction=friction, thrown=True)
         if self.target.kernel_form is Form.PACKED and friction == "cone":
             return Kernel(event_space, "block_pack_run", lanes=PACK)
         return Kernel(event_space, "block_run", friction=friction)
@@ -227,20 +227,18 @@ class Event(AbstractEngine):
         if lanes.spatial:
             per_lane["rest_gap"] = _rest_gap(lanes, self.settings)
             columns = spatial_inputs(lanes)
-            columns |= {"lanes": per_lane | columns.get("frames", {}), "knobs": knobs}
-            return columns | ({"throws": throw_columns(lanes)} if lanes.moving else {})
+            return columns | {"lanes": per_lane | columns.get("frames", {}), "knobs": knobs}
         if lanes.stacked:
             per_lane["mass"] = lanes.mass.sum(axis=1)
-            if lanes.profiles is not None:
+            if lanes.profiles is None:
+                blocks = _stacked_blocks(lanes, self.settings)
+            else:
                 blocks = {
                     **edge_columns(lanes),
                     "rest_rotation": _stack_rest(lanes, self.settings),
                 }
-                feet = foot_columns(lanes)
-                return {"blocks": blocks, "lanes": per_lane, "feet": feet, "knobs": knobs}
-            blocks = _stacked_blocks(lanes, self.settings)
-            no_feet = np.empty((0, 0), module.Foot.numpy_dtype())
-            return {"blocks": blocks, "lanes": per_lane, "feet": no_feet, "knobs": knobs}
+            feet = foot_columns(lanes, module.Foot)
+            return {"blocks": blocks, "lanes": per_lane, "feet": feet, "knobs": knobs}
         if lanes.body is not None or lanes.restitution_given:
             body = lanes.body or box_bodies(lanes)
             corners = Corners.of(body)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import planar_columns, speed_columns, stack_columns, throw_columns
+from warprock.engines.blocks import planar_columns, speed_columns, stack_columns
 from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.launching import Found, Kernel
@@ -73,11 +73,10 @@ class Impulse(AbstractEngine):
             if scene.bodies:
                 return Kernel(impulse_space, "body_run", lanes=lanes, friction=friction)
             if scene.moving or self.settings.restitution > 0.0:
-                return Kernel(impulse_space, "thrown_run", friction=friction)
+                return Kernel(impulse_space, "block_run", friction=friction, thrown=True)
             return Kernel(impulse_space, "block_run", lanes=lanes, friction=friction)
         if scene.stacked:
-            name = "stack_body_run" if scene.bodies else "stack_run"
-            return Kernel(impulse, name, lanes=lanes, iterations=sweeps)
+            return Kernel(impulse, "stack_run", lanes=lanes, iterations=sweeps)
         slow = self.target.form is None and sweeps > MAX_UNROLL
         # Boxes that start in motion run as bodies: the loop of boxes lets them go from rest.
         name = "body_run" if scene.on_points or scene.moving else "block_run"
@@ -97,15 +96,11 @@ class Impulse(AbstractEngine):
         if lanes.spatial:
             knobs.sweeps = self.settings.iterations
             knobs.restitution = self.settings.restitution
-            columns = spatial_inputs(lanes) | {"knobs": knobs}
-            bounces = self.settings.restitution > 0.0 and not (lanes.stacked or lanes.bodies)
-            starts = lanes.moving or bounces
-            return columns | ({"throws": throw_columns(lanes)} if starts else {})
+            return spatial_inputs(lanes) | {"knobs": knobs}
         if lanes.stacked:
             blocks = planar_columns(lanes, GRAVITY * step)
-            columns = {"blocks": blocks, "lanes": stack_columns(lanes), "knobs": knobs}
-            feet = {} if lanes.profiles is None else {"feet": foot_columns(lanes)}
-            return columns | feet
+            rows, feet = stack_columns(lanes), foot_columns(lanes, module.Foot)
+            return {"blocks": blocks, "lanes": rows, "feet": feet, "knobs": knobs}
         if lanes.body is not None or lanes.moving:
             body = lanes.body or box_bodies(lanes)
             corners = Corners.of(body)

@@ -91,6 +91,7 @@ class Kernel:
         iterations: Sweeps of its solver, or points of its springs, where they are a constant.
         friction: Law of friction where a block slides in two directions: cone or box.
         points: Contact points of a body, where they are a constant.
+        thrown: Whether blocks in space start in motion, or bounce.
     """
 
     scheme: ModuleType
@@ -99,6 +100,7 @@ class Kernel:
     iterations: int = 0
     friction: str = "cone"
     points: int = 0
+    thrown: bool = False
 
     @property
     def file(self) -> str:

@@ -52,7 +52,7 @@ def spatial_inputs(lanes: Lanes) -> dict[str, dict[str, Array]]:
         InputError: A body has more points than kernels have room for.
     """
     if lanes.body is None:
-        return {"blocks": spatial_columns(lanes)}
+        return {"blocks": spatial_columns(lanes), "throws": throw_columns(lanes)}
     columns = {"blocks": _body_columns(lanes), "frames": _frame_columns(lanes)}
     return columns | {"points": _point_columns(lanes)}
 

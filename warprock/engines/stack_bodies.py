@@ -238,8 +238,18 @@ def _windows(lanes: Lanes, feet: list[Interface], side: Array) -> npt.NDArray[np
     return np.stack(found, axis=1)
 
 
-def foot_columns(lanes: Lanes) -> dict[str, Array]:
-    """Fields of the struct `Foot` of kernels/shape/stack_body.py, shape [lane, block x row]."""
+def foot_columns(lanes: Lanes, foot: Any) -> dict[str, Array] | npt.NDArray[Any]:
+    """What a kernel of stacks takes as `feet`: the corners of bodies, none of stacks of boxes.
+
+    Args:
+        lanes: The stacks.
+        foot: The struct `Foot` of kernels/shape/stack_body.py.
+
+    Returns:
+        Its fields, shape [lane, block x row] each, or no row of it.
+    """
+    if lanes.profiles is None:
+        return np.empty((0, 0), foot.numpy_dtype())
     rows = _rows(lanes)
     found: list[dict[str, Array]] = []
     for body in _profiles(lanes).each:

@@ -1,0 +1,86 @@
+"""What event_space/block_run.py does with blocks that start in motion, and may tumble.
+
+At the start what moves into the base meets it, an inelastic impact. Of a block that tumbles the
+face that looks down becomes the bottom between two steps (shape_space/thrown.py), so that the step
+knows of no other. Its slide is the way of its centre along the base.
+"""
+
+import warp as wp
+
+from warprock.kernels.event_space.block import DUST, solve
+from warprock.kernels.event_space.block_contact import FLAT, FLYING, Corners, mask_of, stance_of
+from warprock.kernels.event_space.block_moves import body_at
+from warprock.kernels.event_space.block_seen import Seen, peaks_at
+from warprock.kernels.event_space.block_trial import State, kinetic_energy
+from warprock.kernels.event_space.lane import Limits
+from warprock.kernels.modes import UNSOLVED
+from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.thrown import Throw, after, old_corner
+from warprock.kernels.vectors import Quaternion, Vector
+
+
+@wp.func
+def let_go_with(block: Block, limits: Limits, throw: Throw, at_rest: State) -> State:
+    """The state at the start, with its velocities, or with what the base leaves of them."""
+    s = at_rest
+    s.v = Vector(throw.vx, throw.vy, throw.vz)
+    s.w = Vector(throw.wx, throw.wy, throw.wz)
+    if s.stance != FLYING:
+        body = body_at(block, s.q)
+        speed = wp.length(s.v) + wp.length(s.w) * block.half_height
+        grain = DUST * (speed + limits.gravity * limits.longest_step)
+        h = solve(body, s.stance, 0, Corners(), s.v, s.w, grain)
+        s.lost = kinetic_energy(body, s.v, s.w) - kinetic_energy(body, h.v, h.w)
+        s.v = h.v
+        s.w = h.w
+        s.stance = h.stance
+        s.slip = h.slip
+        s.mode = wp.where(h.fits, s.mode, UNSOLVED)
+    return s
+
+
+@wp.func
+def corners_after(mask: int, gx: real, gy: real, gw: real) -> int:
+    """Some corners of the old bottom, a sum of 2^k, by their numbers on the new one."""
+    found = int(0)
+    for k in range(4):
+        old = old_corner(k, gx, gy, gw)
+        if old >= 0 and (mask & (1 << old)) != 0:
+            found = found | (1 << k)
+    return found
+
+
+@wp.func
+def stood_on(s: State, gx: real, gy: real, gw: real) -> State:
+    """The state in renamed axes."""
+    n = s
+    x, y, z, w = after(s.q[0], s.q[1], s.q[2], s.q[3], gx, gy, real(0.0), gw)
+    n.q = Quaternion(x, y, z, w)
+    n.stance = stance_of(corners_after(mask_of(s.stance), gx, gy, gw))
+    along = corners_after(s.slip & 15, gx, gy, gw)
+    n.slip = along | (corners_after(s.slip >> 4, gx, gy, gw) << 4)
+    return n
+
+
+@wp.func
+def own_axes(q: Quaternion, named: Quaternion) -> Quaternion:
+    """The attitude of the axes that the block began with."""
+    x, y, z, w = after(q[0], q[1], q[2], q[3], -named[0], -named[1], -named[2], named[3])
+    return Quaternion(x, y, z, w)
+
+
+@wp.func
+def observe_tumbling(block: Block, before: Seen, s0: State, s: State, named: Quaternion) -> Seen:
+    """What a step adds to what has been observed of a block that tumbles."""
+    seen = before
+    seen.leaf = peaks_at(block, before.leaf, own_axes(s.q, named), s.time)
+    x, y = s.x[0] - block.x, s.x[1] - block.y
+    seen.leaf.slide_x = x
+    seen.leaf.slide_y = y
+    seen.leaf.peak_slide = larger(x * x + y * y, seen.leaf.peak_slide)
+    rested = s0.stance == FLAT and s0.slip == 0
+    if s.stance != FLAT or s.slip != 0:
+        seen.rest_time = NEVER
+    elif not rested:
+        seen.rest_time = s.time
+    return seen
