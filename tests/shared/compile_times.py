@@ -1,9 +1,9 @@
 """Prints the CPU time that each kernel takes to compile for this processor.
 
-    python -m tools.compile_times > before.txt
+    python -m tests.shared.compile_times > before.txt
     ... change kernels ...
-    python -m tools.compile_times --before before.txt
-    python -m tools.compile_times --forms packed --precisions float64 event stack
+    python -m tests.shared.compile_times --before before.txt
+    python -m tests.shared.compile_times --forms packed --precisions float64 event stack
 
 A line is a kernel and its seconds, with `--before` also those of the other file and their ratio.
 Every kernel is compiled afresh, one after the other in one process. Words choose kernels by engine,
