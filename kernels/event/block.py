@@ -1,54 +1,56 @@
 """Contact step of a rocking block, impacts located: order 5 where it rocks, 2 where it slides.
 
 The block lives in the frame of the base: mass 1, clockwise rotation theta, half sizes b and h,
-inertia I; corner (X, Z) from the centre of mass moves at (vx + omega Z, vz - omega X). Every
-step is seen so that the block leans to +x (reflected where it leans to -x): its lower corner is
+inertia I; corner (X, Z) from the centre of mass moves at (vx + omega Z, vz - omega X). A step
+reflects a block that leans to -x, so that it always leans to +x. Its lower corner is then
 
     X = b cos(theta) - h sin(theta),   Z = -b sin(theta) - h cos(theta).
 
 Where the lower corner surely sticks in a step of length d, or a block at rest lifts about it, the
-rotation is a Taylor polynomial (event/block_rocking.py), and the step ends where that comes to the
-other corner's impact. One that slides flat does alike (event/block_sliding.py). Else, in steps of
-half of `time_step` (Moreau 1988, Jean 1999; at the midpoint second order in d):
+rotation is a Taylor polynomial (event/block_rocking.py). The step ends at the impact of the other
+corner, a root of that polynomial. The velocity of a block that slides flat is such a polynomial,
+too (event/block_sliding.py), and its step ends at the stop. All other steps are at most half as
+long as `time_step` and follow the midpoint rule (Moreau 1988, Jean 1999; second order in d):
 
-    1. mean velocity v_m = v - (dV/2, g d/2, 0) + M^-1 J^T l, J at theta + omega d/2, dV the change
-       of the base velocity in the step. Contact impulses l = (n, f) exactly: a sticking corner
-       has no mean velocity, a sliding one no normal mean velocity and |f| = friction n; without
-       n >= 0 the corner leaves. On the base lies the block where both corners keep n >= 0;
-    2. q = q + d v_m and v = 2 v_m - v; the lower corner of a block in contact is put back on the
-       base, and where it sticks also along it (this removes the drift).
+    1. The mean velocity is v_m = v - (dV/2, g d/2, 0) + M^-1 J^T l, with J at theta + omega d/2 and
+       dV the change of the base velocity in the step. The contact impulses l = (n, f) are exact: a
+       sticking corner has no mean velocity, a sliding one no normal mean velocity and
+       |f| = friction n. A corner for which n would be negative leaves the base. The block lies flat
+       where both corners keep n >= 0.
+    2. q = q + d v_m and v = 2 v_m - v. The lower corner of a block in contact is put back on the
+       base, and where it sticks also along it, which removes the drift.
 
-At the end of either:
+At the end of a step of either kind:
 
-    3. if an event lies inside the step (the other corner or a flying one lands, a sliding corner
-       stops, a sticking corner slips, a sliding one leaves, the block has overturned), nothing is
-       taken: the next step ends there, by the parabola through both ends and the first velocity.
-       The holding force decides whether a corner slips or leaves, from the accelerations at both
-       ends (`hold_reserve` in event/block_contact.py); as long as the one at the start is surely
-       inside its bound, the corner does in the step what it did before;
+    3. An event inside the step (the other corner or a flying one lands, a sliding corner stops, a
+       sticking corner slips, a sliding one leaves, the block overturns) discards the step. The next
+       step ends at the event, which the parabola through both ends and the first velocity predicts.
+       Whether a corner slips or leaves follows from the force that holds it, which the
+       accelerations at both ends give (`hold_reserve` in event/block_contact.py). While the force
+       at the start is surely inside its bound, the contact of the corner stays what it was.
     4. v is projected on the contacts at the end of the step, along their force. Where a corner
-       lands or the base steps its velocity this is the inelastic impact with Coulomb friction,
-       one contact or both at once, whichever obeys the contact law (event/block_impact.py). The
-       base's velocity steps fall on ends of steps. Where sticking and leaving both obey it, the
-       corner sticks. Sliding that has turned round by now ends.
+       lands, or the velocity of the base steps, this is the inelastic impact with Coulomb friction
+       of one contact or of both, whichever obeys the contact law (event/block_impact.py). Steps of
+       the base velocity fall on ends of steps. Where sticking and leaving both obey the law, the
+       corner sticks. Sliding that has reversed by then ends.
 
-A block at rest looks ahead where the base may let it go (event/lift.py): its step ends there.
-Most steps have no event at all, and event/block_roll.py takes those.
+A block at rest looks ahead for the time at which the base lets it go (event/lift.py), and its step
+ends there. Most steps have no event at all; event/block_roll.py takes those.
 
-A corner that leaves and lands, or a swing that dips through zero and turns back, inside one step
-is not seen; what they would do is of the order of d^2.
+The scheme does not see a corner that leaves and lands inside one step, nor a swing that dips
+through zero and turns back inside one. Their effect is of the order of d^2.
 
-A lane's state is `State`, and `Seen` what is observed: event/block_state.py.
+`State` is the state of a lane and `Seen` its observed response (event/block_state.py).
 
-Rest rule: after an impact on its other corner the block rests if, under the acceleration of that
-moment (when sliding: under its friction), its next swing would stay below `rest_rotation` on
-either side. The impacts that it leaves out take a time, as in housner/block.py, that is added to
-the rest time.
+Rest rule: after an impact on its other corner the block rests if its next swing would stay below
+`rest_rotation` on either side, under the acceleration of that moment, or under its friction where
+it slides. The omitted impacts would take a time, as in housner/block.py, which is added to the rest
+time.
 """
 
 import warp as wp
 
-from warprock.kernels.event.block_begin import begin, first_root
+from warprock.kernels.event.block_begin import begin_step, first_root
 from warprock.kernels.event.block_contact import (
     SOON,
     Block,
@@ -73,24 +75,24 @@ from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING
 from warprock.kernels.motion import Acceleration, Ground, Motion, acceleration_at, expand, knot_time
 
 NEARLY = by_precision(1.0e-6, 1.0e-4)
-"""Part of the longest step by which the time of an event may be missed."""
+"""Tolerance of the time of an event, as a part of the longest step."""
 GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the half height."""
 LEAST = real(0.125)
-"""A step in which a force reaches its bound is cut to no less than this part of it at once: the
-force at the end of a step that is far too long says little about when."""
+"""Shortest part to which a step is cut at once when a force reaches its bound: the force at the end
+of a step that is far too long says little about the time at which it does."""
 
 
 @wp.struct
 class Knobs:
-    """What a step needs to know of the settings."""
+    """Settings of a step: gravity [m/s^2]."""
 
     gravity: real
 
 
 @wp.struct
 class Margin:
-    """What comes to an event as a step goes on, at one of its ends.
+    """Distances from events, at one end of a step.
 
     Attributes:
         theta, omega: Rotation [rad] and its rate [rad/s].
@@ -109,7 +111,7 @@ class Margin:
 
 @wp.func
 def look_ahead(block: Block, m: Motion, ground: Ground, end: real, s: State) -> real:
-    """Longest step of a block at rest [s]: see event/lift.py."""
+    """Longest step of a block at rest [s], up to where the base lets it go (event/lift.py)."""
     d = smaller(block.longest_step, smaller(knot_time(m, s.segment), end) - s.time)
     a = expand(m, s.segment, s.time, ground.value, ground.slope)
     last = acceleration_at(a, d)
@@ -132,11 +134,11 @@ def find_event(
     Args:
         block: The block.
         contact: Its mode in the step, and the direction in which it slides at the start.
-        start, end: What comes to an event, at both ends of the step.
-        holds: Whether at the start the force surely holds a corner that the block turns about.
-        reach: How far a stop may be missed [m/s].
+        start, end: Distances from events at both ends of the step.
+        holds: Whether the force at the start surely holds a corner that the block turns about.
+        reach: Tolerance of the speed at a stop [m/s].
         d: Length of the step [s].
-        near: Time by which an event may be missed [s].
+        near: Tolerance of the time of an event [s].
     """
     zero = real(0.0)
     per, slip, grain = real(1.0) / d, contact.slip, GRAIN * block.half_height
@@ -157,7 +159,7 @@ def find_event(
     e0 = wp.where(past, HALF_PI - start.theta, e0)
     e1 = wp.where(past, HALF_PI - end.theta, e1)
     slope = wp.where(past, -start.omega, slope)
-    # Not shorter than `near`: with less than that left to go, the event counts as reached.
+    # Not shorter than `near`: an event nearer than that counts as reached.
     least = wp.where(past or below or sinks or stops, HALF * near, larger(LEAST * d, HALF * near))
     cut = larger(first_root(e0, slope, e1, d), least)
     return past or below or sinks or stops or lifts, cut
@@ -168,7 +170,7 @@ def hold_at_end(
     block: Block, contact: Contact, slip: real, along: real, d: real, near: real, theta: real,
     free: Velocity,
 ):  # fmt: skip
-    """Velocity at the end of a step, projected on the contact; sliding that turned round ends.
+    """Velocity at the end of a step, projected on the contact; sliding that has reversed ends.
 
     Args:
         block: The block.
@@ -176,22 +178,22 @@ def hold_at_end(
         slip: Direction of sliding at the start.
         along: Velocity of the corner along the base at the start [m/s].
         d: Length of the step [s].
-        near: Time by which an event may be missed [s].
+        near: Tolerance of the time of an event [s].
         theta: Rotation at the end [rad].
-        free: Velocity there, before.
+        free: Velocity at the end before the projection.
 
     Returns:
-        Velocity, direction of sliding, how far a stop may be missed [m/s].
+        Velocity, direction of sliding, tolerance of the speed at a stop [m/s].
     """
     zero, per, idle = real(0.0), real(1.0) / d, d <= real(0.0)
     at = lower_corner(block, theta)
-    # Not projected: where friction nearly jams the block, that would hide how far it overshot.
+    # Before the projection, which would hide how far a block overshot that friction nearly jams.
     along1 = fused(free.omega, at.z, free.x)
     reach = near * size(along1 - along) * per
     turned = contact.slip * along1 <= wp.where(slip * along > zero, reach, zero)
     slides = wp.where(turned and not idle, zero, contact.slip)
     v = held_velocity(block, Contact(contact.mode, slides), theta, free)
-    # Nor does it go on where its own friction turned it round in the projection.
+    # Sliding also ends where its own friction reversed it in the projection.
     slides = wp.where(slides * fused(v.omega, at.z, v.x) <= zero and not idle, zero, slides)
     # The force of a corner that sticks has no moment about it.
     moment = fused(at.x, free.z, fused_less(at.z, free.x, block.inertia * free.omega))
@@ -208,19 +210,19 @@ def hold_at_end(
 def integrate(
     block: Block, gravity: real, near: real, s: State, span: Span, slid: real, curve: Curve
 ):
-    """The step up to its end, before the projection.
+    """The step up to its end, before an impact there.
 
     Args:
         block: The block, which leans to +x.
         gravity: [m/s^2].
-        near: Time by which an event may be missed [s].
+        near: Tolerance of the time of an event [s].
         s: State at the start.
         span: The step.
-        slid: Way along the base where the block slides flat [m], else 0.
-        curve: The rotation, should the corner stick.
+        slid: Distance that a block slides flat [m], else 0.
+        curve: The rotation if the corner sticks.
 
     Returns:
-        The end of the step; what happens there or inside; the rotation that the step follows.
+        The end of the step; the event at it or inside; the rotation that the step follows.
     """
     zero = real(0.0)
     d, idle = span.d, span.d <= zero
@@ -231,7 +233,7 @@ def integrate(
         block, Contact(s.mode, s.slip), surely, s.theta, before, span.dv, d, d * gravity
     )
     sticks = surely and s.slip == zero and held.slip == zero and d > zero and held.mode == PIVOTING
-    # A block at rest that lifts leans by the end, and on.
+    # A block at rest that lifts leans at the end of the step, and ever more.
     leans = value_after(curve, d) > zero and rate_after(curve, d) > zero
     rocks = sticks and (s.mode == PIVOTING or leans)
     bend = wp.where(d > zero, (mean.omega - s.omega) / d, zero)
@@ -277,14 +279,14 @@ def step(block: Block, knobs: Knobs, m: Motion, ground: Ground, end: real, going
     """One trial step of one lane, at most to its next knot or to `end`.
 
     Returns:
-        The state after it, unchanged but for `cap` where an event lay inside; what it shows; the
-        rotation that it followed.
+        The state after it, unchanged but for `cap` where an event lay inside; what the step adds to
+        the response; the rotation that it followed.
     """
     zero = real(0.0)
     live = s.mode < OVERTURNED and going
     near = larger(NEARLY * block.longest_step, TICK * s.time)
-    span, curve, side, slid = begin(block, knobs.gravity, m, ground, end, live, s)
-    # Seen so that the block leans to +x.
+    span, curve, side, slid = begin_step(block, knobs.gravity, m, ground, end, live, s)
+    # Reflected where the block leans to -x.
     own = State(
         side * s.theta, s.slide, s.gap, side * s.vx, s.vz, side * s.omega, side * s.slip, s.mode,
         s.time, s.segment, s.base, s.cap,

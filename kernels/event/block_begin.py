@@ -1,8 +1,9 @@
-"""What a trial step of a single block begins with: its length, and the base's motion in it.
+"""Start of a trial step of a single block: its length, and the motion of the base in it.
 
-A block that rocks about a corner that surely sticks, lies still, or slides flat takes steps of up
-to the longest one, which end where its polynomial (event/block_rocking.py, event/block_sliding.py)
-comes to an impact or a stop. All others are of second order and take shorter ones.
+A block that rocks about a surely sticking corner, lies still, or slides flat takes steps of up to
+the longest one. They end at the impact or the stop, a root of the polynomial of the rotation
+(event/block_rocking.py) or of the velocity (event/block_sliding.py). Other steps are of second
+order, and shorter.
 """
 
 import warp as wp
@@ -76,22 +77,24 @@ def step_length(
     """Length of the next step [s]; a block that will stay at rest takes all that is left."""
     zero = real(0.0)
     d = smaller(smaller(block.longest_step, REACH / (size(omega) + SLOWEST)), cap)
-    # What would be left by round-off alone is not a step of its own.
+    # A remainder of round-off alone is not a step of its own.
     left = (resting and quiet) or room < d * MORE
     return larger(wp.where(left, room, d), zero)
 
 
 @wp.func
-def begin(block: Block, gravity: real, m: Motion, ground: Ground, end: real, live: bool, s: State):
-    """What a trial step of a lane begins with.
+def begin_step(
+    block: Block, gravity: real, m: Motion, ground: Ground, end: real, live: bool, s: State
+):
+    """The length of a trial step of a lane, and the motion of the base in it.
 
-    Where a corner surely sticks the step ends at the impact that its polynomial comes to, and
-    where a block slides flat at its stop.
+    The step ends at the impact of a block that turns about a surely sticking corner, and at the
+    stop of one that slides flat.
 
     Returns:
-        The step; the rotation in it should the corner stick, seen so that the block leans to +x;
-        the side that the block leans to, or would if it lifted; way that it slides where it does so
-        flat [m], else 0.
+        The step; the rotation in it if the corner sticks, reflected so that the block leans to +x;
+        the side to which the block leans, or would lean if it lifted; the distance that a block
+        slides flat [m], else 0.
     """
     zero = real(0.0)
     knot = knot_time(m, s.segment)
@@ -109,13 +112,13 @@ def begin(block: Block, gravity: real, m: Motion, ground: Ground, end: real, liv
     seen = mirror_acceleration(side, a)
     curve, _x2, _z2 = rocking_series(block, gravity, lower, th, om, seen)
     _reserve, surely = hold_reserve(block, gravity, s.slip, lower, om, seen.a0)
-    # One at rest that friction does not hold is about to slide.
+    # A block at rest that friction does not hold is about to slide.
     starts = size(a.a0) >= (real(1.0) - SOON) * block.friction * gravity
     rolls = s.slip == zero and ((s.mode == FLAT and not starts) or (s.mode == PIVOTING and surely))
     slides = slides_flat(block, s.mode, s.slip, s.vx)
     speed = sliding_series(block, gravity, s.slip * s.vx, mirror_acceleration(s.slip, a))
     d = wp.where(rolls or slides, d, smaller(d, block.short_step))
-    # The polynomial that comes to zero at the event: the rotation, or the velocity.
+    # The polynomial whose root is the event: the rotation, or the velocity.
     p = Curve(
         wp.where(slides, speed.c0, th), wp.where(slides, speed.c1, om),
         wp.where(slides, speed.c2, curve.c2), wp.where(slides, speed.c3, curve.c3),

@@ -3,7 +3,7 @@
 Mass 1, clockwise rotation, half sizes b and h, inverse inertia w [1/m^2]; corner (X, Z) from the
 centre of mass moves at (vx + omega Z, vz - omega X). The block leans to +x or not at all, so its
 lower corner is X = b cos(theta) - h sin(theta), Z = -b sin(theta) - h cos(theta). Impulses n
-(normal, not negative) and f along the base (|f| <= friction n, against the sliding) change its
+(normal, not negative) and f (along the base, against the sliding, |f| <= friction n) change its
 velocities by K (n, f) with
 
     Knn = 1 + w X^2,   Ktt = 1 + w Z^2,   Knt = -w X Z.
@@ -18,12 +18,24 @@ import warp as wp
 from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 
 SOON = real(1.0e-3)
-"""Part by which a force may miss its bound: the error in velocity is of its square."""
+"""Relative tolerance of a force at its bound; the error in velocity is of its square."""
 
 
 @wp.struct
 class Block:
-    """What a step needs to know of one lane's block."""
+    """One lane's block, of mass 1, and its longest steps.
+
+    Attributes:
+        half_width, half_height: Half sizes [m].
+        inertia, inverse_inertia: About the centre of mass [m^2], [1/m^2].
+        inverse_pivot_inertia: Reciprocal of the inertia about a corner [1/m^2].
+        friction: Coefficient of friction.
+        hold_acceleration: Acceleration of the base that lets the block go at rest [m/s^2].
+        rest_rotation: Swing below which the block rests [rad].
+        longest_step: Longest step [s].
+        short_step: Longest step of second order [s].
+        step_limit: Largest number of steps.
+    """
 
     half_width: real
     half_height: real
@@ -40,7 +52,7 @@ class Block:
 
 @wp.struct
 class Lever:
-    """A corner from the centre of mass [m]."""
+    """Vector from the centre of mass to a corner [m]."""
 
     x: real
     z: real
@@ -90,7 +102,7 @@ def corner_impulse(
         at: The corner.
         u: Normal velocity of the corner without contact [m/s].
         s: Tangential velocity of the corner without contact [m/s].
-        hold: Whether the corner sticks whatever force it takes.
+        hold: Whether the corner sticks, however large the force that holds it.
         slides, drag: Whether it slides, with friction in the direction `drag` (-1 or 1).
 
     Returns:
@@ -102,7 +114,7 @@ def corner_impulse(
     k = -w * x * z
     n = fused_less(kt, u, k * s)
     f = fused_less(kn, s, k * u)
-    # Named before it is joined: packed lanes keep masks for what an `and` branches around.
+    # A condition of its own: packed lanes keep a mask for what an `and` branches around.
     within = size(f) <= mu * n
     fits = n >= real(0.0) and within
     sign = wp.where(slides, drag, sign_of(f))
@@ -120,9 +132,10 @@ def corner_impulse(
 def hold_reserve(block: Block, gravity: real, slip: real, at: Lever, omega: real, a: real):
     """Margin of the force at a pivoting corner until it slides; of a sliding one until it leaves.
 
-    From the accelerations of the corner without contact: it falls at g and is flung out by the
-    rotation. The force that holds it there stays inside its cone of friction while the reserve is
-    positive; one that slides leaves where nothing presses it on the base any more.
+    Relative to the base a free corner has the acceleration of gravity, the centripetal one of the
+    rotation, and that of the base reversed. The force that cancels them stays inside the cone of
+    friction while the reserve is positive. A sliding corner leaves where nothing presses it on the
+    base any more.
 
     Args:
         block: The block.
@@ -155,7 +168,7 @@ def mean_velocity(block: Block, contact: Contact, hold: bool, theta: real, free:
     Args:
         block: The block.
         contact: How it touches its base at the start.
-        hold: Whether a pivoting corner sticks whatever force it takes.
+        hold: Whether a pivoting corner sticks, however large the force that holds it.
         theta: Rotation at the middle of the step [rad].
         free: Mean velocity without contact.
 
@@ -174,7 +187,7 @@ def mean_velocity(block: Block, contact: Contact, hold: bool, theta: real, free:
     on = mode != FLYING and (n > zero or hold or (sticks and n >= zero))
     n = wp.where(on, n, zero)
     f = wp.where(on, f, zero)
-    # Flat on the base: the share of the trailing corner is what is left by the friction's moment.
+    # Flat on the base: the moment of friction shifts the load off the trailing corner.
     bound = -block.friction * free.z
     flat_f = wp.where(slides, -slip * bound, larger(smaller(-free.x, bound), -bound))
     share = fused_less(block.half_width, free.z, block.half_height * flat_f)
@@ -210,7 +223,7 @@ def step_velocity(
         v: Velocity there.
         dv: Change of the base velocity in the step [m/s].
         d: Length of the step [s].
-        fall: What gravity makes of a velocity in it [m/s].
+        fall: Change of velocity by gravity in the step [m/s].
     """
     mean, held, lost = mean_velocity(
         block, contact, hold and contact.slip == real(0.0), fused(HALF * d, v.omega, theta),

@@ -1,6 +1,6 @@
-"""Impacts of a planar block on its base, and when it rests after one.
+"""Impacts of a planar block on its base, and rest after them: see event/block.py.
 
-See event/block.py; the block leans to +x or not at all, as in event/block_contact.py.
+The block leans to +x or not at all, as in event/block_contact.py.
 """
 
 import warp as wp
@@ -19,15 +19,15 @@ from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 
 @wp.struct
 class Impact:
-    """What the end of a step does to a block.
+    """The block after the end of a step, reflected so that it leans to +x.
 
     Attributes:
-        turn: -1 where the block is now seen from the other side, else 1.
-        vx, vz, omega: Velocity after it, seen from there [m/s], [rad/s].
-        mode, slip: How the block touches its base, seen from there.
+        turn: -1 where the end of the step changes the side to which the block leans, else 1.
+        vx, vz, omega: Velocity [m/s], [rad/s].
+        mode, slip: How the block touches its base.
         lost: Energy lost per unit mass [J/kg].
         hit: Whether the other corner or a flying one hit the base.
-        tail: Time of the impacts that resting leaves out [s].
+        tail: Time of the impacts that the rest rule omits [s].
     """
 
     turn: real
@@ -45,8 +45,8 @@ class Impact:
 def struck_velocity(block: Block, flat: bool, lower: Lever, before: Velocity):
     """Velocity after an inelastic impact: a corner has landed or the base stepped its velocity.
 
-    With both corners at the base one is struck, or both are where the other would sink then: as
-    `law_velocity` in event/body_contact.py.
+    With both corners at the base the impact is on one of them, or on both if the other would sink
+    into the base then: as in `law_velocity` in event/body_contact.py.
 
     Args:
         block: The block.
@@ -62,7 +62,7 @@ def struck_velocity(block: Block, flat: bool, lower: Lever, before: Velocity):
     ux, uz, uo, z = before.x, before.z, before.omega, lower.z
     bound = larger(-block.friction * uz, zero)
     flat_f = larger(smaller(-ux, bound), -bound)
-    # The share of the lower corner with both pressed, times the width: one that is pulled opens.
+    # The impulse at the lower corner if both are struck, times the width: if negative, it opens.
     share = fused(flat_f, z, fused(block.inertia, uo, larger(-uz, zero) * block.half_width))
     x = wp.where(flat and share < zero, -lower.x, lower.x)
     n, f, sticks, _drag = corner_impulse(
@@ -86,7 +86,7 @@ def struck_velocity(block: Block, flat: bool, lower: Lever, before: Velocity):
 
 @wp.func
 def may_rest(block: Block, gravity: real, omega: real, before: real, pull: real):
-    """Whether the block rests after an impact, and the time of the impacts that are left out.
+    """Whether the block rests after an impact, and the time of the impacts that are omitted.
 
     Args:
         block: The block.
@@ -109,14 +109,14 @@ def may_rest(block: Block, gravity: real, omega: real, before: real, pull: real)
 
 @wp.func
 def end_step(block: Block, gravity: real, falls: bool, lands: bool, span: Span, end: End) -> Impact:
-    """What the end of a step does to a block that leans to +x.
+    """Applies the impact, the velocity step of the base and the rest rule at the end of a step.
 
     Args:
-        block: The block.
+        block: The block, which leans to +x.
         gravity: [m/s^2].
         falls, lands: Whether it falls on its other corner, whether its lower corner lands.
-        span: The step, in which the base moves.
-        end: Its end.
+        span: The step.
+        end: The block at its end.
     """
     zero = real(0.0)
     one = real(1.0)

@@ -5,9 +5,9 @@ inertia and a the acceleration of the base, the block obeys while that corner st
 
     omega' = (a Z - g X) / (I + X^2 + Z^2),   X' = omega Z,   Z' = -omega X.
 
-Every Taylor coefficient of the three follows from lower ones (Leibniz's rule). A step takes the
-rotation to degree 6: what it leaves out is (p d)^6 / 6! of the angular velocity, p the frequency
-parameter. The corner presses on the base with n = g - Z'' and pushes along it with f = a - X'': it
+Every Taylor coefficient of the three follows from lower ones (Leibniz's rule). The rotation is a
+polynomial of degree 6, whose error is (p d)^6 / 6! of the angular velocity, p the frequency
+parameter. The corner presses on the base with n = g - Z'' and pushes along it with f = a - X''. It
 sticks while |f| <= friction n.
 """
 
@@ -17,8 +17,8 @@ from warprock.kernels.event.block_contact import SOON, Block, Lever
 from warprock.kernels.motion import LINEAR, Acceleration
 
 NEWTON_STEPS = 7
-"""From the root of a parabola through the step's ends: round-off after two, or after some halvings
-where that is far off, as it is of a block that has just lifted."""
+"""Steps from the root of a parabola through the ends of the step. Two of them reach round-off. If
+that root is far off, as it is of a block that has just lifted, some halvings come first."""
 
 
 @wp.struct
@@ -51,7 +51,7 @@ def rocking_series(
     Returns:
         The rotation; coefficient 2 of the corner, along the base and upwards.
     """
-    # What is known last stands outermost in a sum, so that the rest of it need not wait.
+    # The term that is computed last is the last summand, so that the others need not wait for it.
     k, x0, z0, a0, a1 = block.inverse_pivot_inertia, at.x, at.z, a.a0, a.a1
     w1 = k * fused_less(gravity, x0, a0 * z0)
     x1 = w0 * z0
@@ -81,7 +81,7 @@ def rocking_series(
 
 @wp.func
 def mirror_acceleration(side: real, a: Acceleration) -> Acceleration:
-    """The acceleration as seen from a side, -1 or 1; up to the coefficient that a step reads."""
+    """The acceleration, reflected if the side is -1; up to the coefficient that a step reads."""
     return Acceleration(
         side * a.a0, side * a.a1, side * a.a2, side * a.a3, side * a.a4, side * a.a5, real(0.0),
         real(0.0), real(0.0),
@@ -90,7 +90,7 @@ def mirror_acceleration(side: real, a: Acceleration) -> Acceleration:
 
 @wp.func
 def mirror_curve(side: real, p: Curve) -> Curve:
-    """A curve as seen from a side, -1 or 1."""
+    """A curve, reflected if the side is -1."""
     return Curve(
         side * p.c0, side * p.c1, side * p.c2, side * p.c3, side * p.c4, side * p.c5, side * p.c6
     )

@@ -1,9 +1,9 @@
-"""Steps of a block that rocks about a corner that sticks, rests, or slides flat, without an event.
+"""Steps without an event of a block that rocks about a sticking corner, rests, or slides flat.
 
 They cost two fifths of a step of event/block.py, which takes all others: those with an impact, an
 uplift, a stop or a velocity step of the base, those in which a block slides on a corner or flies,
-and those at whose start or end the force on the corner is near its bound. What is declined here
-has changed nothing.
+and those at whose start or end the force on the corner is near its bound. A step that is declined
+here changes nothing.
 """
 
 import warp as wp
@@ -55,8 +55,8 @@ def rock(
         a, last: Acceleration of the base, and that at the end [m/s^2].
 
     Returns:
-        Whether no event lies in it; velocity at its end; the rotation in it, seen so that the block
-        leans to +x.
+        Whether no event lies in it; velocity at its end and rotation in it, reflected so that the
+        block leans to +x.
     """
     th, om = side * s.theta, side * s.omega
     at = lower_corner(block, th)
@@ -79,12 +79,12 @@ def rock(
 def roll(block: Block, knobs: Knobs, m: Motion, ground: Ground, end: real, going: bool, s: State):
     """One step of one lane, at most to its next knot or to `end`, where no event lies in it.
 
-    A block at rest passes many samples of a record at once which are too weak to move it; the
-    velocity of the base, which only other motions ask for, is not followed there.
+    A block at rest passes many samples of a record at once that are too weak to move it. The step
+    does not follow the velocity of the base then, which only other motions need.
 
     Returns:
-        The state after it, unchanged where it is declined; what it shows; the rotation that it
-        followed.
+        The state after it, unchanged where it is declined; what the step adds to the response; the
+        rotation that it followed.
     """
     zero = real(0.0)
     rests = s.mode == FLAT and s.slip == zero
@@ -103,7 +103,7 @@ def roll(block: Block, knobs: Knobs, m: Motion, ground: Ground, end: real, going
     hold = block.hold_acceleration
     weak, far = undisturbed(m, s.segment, ground.strongest, hold)
     calm = rests and weak and far <= end
-    # Ends below the bound, and between them no more than the first terms of the series together.
+    # The acceleration is below its bound at both ends, and so are its first terms together between.
     below = size(a.a0) < hold and size(last) < hold
     if not LINEAR:
         below = below and fused(d, fused(d, size(a.a2), size(a.a1)), size(a.a0)) < hold

@@ -1,7 +1,7 @@
 """Runs of the event step over lanes, LANES lanes a thread: a pack on the CPU, one on any device.
 
-Every lane has its own clock and ends its steps where its events are; a sample inside a step is
-read off the parabola that the step follows, so that histories do not change the run.
+Every lane has its own time and ends its steps at its events. The rotation at a sample inside a step
+is read off the polynomial that the step follows, so that histories do not change the run.
 
 With one lane a thread the same text is the plain form.
 """
@@ -21,10 +21,13 @@ from warprock.kernels.event.block_state import (
     start_seen,
 )
 from warprock.kernels.event.found import Result, block_result, result_of
+from warprock.kernels.instance import TWO_VECTORS
 from warprock.kernels.modes import FLAT, FLYING, OVERTURNED, PIVOTING, STALLED
 from warprock.kernels.motion import Ground, Motion, sample_index
 from warprock.kernels.rows import kernel, rows
 from warprock.kernels.shape.stack_found import BlockResult
+
+wp.set_module_options(TWO_VECTORS)
 
 
 @wp.struct
@@ -53,7 +56,7 @@ class Place:
 
 @wp.struct
 class Found:
-    """Where the answers go."""
+    """Results."""
 
     results: wp.array(dtype=Result)
     blocks: wp.array2d(dtype=BlockResult)
@@ -72,7 +75,7 @@ flies needs nothing else, and its steps are shorter: without that weight the oth
 
 @wp.func
 def rotation_at(until: real, begun: real, s: State, path: Curve) -> real:
-    """Rotation inside the last step [rad]: on the polynomial that it followed from its start on."""
+    """Rotation inside the last step [rad], on the polynomial that it followed."""
     return wp.where(until < s.time, value_after(path, until - begun), s.theta)
 
 
@@ -84,12 +87,12 @@ def place_at(
 
     Args:
         block: The block.
-        until: The time asked for [s]; after the end of the step, that counts.
+        until: The time [s]; if the step ends earlier, its end counts.
         begun: Start of the step [s].
         at: Rotation at that time [rad].
         s: State at the end of the step.
-        path: Rotation in it.
-        start: Where it began.
+        path: Rotation in the step.
+        start: Where the step began.
 
     Returns:
         x and z.
@@ -112,7 +115,7 @@ def place_at(
 
 @wp.func
 def start_lane(block: Block, theta: real, omega: real):
-    """Lets a block go at a rotation [rad] with a rate [rad/s], about a corner if it turns."""
+    """State and response of a block at its start, from its rotation [rad] and its rate [rad/s]."""
     zero = real(0.0)
     flat = theta == zero and omega == zero
     side = sign_of(wp.where(theta != zero, theta, omega))
@@ -153,8 +156,8 @@ def run_lanes(
     place = rows(Place)
     seen = rows(Seen)
     for i in range(LANES):
-        begin, sees = start_lane(block_of[first + i], starts[first + i], rates[first + i])
-        state[i] = begin
+        start, sees = start_lane(block_of[first + i], starts[first + i], rates[first + i])
+        state[i] = start
         seen[i] = sees
     end = sample_times[sample_times.shape[0] - 1]
     for sample in range(sample_times.shape[0]):

@@ -1,11 +1,12 @@
 """Sliding of a block that lies flat, as a polynomial in time.
 
-Seen so that it slides to +x with a velocity u relative to the base, of acceleration a,
+Reflected so that it slides to +x, the block has a velocity u relative to its base, which obeys
 
-    u' = -a - friction g,
+    u' = -a - friction g
 
-until u is zero. Half height times friction tells how far the pressure's centre is ahead of the
-centre of mass: up to the half width the block stays flat, whatever the base does.
+until u is zero, a the acceleration of the base. The centre of pressure is ahead of the centre of
+mass by the friction times the half height. If that is at most the half width, the block stays flat
+however the base moves.
 """
 
 import warp as wp
@@ -25,7 +26,7 @@ def slides_flat(block: Block, mode: int, slip: real, vx: real) -> bool:
 
 @wp.func
 def sliding_series(block: Block, gravity: real, u: real, a: Acceleration) -> Curve:
-    """The velocity, from one at the start [m/s] and the acceleration of the base."""
+    """The velocity, from its value at the start [m/s] and the acceleration of the base."""
     pull = block.friction * gravity
     return Curve(
         u, -a.a0 - pull, -OVER_2 * a.a1, -OVER_3 * a.a2, -OVER_4 * a.a3, -OVER_5 * a.a4,
@@ -35,7 +36,7 @@ def sliding_series(block: Block, gravity: real, u: real, a: Acceleration) -> Cur
 
 @wp.func
 def slide_after(u: Curve, tau: real) -> real:
-    """Way along the base a time after the start of a step [m], from the velocity."""
+    """Distance along the base a time after the start of a step [m], from the velocity."""
     high = fused(tau, fused(tau, OVER_7 * u.c6, OVER_6 * u.c5), OVER_5 * u.c4)
     high = fused(tau, fused(tau, high, OVER_4 * u.c3), OVER_3 * u.c2)
     return tau * fused(tau, fused(tau, high, OVER_2 * u.c1), u.c0)

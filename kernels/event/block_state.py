@@ -1,4 +1,4 @@
-"""The state of a lane with one block in the plane, what a step finds, and what is seen of it."""
+"""State of a lane with one block in the plane, results of a step, and the observed response."""
 
 import warp as wp
 
@@ -39,12 +39,12 @@ class State:
 
 @wp.struct
 class Span:
-    """A trial step, and what the base does in it.
+    """A trial step, and the motion of the base in it.
 
     Attributes:
         d: Length [s].
         time: Its end [s].
-        passed: Whether that is a knot of the motion.
+        passed: Whether the end is a knot of the motion.
         a0, a1: Acceleration of the base at the start and at the end [m/s^2].
         dv: Change of its velocity between [m/s].
         kick: Step of its velocity at the end [m/s].
@@ -65,9 +65,9 @@ class End:
 
     Attributes:
         theta, gap, vx, vz, omega, mode, slip: As of `State`.
-        glide: Way of the lower corner along the base in the step [m].
-        lost: Energy that friction takes in it per unit mass [J/kg].
-        deep: Penetration, before the block is put back on the base [m].
+        glide: Distance of the lower corner along the base in the step [m].
+        lost: Energy lost to friction in the step per unit mass [J/kg].
+        deep: Penetration before the block is put back on the base [m].
     """
 
     theta: real
@@ -84,11 +84,11 @@ class End:
 
 @wp.struct
 class Event:
-    """What happens in a step or at its end.
+    """Events inside a step or at its end.
 
     Attributes:
-        missed: Whether an event lies inside it.
-        cut: Length of the step that ends there [s].
+        missed: Whether an event lies inside the step.
+        cut: Length of the step that ends at that event [s].
         falls: Whether the block falls on its other corner.
         lands: Whether its lower corner lands.
     """
@@ -101,16 +101,16 @@ class Event:
 
 @wp.struct
 class Shown:
-    """What a step shows.
+    """What a step adds to the response.
 
     Attributes:
-        taken: Whether it was taken.
-        hit: Whether an impact ended it.
-        apex: Turning point of theta, or of |theta|, inside it [rad], zero where there was none.
-        apex_time: Its time [s].
+        taken: Whether the step was taken.
+        hit: Whether it ended at an impact.
+        apex: Turning point of theta, or of |theta|, inside the step [rad]; zero if there is none.
+        apex_time: Time of that [s].
         lost: Energy lost per unit mass [J/kg].
-        tail: Time of the impacts that resting leaves out [s].
-        deep: Penetration at its end, before the block is put back on the base [m].
+        tail: Time of the impacts that the rest rule omits [s].
+        deep: Penetration at the end before the block is put back on the base [m].
     """
 
     taken: bool
@@ -124,16 +124,16 @@ class Shown:
 
 @wp.struct
 class Seen:
-    """What is seen of a lane so far.
+    """Observed response of a lane up to its time.
 
     Attributes:
         peak, peak_time: Largest |theta| [rad] and its time [s].
         peak_slide: Largest |slide| [m].
         uplift_time: Time at which the block first left its flat state [s], or NEVER.
-        rest_time: Time since when it rests [s], or NEVER.
+        rest_time: Time at which it last came to rest [s]; NEVER while it moves.
         loss: Energy lost per unit mass [J/kg].
         deepest: Deepest penetration [m].
-        impacts, steps: How many.
+        impacts, steps: Their numbers.
     """
 
     peak: real
@@ -149,7 +149,7 @@ class Seen:
 
 @wp.func
 def start_seen(theta: real, flat: bool) -> Seen:
-    """What is seen of a lane that starts at a rotation [rad], at rest or not."""
+    """Observed response of a lane at its start, from its rotation [rad]; `flat` if at rest."""
     zero = real(0.0)
     lifted, rests = wp.where(flat, NEVER, zero), wp.where(flat, zero, NEVER)
     return Seen(size(theta), zero, zero, lifted, rests, zero, zero, 0, 0)
@@ -164,7 +164,7 @@ def is_at_rest(s: State) -> bool:
 
 @wp.func
 def observe_peaks(n: State, apex: real, apex_time: real, seen: wp.ref[Seen]):
-    """What the end of a step, or a turning point |theta| inside it, adds to the peaks."""
+    """Updates the peaks with the end of a step and with a turning point |theta| inside it."""
     highest = larger(size(n.theta), apex)
     higher = highest > seen.peak
     seen.peak_time = wp.where(higher, wp.where(apex >= highest, apex_time, n.time), seen.peak_time)
@@ -177,16 +177,16 @@ def observe(
     going: bool, step_limit: int, still: bool, s: State, n: State, shown: Shown,
     seen: wp.ref[Seen],
 ) -> int:  # fmt: skip
-    """What a step from s to n adds to the response of one lane; the mode of n.
+    """Updates the response of a lane with a step from s to n; the mode of n.
 
     Args:
-        going: Whether the lane took part in it.
-        step_limit: Steps that it may take, trials included.
-        still: Whether the block has not moved in the step. A velocity step of the base lifts it at
-            the end then; an acceleration, which turns it or leaves it, from the start.
-        s, n: State before and after it.
-        shown: What it shows.
-        seen: What is seen of the lane.
+        going: Whether the lane took part in the step.
+        step_limit: Largest number of steps, trials included.
+        still: Whether the block has not moved in the step. A velocity step of the base then lifts
+            it at the end; otherwise an acceleration has lifted it at the start.
+        s, n: State before and after the step.
+        shown: What the step adds to the response.
+        seen: Observed response of the lane.
     """
     observe_peaks(n, size(shown.apex), shown.apex_time, seen)
     lay, goes, first = s.mode == FLAT, n.mode < FLAT, seen.uplift_time >= NEVER

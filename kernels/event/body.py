@@ -1,21 +1,21 @@
 """Second-order contact step of a body on contact points, impacts located.
 
-As event/block.py, which see for the scheme; here is what differs. A body turns about corner k, or
-flies with corner k lowest, while its rotation is between those at which the edges on both sides of
-k lie flat (see shape/body.py). Steps end where one of them does: the corner at its other end lands,
-which is the impact, or takes the place of corner k in flight. Where a body lies on an edge it may
-be any edge; the corner about which it would tip is the end nearer to where the base presses it. It
-has overturned at a right angle from where it stands at first.
+The scheme is that of event/block.py; here is what differs. A body turns about corner k, or flies
+with corner k lowest, while its rotation is between those at which the edges on both sides of k lie
+flat (shape/body.py). A step ends where one of these edges comes to lie flat. The corner at the
+other end of the edge then lands, which is the impact, or becomes the lowest one in flight. A body
+can lie on any edge. It tips about the end of the edge that is nearer to the centre of pressure. It
+has overturned at a right angle from its first pose.
 
-A lane's state is that of event/block_state.py with theta [rad] from where the body stands at
-first, and the number of corner k; of a body that lies flat, of its edge's end at -x. The slide is
-that of what touches, along the base, over what the body has rolled.
+The state is that of event/block_state.py, with theta [rad] from the first pose, and the number of
+corner k. Of a body that lies flat, k is the end of its edge at -x. The slide is that of the point
+of contact along the base, in excess of what the body has rolled.
 
-After an impact on another corner the body rests on the edge between if its next swing would stay
-below `rest_rotation` on either side.
+After an impact on another corner the body rests on the edge between the two if its next swing would
+stay below `rest_rotation` on either side.
 
-Conditions have names before they are joined: `and` and `or` branch around what they need not know,
-and packed lanes keep masks for every branch with arithmetic or a field in it.
+Conditions have names before they are joined: `and` and `or` branch around their second operand, and
+packed lanes keep a mask for every branch with arithmetic or a field in it.
 """
 
 import warp as wp
@@ -53,11 +53,11 @@ from warprock.kernels.shape.body import turned_x, turned_z
 
 @wp.struct
 class Footing:
-    """What a step says of the corners of a body.
+    """Corners of a body after a step.
 
     Attributes:
-        corner: The one that the body turns about next, see the head of this file.
-        needed: Friction that a prescribed impact asks for, see `Blow`.
+        corner: Corner k, see the head of this file.
+        needed: Friction that a prescribed impact needs, see `Blow`.
         asks: Whether a body at rest has to look ahead before it takes the step.
     """
 
@@ -67,10 +67,10 @@ class Footing:
 
 
 @wp.func
-def begin(
+def begin_step(
     body: Body, m: Motion, ground: Ground, end: real, live: bool, s: State, above: Above
 ):  # fmt: skip
-    """What a trial step of a lane begins with.
+    """The length of a trial step of a lane, and the motion of the base in it.
 
     Returns:
         The step; by how much the acceleration of the base may be larger inside it than at its ends
@@ -97,7 +97,7 @@ def begin(
     if not LINEAR:
         more = d * (size(a.a1) + d * size(a.a2))
         if VERTICAL:
-            # How much less the body weighs is not asked: one at rest looks ahead in every step.
+            # Without a bound on how much lighter the body becomes, it looks ahead in every step.
             more = NEVER
     dv = base_change(m, time, d, a.a0, a.a1, s.base, kick)
     per = real(1.0) / d
@@ -109,7 +109,7 @@ def look_ahead(
     body: Body, gravity: real, edge: Edge, m: Motion, ground: Ground, end: real, s: State,
     above: Above,
 ) -> real:  # fmt: skip
-    """Longest step of a body at rest [s]: see event/lift.py."""
+    """Longest step of a body at rest [s], up to where the base lets it go (event/lift.py)."""
     knot = smaller(knot_time(m, s.segment), end)
     if VERTICAL:
         knot = smaller(knot, knot_time(above.motion, above.segment))
@@ -135,9 +135,9 @@ def find_event(
         view: The corner and its neighbours.
         edge: The edge it lies on, if it is flat.
         contact: Its mode in the step, and the direction in which it slides at the start.
-        start, end: What comes to an event, at both ends of the step; the reserve at the end is
-            NEVER where at the start no force surely holds a corner.
-        slows: Rate at which the speed along the base grows at the start [m/s^2].
+        start, end: Distances from events at both ends of the step; the reserve at the end is NEVER
+            where no force surely holds a corner at the start.
+        slows: Rate of the sliding speed at the start [m/s^2].
         d: Length of the step [s].
     """
     zero = real(0.0)
@@ -163,7 +163,7 @@ def find_event(
     e0 = wp.where(past, view.high - start.theta, e0)
     e1 = wp.where(past, view.high - end.theta, e1)
     slope = wp.where(past, -start.omega, slope)
-    # Not shorter than `near`: with less than that left to go, the event counts as reached.
+    # Not shorter than `near`: an event nearer than that counts as reached.
     least = wp.where(past or below or sinks or stops, HALF * near, larger(LEAST * d, HALF * near))
     cut = larger(first_root(e0, slope, e1, d), least)
     return past or below or sinks or stops or lifts, cut
@@ -213,15 +213,15 @@ def integrate(
     Args:
         body: The body.
         gravity: [m/s^2].
-        weight: What weighs on it in the step.
+        weight: Its weight in the step.
         view: The corner and its neighbours.
         s: State at the start.
         span: The step.
         more: By how much the acceleration of the base may be larger inside the step than at its
-            ends [m/s^2]; negative of a body that has looked ahead.
+            ends [m/s^2]; negative for a body that has looked ahead.
 
     Returns:
-        The end of the step; whether an event was missed, and the length of the step to it; whether
+        The end of the step; whether an event lies inside, and the length of the step to it; whether
         the base may let go of the body at rest.
     """
     zero = real(0.0)
@@ -239,15 +239,15 @@ def integrate(
     glide = wp.where(flying or slides, glide, zero)
     free = Velocity(TWO * mean.x - s.vx, TWO * mean.z - s.vz, TWO * mean.omega - s.omega)
     along = s.vx + s.omega * at0.z
-    # Not projected: where friction nearly jams the body, that would hide how far it overshot.
+    # Before the projection, which would hide how far a body overshot that friction nearly jams.
     along1 = free.x + free.omega * at1.z
     near = NEARLY * body.longest_step
     reach = near * size(along1 - along) * per
-    # Sliding ends where it would turn round.
+    # Sliding ends where it would reverse.
     turned = held.slip * along1 <= wp.where(s.slip * along > zero, reach, zero)
     slip = wp.where(turned and not idle, zero, held.slip)
     v = held_velocity(body, Contact(held.mode, slip), at1, free)
-    # Nor does it go on where its own friction turned it round in the projection.
+    # Sliding also ends where its own friction reversed it in the projection.
     slip = wp.where(slip * (v.x + v.omega * at1.z) <= zero and not idle, zero, slip)
     stuck, sticks = s.slip == zero, slip == zero
     glide = wp.where(stuck and sticks and not flying, zero, glide)
@@ -259,7 +259,7 @@ def integrate(
     holds = surely and (pivoted or pivots)
     near_lift = least_lack(body, weight, edge, span.a0, span.a1) < more + SOON * gravity
     looks = is_at_rest(s) and more >= zero and near_lift
-    # The secant of a speed that begins to fall, of a short slide, is far from its slope.
+    # In a short slide the speed begins to fall inside the step: its secant is far from its slope.
     slows = wp.where(held.mode == FLAT, -s.slip * span.a0 - body.friction * weight.start,
                      s.slip * (along1 - along) * per)  # fmt: skip
     start = Margin(s.theta, s.omega, s.gap, s.vz - s.omega * at0.x, along, reserve)
@@ -276,11 +276,11 @@ def step(
     body: Body, knobs: Knobs, weight: Weight, view: View, live: bool, span: Span, more: real,
     s: State,
 ):  # fmt: skip
-    """One trial step of one lane, from what `begin` found; `more` as of `integrate`.
+    """One trial step of one lane, which `begin_step` began; `more` as of `integrate`.
 
     Returns:
-        The state after it, unchanged but for `cap` where an event lay inside; what it shows; what
-        it says of the corners.
+        The state after it, unchanged but for `cap` where an event lay inside; what the step adds to
+        the response; the corners.
     """
     zero = real(0.0)
     last, missed, cut, looks = integrate(body, knobs.gravity, weight, view, s, span, more)
@@ -291,7 +291,7 @@ def step(
     last.theta = wp.where(up, view.high, wp.where(down, view.low, last.theta))
     after = end_step(body, weight, view, up and not over, down and not over, lands, span, last)
     spot = view.x * view.z
-    # One comparison for all: of what is not finite the difference is no number.
+    # One comparison for all: the difference of a number that is not finite from itself is NaN.
     broken = (last.theta - last.theta) + (after.omega - after.omega) + (after.vx - after.vx)
     broken = broken + (after.vz - after.vz) + (span.time - span.time) + (spot - spot)
     sound = broken == zero

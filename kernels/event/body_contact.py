@@ -1,14 +1,15 @@
 """Contact of a body on contact points with its base: exact small solves.
 
-As event/block_contact.py, with corners (see shape/body.py) in the place of a rectangle's. Mass 1,
-clockwise rotation, inverse inertia w [1/m^2]; nothing is reflected. A corner may be rounded: (x, z)
-is then the centre of its arc, and it touches a radius r below that. The point that touches moves at
+As in event/block_contact.py the mass is 1, the rotation clockwise, and w the inverse inertia
+[1/m^2]; the corners are those of shape/body.py, and nothing is reflected. A corner may be rounded:
+(x, z) is then the centre of its arc, which touches the base a radius r below it. The velocity of
+the point of contact is
 
     along the base    vx + omega (Z - r),
     upwards           vz - omega X,
 
-(X, Z) the turned (x, z). The second does not see r, so that the arc rolls: of a corner that does
-not slide X + x of the centre of mass grows by r theta.
+(X, Z) the turned (x, z). The second does not contain r, since the arc rolls: the place of the
+centre of an arc that does not slide grows by r theta along the base.
 """
 
 import warp as wp
@@ -20,12 +21,18 @@ from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 
 @wp.struct
 class Body:
-    """What a step needs to know of one lane's body, and how it is let go.
+    """One lane's body, of mass 1, its start, and its longest step.
 
-    It starts at a rotation `start` [rad] with the angular velocity `spin` [rad/s].
-
-    `restitution` is the part of the angular velocity that is left where the body rocks over the
-    edge that it stands on at first; negative where the law of contact finds it.
+    Attributes:
+        inertia, inverse_inertia: About the centre of mass [m^2], [1/m^2].
+        friction: Coefficient of friction.
+        radius: Of its rounded corners [m].
+        restitution: Angular velocity after over that before an impact in which the body rocks over
+            the edge that it stands on at first; negative if the law of contact finds it.
+        start, spin: Rotation [rad] and angular velocity [rad/s] at the start.
+        rest_rotation: Swing below which the body rests [rad].
+        longest_step: Longest step [s].
+        step_limit: Largest number of steps.
     """
 
     inertia: real
@@ -51,7 +58,7 @@ class Edge:
 
 @wp.func
 def flat_friction(mu: real, slip: real, ux: real, uz: real) -> real:
-    """Friction of a body on an edge [m/s], from its velocities without contact."""
+    """Impulse of friction on a body on an edge [m/s], from its velocities without contact."""
     bound = -mu * uz
     held = larger(smaller(-ux, bound), -bound)
     return wp.where(slip != real(0.0), -slip * bound, held)
@@ -59,10 +66,10 @@ def flat_friction(mu: real, slip: real, ux: real, uz: real) -> real:
 
 @wp.func
 def tips_right(mu: real, slip: real, edge: Edge, ux: real, uz: real) -> bool:
-    """Whether the base presses an edge nearer to its end at +x than to the other one."""
+    """Whether the centre of pressure of an edge is nearer to its end at +x than to the other."""
     moment = -edge.height * flat_friction(mu, slip, ux, uz)
     presses = TWO * moment >= -uz * (edge.left + edge.right)
-    # Where nothing presses it on the base, the end ahead may yet jam.
+    # The end ahead can jam even if nothing presses the edge on the base.
     return wp.where(uz < real(0.0), presses, ux >= real(0.0))
 
 
@@ -76,14 +83,14 @@ def hold_reserve(body: Body, gravity: real, slip: real, at: Lever, omega: real, 
         body: The body.
         gravity: [m/s^2].
         slip: Direction of sliding, 0 where the corner sticks.
-        at: What touches.
+        at: The point of contact.
         omega: Angular velocity [rad/s].
         a: Acceleration of the base [m/s^2].
 
     Returns:
         The reserve; whether it is surely positive.
     """
-    # Of an arc its centre is flung out: what touches moves on over the arc.
+    # Of a rounded corner the centre of its arc is what turns; the point of contact moves over it.
     u = -gravity - omega * omega * (at.z + body.radius)
     s = -a - omega * omega * at.x
     # The impulses that take both to zero, times 1 + w (x^2 + z^2).
@@ -98,18 +105,18 @@ def hold_reserve(body: Body, gravity: real, slip: real, at: Lever, omega: real, 
 
 @wp.func
 def bounds(body: Body, edge: Edge):
-    """Accelerations of the base to -x and to +x / weight that let a body on an edge go."""
+    """Accelerations of the base, over the weight, to -x and to +x that let a body on an edge go."""
     per = real(1.0) / edge.height
     return smaller(body.friction, edge.right * per), smaller(body.friction, -edge.left * per)
 
 
 @wp.func
 def least_lack(body: Body, weight: Weight, edge: Edge, a0: real, a1: real) -> real:
-    """What the acceleration of the base lacks at the ends of a step to let a body go [m/s^2].
+    """Smallest lack at the ends of a step (event/lift.py) of the acceleration of the base [m/s^2].
 
     Args:
         body: The body.
-        weight: What weighs on it in the step.
+        weight: Its weight in the step.
         edge: The edge it lies on.
         a0, a1: Acceleration of the base at the start [m/s^2] and at the end.
     """
@@ -128,9 +135,9 @@ def mean_velocity(
     Args:
         body: The body.
         contact: How it touches its base at the start.
-        hold: Whether a pivoting corner sticks whatever force it takes.
+        hold: Whether a pivoting corner sticks, however large the force that holds it.
         edge: The edge it lies on, if it is flat.
-        at: What touches, in the middle of the step.
+        at: The point of contact in the middle of the step.
         free: Mean velocity without contact.
 
     Returns:
@@ -175,7 +182,7 @@ def held_velocity(body: Body, contact: Contact, at: Lever, free: Velocity) -> Ve
     Args:
         body: The body.
         contact: How it touches its base.
-        at: What touches.
+        at: The point of contact.
         free: Velocity before.
     """
     zero = real(0.0)
@@ -197,26 +204,28 @@ def held_velocity(body: Body, contact: Contact, at: Lever, free: Velocity) -> Ve
 def law_velocity(body: Body, beside: bool, at: Lever, other: real, before: Velocity):
     """Velocity after an inelastic impact that the law of contact finds.
 
-    Of two corners at the base one is struck, or both are where the other would sink then. The one
-    is the first, or the second where the base would have to pull at the first to lay both of them
-    flat. More than one of these obeys the law only where friction may jam a corner.
+    With two corners at the base the impact is on one of them, or on both if the other would sink
+    into the base then. The one is the first corner, or the second if laying both flat would need a
+    pull at the first. More than one of these impacts obeys the law only where friction can jam a
+    corner.
 
     Args:
         body: The body.
         beside: Whether a second corner is at the base.
-        at: The first corner, what touches of it.
+        at: The point of contact of the first corner.
         other: x of the second one, as high as the first, from the centre of mass [m].
         before: Velocity before.
 
     Returns:
-        Velocity, mode, whether what touches sticks, whether the second is struck.
+        Velocity, mode, whether the point of contact sticks, whether the second corner is struck.
     """
     zero = real(0.0)
     w = body.inverse_inertia
     ux, uz, uo, z = before.x, before.z, before.omega, at.z
     press = larger(-uz, zero)
     flat_f = flat_friction(body.friction, zero, ux, -press)
-    # Both lie flat without a pull at the first: its share of the press times the face's length.
+    # The impulse at the first corner if both are struck, times the length of the edge: a pull if
+    # negative.
     share = (flat_f * z + body.inertia * uo - press * other) * (at.x - other)
     second = beside and share < zero
     x, apart = wp.where(second, other, at.x), wp.where(second, at.x, other)
@@ -244,12 +253,12 @@ def law_velocity(body: Body, beside: bool, at: Lever, other: real, before: Veloc
 
 @wp.struct
 class Blow:
-    """What an impact does besides.
+    """More about an impact.
 
     Attributes:
         second: Whether the second corner is struck.
         lost: Energy lost per unit mass [J/kg].
-        needed: Friction that a prescribed impact asks for, NEVER where the base would have to pull
+        needed: Friction that a prescribed impact needs; NEVER where the base would have to pull,
             and zero where none is prescribed.
     """
 
@@ -265,7 +274,7 @@ class Turn:
     Attributes:
         follows: Whether the impact is the prescribed one, not that of the law of contact.
         omega: The angular velocity [rad/s].
-        needed: Friction that it asks for, see `Blow`.
+        needed: Friction that it needs, see `Blow`.
     """
 
     follows: bool
@@ -277,19 +286,19 @@ class Turn:
 def prescribed_turn(
     body: Body, given: bool, held: bool, at: Lever, law: Velocity, before: Velocity
 ) -> Turn:
-    """What a prescribed restitution makes of an impact, see `struck_velocity`.
+    """The impact that a prescribed restitution asks for, see `struck_velocity`.
 
     Args:
         body: The body.
-        given: Whether it is for this impact.
+        given: Whether the restitution is that of this impact.
         held: Whether the law of contact finds that the first corner sticks.
-        at: The first corner, what touches of it.
+        at: The point of contact of the first corner.
         law: Velocity after the impact by that law.
         before: Velocity before.
     """
     zero, one = real(0.0), real(1.0)
     ux, uz, uo, x, z = before.x, before.z, before.omega, at.x, at.z
-    # A body that slid as it came down may turn faster than its energy lets it turn after.
+    # A body that slides as it comes down can turn faster than its energy allows after the impact.
     energy = ux * ux + uz * uz + body.inertia * uo * uo
     most = wp.sqrt(energy / (body.inertia + x * x + z * z))
     asked = larger(smaller(body.restitution * uo, most), -most)
@@ -297,7 +306,8 @@ def prescribed_turn(
     grip = -asked * z - ux
     needed = wp.where(press > zero, size(grip) / press, NEVER)
     needed = wp.where(given, needed, zero)
-    # Both impulses lie in the cone of friction, or the part of the way to where it ends does.
+    # The part of the way from the law's impulses to the prescribed ones that stays in the cone of
+    # friction.
     spare = body.friction * press - size(grip)
     room = larger(body.friction * (law.z - uz) - sign_of(grip) * (law.x - ux), zero)
     part = wp.where(spare >= zero, one, wp.where(held, room / (room - spare), zero))
@@ -313,22 +323,22 @@ def struck_velocity(
 ):  # fmt: skip
     """Velocity after an inelastic impact: a corner has landed or the base stepped its velocity.
 
-    A restitution that is prescribed is the angular velocity after the impact over that before; the
-    impulses of the first corner do the rest, and it sticks. Where they ask for more friction than
-    there is, the angular velocity comes as near to the prescribed one, from that which the law of
-    contact finds, as friction lets it. Where the base would have to pull, and where the body slides
-    by that law, the impact is the law's. No impact gains energy.
+    A prescribed restitution is the angular velocity after the impact over that before. The first
+    corner sticks, and its impulses follow. If they need more friction than there is, the angular
+    velocity lies between the one that the law of contact finds and the prescribed one, as near to
+    the latter as friction allows. If the base would have to pull, or the body slides by the law of
+    contact, the impact follows that law. No impact gains energy.
 
     Args:
         body: The body.
         beside: Whether a second corner is at the base.
-        prescribed: Whether a prescribed restitution is for this impact.
-        at: The first corner, what touches of it.
+        prescribed: Whether a prescribed restitution is that of this impact.
+        at: The point of contact of the first corner.
         other: x of the second one, as high as the first, from the centre of mass [m].
         before: Velocity before.
 
     Returns:
-        Velocity, contact, and what else the impact does.
+        Velocity, contact, and more about the impact.
     """
     zero = real(0.0)
     ux, uz, uo, x, z = before.x, before.z, before.omega, at.x, at.z
@@ -352,7 +362,7 @@ def struck_velocity(
 
 @wp.func
 def may_rest(body: Body, gravity: real, edge: Edge, omega: real, before: real, pull: real):
-    """Whether the body rests on an edge after an impact, and the time of the impacts left out.
+    """Whether the body rests on an edge after an impact, and the time of the omitted impacts.
 
     Args:
         body: The body.

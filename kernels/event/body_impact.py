@@ -1,4 +1,4 @@
-"""What the end of a step does to a body on contact points: impacts, velocity steps, rest."""
+"""End of a step of a body on contact points: impacts, velocity steps of the base, rest."""
 
 import warp as wp
 
@@ -13,14 +13,14 @@ from warprock.kernels.shape.body import turned_x, turned_z
 
 @wp.struct
 class Struck:
-    """The corner that is struck first at the end of a step, and a second one on the base.
+    """The corner that is struck first at the end of a step, and the other end of its edge.
 
     Attributes:
-        right: Whether the edge is that to +x of the corner.
-        beside: Whether the body lies on an edge at all.
-        swaps: Whether the neighbour there is struck.
-        x, z: What touches of the struck corner, from the centre of mass [m].
-        other: x of the other one [m].
+        right: Whether that edge is the one to +x of corner k.
+        beside: Whether the whole edge lies on the base.
+        swaps: Whether the neighbour of corner k is struck first.
+        x, z: Point of contact of the struck corner, from the centre of mass [m].
+        other: x of the other end [m].
     """
 
     right: bool
@@ -33,16 +33,16 @@ class Struck:
 
 @wp.struct
 class Impact:
-    """What the end of a step does to a body.
+    """The body after the end of a step.
 
     Attributes:
-        vx, vz, omega: Velocity after it [m/s], [rad/s].
+        vx, vz, omega: Velocity [m/s], [rad/s].
         mode, slip: How the body touches its base.
-        corner: The corner that it turns about; of a body that lies flat, its edge's end at -x.
+        corner: Corner k, see event/body.py.
         lost: Energy lost per unit mass [J/kg].
         hit: Whether another corner or a flying one hit the base.
-        tail: Time of the impacts that resting leaves out [s].
-        needed: Friction that a prescribed impact asks for, see `Blow`.
+        tail: Time of the impacts that the rest rule omits [s].
+        needed: Friction that a prescribed impact needs, see `Blow`.
     """
 
     vx: real
@@ -63,12 +63,12 @@ def find_struck(
 ) -> Struck:
     """The corner that is struck first at the end of a step.
 
-    That is the neighbour where it lands; of a flat body that lands or that the base kicks, the
-    corner ahead.
+    That is the neighbour of corner k if the neighbour lands. If a flat body lands, or the base
+    kicks it, it is the corner ahead.
 
     Args:
         body: The body.
-        view: The corner and its neighbours.
+        view: Corner k and its neighbours.
         up, down: Whether the body now lies on the edge to +x of the corner, to -x of it.
         lands: Whether the corner has landed.
         kicked: Velocity along the base after its velocity step [m/s].
@@ -96,16 +96,16 @@ def find_struck(
 def end_step(
     body: Body, weight: Weight, view: View, up: bool, down: bool, lands: bool, span: Span, end: End
 ) -> Impact:
-    """What the end of a step does to a body.
+    """Applies the impact, the velocity step of the base and the rest rule at the end of a step.
 
     Args:
         body: The body.
-        weight: What weighs on it, and the velocity step of the base upwards.
-        view: The corner and its neighbours.
+        weight: Its weight, and the velocity step of the base upwards.
+        view: Corner k and its neighbours.
         up, down: Whether the body now lies on the edge to +x of the corner, to -x of it.
         lands: Whether the corner has landed.
-        span: The step, in which the base moves.
-        end: Its end.
+        span: The step.
+        end: The body at its end.
     """
     zero = real(0.0)
     kick = span.kick
@@ -115,7 +115,7 @@ def end_step(
     struck = hit or kicked_on
     kicked, dropped = end.vx - kick, end.vz - weight.kick
     corner = find_struck(body, view, up, down, lands, kicked, end)
-    # What is prescribed is for the edge that the body stands on at first.
+    # A prescribed restitution is that of the edge on which the body stands at first.
     upright = end.theta == zero
     prescribed = falls and pivots and upright
     after, contact, blow = struck_velocity(

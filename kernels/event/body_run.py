@@ -10,11 +10,12 @@ import warp as wp
 
 from warprock.kernels.event.block import Knobs
 from warprock.kernels.event.block_state import Seen, State, observe, start_seen
-from warprock.kernels.event.body import begin, look_ahead, step
+from warprock.kernels.event.body import begin_step, look_ahead, step
 from warprock.kernels.event.body_contact import Body
 from warprock.kernels.event.body_view import View, edge_of, tips_about_second
 from warprock.kernels.event.body_weight import rise, weight_in
 from warprock.kernels.event.found import Result, block_result, result_of
+from warprock.kernels.instance import TWO_VECTORS
 from warprock.kernels.modes import FLAT, OVERTURNED, PIVOTING
 from warprock.kernels.motion import Ground, sample_index
 from warprock.kernels.rows import kernel, rows
@@ -22,9 +23,12 @@ from warprock.kernels.shape.above import Above, Motions
 from warprock.kernels.shape.body import Corner, is_past, turned_x, turned_z
 from warprock.kernels.shape.stack_found import BlockResult
 
+wp.set_module_options(TWO_VECTORS)
+
 ASKED = wp.constant(1)
 DONE = wp.constant(2)
-"""What a lane at rest does before a step in which its base may let it go: look ahead."""
+"""States of looking ahead, which a lane at rest does before a step in which its base may let it go:
+the step asked for it, it is done."""
 
 
 @wp.struct
@@ -43,7 +47,7 @@ class Start:
 
 @wp.struct
 class Chain:
-    """Corners of a lane: that of its state, see event/body.py, and the last that it has."""
+    """Numbers of the corner of a lane's state (event/body.py) and of its last corner."""
 
     corner: int
     last: int
@@ -59,12 +63,12 @@ class Climb:
 
 @wp.struct
 class Sides:
-    """What is seen of a body besides, and what it has to do.
+    """More of the observed response of a body, and whether it has to look ahead.
 
     Attributes:
         left, right: Largest rotations to -x and to +x [rad].
-        needed: Friction that its prescribed impacts ask for.
-        look: Whether it has to look ahead: 0, ASKED or DONE.
+        needed: Friction that its prescribed impacts need.
+        look: 0, ASKED or DONE.
     """
 
     left: real
@@ -75,7 +79,7 @@ class Sides:
 
 @wp.struct
 class Found:
-    """Where the answers go; `sides`: largest rotations to -x and to +x [rad], shape [2, lane]."""
+    """Results; `sides` holds the largest rotations to -x and to +x [rad], shape [2, lane]."""
 
     results: wp.array(dtype=Result)
     blocks: wp.array2d(dtype=BlockResult)
@@ -86,14 +90,14 @@ class Found:
 
 @wp.func
 def starts_past(body: Body, angle: real) -> int:
-    """1 where a body starts beyond a rotation, or at it and turns on; else 0."""
+    """1 where a body starts beyond a rotation, or at it and turns to +x; else 0."""
     turns_on = body.start == angle and body.spin > real(0.0)
     return wp.where(body.start > angle or turns_on, 1, 0)
 
 
 @wp.func
 def start_lane(lowest: Corner, body: Body):
-    """Lets a body go at its rotation [rad], about a corner if it turns."""
+    """State and response of a body at its start; if it turns, it turns about its lowest corner."""
     zero, theta, omega = real(0.0), body.start, body.spin
     flat = theta == lowest.angle and omega == zero
     s, c = sine(theta), cosine(theta)
@@ -133,7 +137,7 @@ def place_at(corner: Corner, radius: real, until: real, s: State, start: Start):
     Args:
         corner: The corner.
         radius: Of its arc [m].
-        until: The time asked for [s]; after the end of the step, that counts.
+        until: The time [s]; if the step ends earlier, its end counts.
         s, start: State at the end of the step and at its start.
 
     Returns:
@@ -229,7 +233,7 @@ def run_lanes(
                 at = sample_index(m, state[i].segment)
                 ground = Ground(pool[0, at], pool[1, at], real(0.0))
                 going = state[i].mode < OVERTURNED and state[i].time < until
-                span, more = begin(blocks[first + i], m, ground, end, going, state[i], above)
+                span, more = begin_step(blocks[first + i], m, ground, end, going, state[i], above)
                 weight = weight_in(knobs.gravity, above, span.time, span.d, climb[i].rising)
                 # Field by field: four float32 loaded at once would keep the loop scalar.
                 here = chain[i].corner

@@ -1,4 +1,4 @@
-"""What a step of a body on contact points sees: one corner, and what is on both sides of it."""
+"""The part of a body on contact points that a step needs: one corner and its neighbours."""
 
 import warp as wp
 
@@ -12,14 +12,15 @@ from warprock.kernels.shape.body import turned_x, turned_z
 
 @wp.struct
 class View:
-    """Corner k and what is on both sides of it, from the centre of mass at the rotation zero.
+    """Corner k and its neighbours, from the centre of mass at the rotation zero.
 
     Attributes:
         corner: k.
-        x, z: Where it is [m].
+        x, z: Its place [m].
         low, high: Rotations at which the edges on both sides lie flat [rad].
-        left_x, left_z: The corner to -x [m], k itself if it is the first; right_x, right_z to +x.
-        flat_right: Whether a body that lies flat lies on the edge to +x of it.
+        left_x, left_z: The corner to -x [m], k itself if it is the first.
+        right_x, right_z: The corner to +x [m], k itself if it is the last.
+        flat_right: Whether a body that lies flat lies on the edge to +x of k.
     """
 
     corner: int
@@ -44,7 +45,7 @@ def edge_of(body: Body, x1: real, z1: real, x2: real, z2: real, s: real, c: real
 
 @wp.func
 def edge_below(body: Body, view: View, s: real, c: real) -> Edge:
-    """The edge on which a body lies that is flat, turned by (s, c)."""
+    """The edge on which a flat body lies, turned by (s, c)."""
     right = view.flat_right
     return edge_of(
         body,
@@ -61,7 +62,7 @@ def edge_below(body: Body, view: View, s: real, c: real) -> Edge:
 def tips_about_second(
     body: Body, gravity: real, weight: Weight, edge: Edge, s: State, span: Span
 ) -> bool:
-    """Whether a body on an edge would tip in a step about its end at +x, see `tips_right`."""
+    """Whether a body on an edge would tip about the end at +x in a step, see `tips_right`."""
     uz = -HALF * span.d * gravity
     if VERTICAL:
         uz = uz - HALF * weight.gained
@@ -75,11 +76,11 @@ def find_contacts(body: Body, view: View, end: End):
     Args:
         body: The body.
         view: The corner and its neighbours.
-        end: The end of the step; `deep` counts for the corner alone.
+        end: The end of the step; its `deep` is that of the corner alone.
 
     Returns:
-        Whether the corner to +x has landed or taken the place of the lowest, whether that to -x
-        has; whether a flying corner lands; how deep a corner is [m].
+        Whether the corner to +x has landed or become the lowest one; the same of that to -x;
+        whether a flying corner lands; largest penetration of a corner [m].
     """
     near = NEARLY * body.longest_step
     s, c = sine(end.theta), cosine(end.theta)

@@ -1,7 +1,7 @@
-"""What weighs on a body in a step, seen from its base: gravity, and what a rising base adds.
+"""Weight of a body of mass 1 in the frame of its base: gravity, and what a rising base adds.
 
-In the frame of the base every mass is pulled down by g + a_z(t), and thrown down by a velocity step
-of the base upwards. Where VERTICAL is not set the base keeps its height, and a step weighs g.
+It is g + a_z(t), a_z the acceleration of the base upwards. A velocity step of the base upwards
+throws the body down. If VERTICAL is false, the base keeps its height and the weight is g.
 """
 
 import warp as wp
@@ -13,13 +13,14 @@ from warprock.kernels.shape.above import Above
 
 @wp.struct
 class Weight:
-    """What weighs on a body of mass 1 in a step.
+    """Weight of a body of mass 1 in a step.
 
     Attributes:
-        start, end: Pull downwards at its start and at its end [m/s^2].
-        gained: Velocity that the base gains upwards in it, but for a step at its end [m/s].
-        kick: Velocity step of the base upwards at its end [m/s].
-        passed: Whether it ends at a knot of the vertical motion.
+        start, end: Weight at both ends of the step [m/s^2].
+        gained: Change of the velocity of the base upwards, without the velocity step at the end
+            [m/s].
+        kick: Velocity step of the base upwards at the end [m/s].
+        passed: Whether the step ends at a knot of the vertical motion.
     """
 
     start: real
@@ -33,7 +34,7 @@ if VERTICAL:
 
     @wp.func
     def weight_in(gravity: real, above: Above, time: real, d: real, rising: real) -> Weight:
-        """What weighs in a step of length d that ends at a time; the base rises at `rising`."""
+        """Weight in a step of length d that ends at a time; `rising` is the velocity upwards."""
         w = Weight()
         w.passed = time >= knot_time(above.motion, above.segment)
         w.kick = wp.where(w.passed, knot_step(above.motion, above.segment), real(0.0))
@@ -53,7 +54,7 @@ else:
 
 @wp.func
 def fall_in(weight: Weight, gravity: real, d: real) -> real:
-    """What weighs makes of a velocity in a step of length d [m/s]."""
+    """Velocity downwards that the weight adds in a step of length d [m/s]."""
     fall = d * gravity
     if VERTICAL:
         fall = fall + weight.gained
@@ -100,7 +101,7 @@ def nearest_lack(
 
 @wp.func
 def kicks(weight: Weight, kick: real) -> bool:
-    """Whether the velocity of the base steps at the end of a step, along by `kick` or upwards."""
+    """Whether the base steps its velocity at the end of a step, along x by `kick` or upwards."""
     found = kick != real(0.0)
     if VERTICAL:
         found = found or weight.kick != real(0.0)
@@ -109,7 +110,7 @@ def kicks(weight: Weight, kick: real) -> bool:
 
 @wp.func
 def rise(taken: bool, weight: Weight, rising: wp.ref[real], risen: wp.ref[int]):
-    """Moves the base on after a step: its velocity upwards [m/s], and the knots that it passed."""
+    """Updates the velocity of the base upwards [m/s] and the knots that it has passed."""
     if VERTICAL:
         rising = rising + wp.where(taken, weight.gained + weight.kick, real(0.0))
         risen = risen + wp.where(taken and weight.passed, 1, 0)

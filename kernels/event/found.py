@@ -1,4 +1,4 @@
-"""What a run of single blocks and bodies in the plane leaves behind."""
+"""Results of a run of single blocks and bodies in the plane."""
 
 import warp as wp
 
@@ -8,7 +8,7 @@ from warprock.kernels.shape.stack_found import BlockResult
 
 @wp.struct
 class Result:
-    """What one lane's run leaves behind; `needed`: friction that its prescribed impacts ask for."""
+    """Results of one lane; `needed` is the friction that its prescribed impacts need."""
 
     uplift_time: real
     rest_time: real
@@ -22,7 +22,7 @@ class Result:
 
 @wp.func
 def result_of(seen: Seen, needed: real, mode: int) -> Result:
-    """What a lane leaves behind."""
+    """The results of a lane."""
     return Result(
         seen.uplift_time, seen.rest_time, seen.loss, seen.deepest, needed, seen.impacts, mode,
         seen.steps,
@@ -31,5 +31,5 @@ def result_of(seen: Seen, needed: real, mode: int) -> Result:
 
 @wp.func
 def block_result(slide: real, seen: Seen) -> BlockResult:
-    """What its block leaves behind; the slide at the end [m]."""
+    """The results of its block, from the slide at the end [m]."""
     return BlockResult(slide, seen.peak, seen.peak_time, seen.peak_slide)

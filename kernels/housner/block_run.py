@@ -13,10 +13,12 @@ import warp as wp
 
 from warprock.kernels.housner.block import Block, State, stall, start_lane, step
 from warprock.kernels.housner.block_found import BlockResult, Found, Result, Seen
-from warprock.kernels.instance import CAPTURES, module_options
+from warprock.kernels.instance import CAPTURES, TWO_VECTORS, module_options
 from warprock.kernels.modes import OVERTURNED, RESTING
 from warprock.kernels.motion import Ground, Motion, sample_index
 from warprock.kernels.rows import kernel, rows
+
+wp.set_module_options(TWO_VECTORS)
 
 RECORD = MOTION == "record"
 
@@ -33,7 +35,7 @@ def result_of(s: State, seen: Seen) -> Result:
 
 
 if RECORD and LANES > 1:
-    wp.set_module_options(module_options(more_flags=CAPTURES))
+    wp.set_module_options(module_options(interleave=2, more_flags=CAPTURES))
 
     Members = wp.types.vector(length=LANES, dtype=int)
     """Places of the lanes that take a step with events together."""

@@ -15,6 +15,7 @@ import warp as wp
 
 from tests.shared.device_scenes import Run, compiled, measured, runs
 from warprock.engines.launching import Form
+from warprock.kernels.instance import REALS
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, MotionKind
 from warprock.model.response import Response, SampleTimes, take_lanes
@@ -23,11 +24,11 @@ from warprock.running.devices import device_names
 
 ORDINARY = ("impulse: block, record", "dem: block, record")
 THOROUGH = ("event: stack, record", "event: block in space, record")
-"""Kernels that the ordinary run builds, and long ones that `thorough` builds. All that there are on
-a record, which take five minutes, are marked `gpu`; `python -m tests.shared.device_scenes` has
-every other motion, too."""
+"""Kernels that the ordinary run builds, and long ones that `thorough` builds, in both precisions.
+All that there are on a record are marked `gpu`; `python -m tests.shared.device_scenes` builds those
+of every other motion, too."""
 
-IN_A_POWER = {"two-block": {"rcp.approx.ftz.f64"}}
+IN_A_POWER = {"two-block": {"rcp.approx.ftz"}}
 """What else the code of an engine has that takes a power: `two-block`, for its step."""
 
 COPIES = 50
@@ -47,17 +48,20 @@ ON_RECORD = [
 ]
 
 
+@pytest.mark.parametrize("precision", REALS)
 @pytest.mark.parametrize("run", ON_RECORD)
-def test_kernels_can_be_built_for_a_gpu(run: Run, tmp_path: pathlib.Path):
-    code = compiled(run.module(), tmp_path).read_text(encoding="ascii")
+def test_kernels_can_be_built_for_a_gpu(run: Run, precision: str, tmp_path: pathlib.Path):
+    code = compiled(run.module(precision=precision), tmp_path).read_text(encoding="ascii")
     assert ".visible .entry run_lanes" in code
     assert ".target sm_80" in code
     # Every operation rounds to nearest, in the one way that IEEE 754 states: `mul.rn` is never
-    # fused, as `mul` may be.
+    # fused, as `mul` may be. None is in the other precision.
     names = "add|sub|mul|fma|mad|div|rcp|sqrt|rsqrt|ex2|lg2|sin|cos"
-    arithmetic = set(re.findall(rf"\b(?:{names})\S*f(?:32|64)\b", code))
-    assert {"add.rn.f64", "mul.rn.f64", "fma.rn.f64"} <= arithmetic
-    assert {name for name in arithmetic if ".rn." not in name} == IN_A_POWER.get(run.engine, set())
+    arithmetic = re.findall(rf"\b((?:{names})\S*)\.f(32|64)\b", code)
+    assert {f"float{bits}" for _operation, bits in arithmetic} == {precision}
+    operations = {operation for operation, _bits in arithmetic}
+    assert {"add.rn", "mul.rn", "fma.rn"} <= operations
+    assert {each for each in operations if ".rn" not in each} == IN_A_POWER.get(run.engine, set())
 
 
 def test_what_a_kernel_takes_is_read_from_its_machine_code():

@@ -2,12 +2,23 @@
 
 import ast
 import pathlib
+import re
 import tomllib
 
 import pytest
 import warp as wp
 
-from warprock.kernels.instance import FOLDER, PARAMETERS, SCALAR, kernel_module, public
+from warprock.kernels.instance import (
+    BYTES,
+    FOLDER,
+    LANE_WIDTH,
+    PARAMETERS,
+    REALS,
+    SCALAR,
+    VECTOR_BYTES,
+    kernel_module,
+    public,
+)
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -43,6 +54,15 @@ def test_an_import_brings_the_instance_with_the_same_parameters():
         rows = kernel_module("shape/stack", precision="float64", blocks=blocks).Rows
         contact = kernel_module("direct/stack", precision="float64", blocks=blocks)
         assert contact.Rows is rows
+
+
+@pytest.mark.parametrize("precision", REALS)
+@pytest.mark.parametrize("file", ["impulse/block_run", "direct/block_run", "housner/block_run"])
+def test_a_pack_has_all_vectors_that_are_worked_on_side_by_side(file: str, precision: str):
+    module = kernel_module(file, precision=precision, iterations=3)
+    flags = wp.get_module_options(module)["cpu_compiler_flags"]
+    (count,) = map(int, re.findall(r"-force-vector-interleave=(\d+)", flags))
+    assert count * VECTOR_BYTES <= LANE_WIDTH * BYTES[precision]
 
 
 def test_a_file_that_fails_is_not_kept():

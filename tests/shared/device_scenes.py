@@ -1,13 +1,14 @@
 """Every scene that chooses a kernel, for tests of devices that no other test runs on.
 
-`python -m tests.shared.device_scenes` compiles the kernels of all engines, scenes and kinds of
-motion for a GPU, which needs none, and prints what each takes.
+`python -m tests.shared.device_scenes` compiles the kernels of all engines, scenes, kinds of motion
+and precisions for a GPU, which needs none, and prints what each takes.
 """
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
+import itertools
 import pathlib
 import tempfile
 import time
@@ -21,7 +22,8 @@ from tests.shared import planar_bodies, space_bodies, stack_bodies
 from tests.shared.cubin import Resources, resources_of
 from tests.shared.kinds import lanes_of, motions_of, planar_motions
 from warprock.engines import ENGINES, engine_class
-from warprock.engines.launching import Target
+from warprock.engines.launching import Form, Target
+from warprock.kernels.instance import REALS
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, MotionKind, UprightMotions
 from warprock.model.pose import quaternion
@@ -116,10 +118,12 @@ class Run:
         scene = scene_kind(lanes, motions, restitution_given=given)
         return engine_class(self.engine).supports(scene) is None
 
-    def module(self, device: str = "cuda:0") -> str:
+    def module(
+        self, device: str = "cuda:0", precision: str = "float64", form: Form | None = None
+    ) -> str:
         """Name of the Warp module that holds its kernel, which need not be built."""
         lanes, motions = self.batch()
-        engine = engine_class(self.engine)(self.settings, Target(device=device))
+        engine = engine_class(self.engine)(self.settings, Target(precision, device, form))
         return engine.module_of(engine.kernel_lanes(lanes, motions), motions).__name__
 
 
@@ -155,18 +159,22 @@ def main() -> None:
     """Prints one line a kernel: CPU seconds, registers and bytes of local memory a thread."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("words", nargs="*", help="only runs whose names have all of these words")
-    words = parser.parse_args().words
-    seen = set[str]()
-    for run in runs():
-        if not all(word in run.name for word in words) or (module := run.module()) in seen:
+    parser.add_argument("--precisions", nargs="+", default=list(REALS), choices=list(REALS))
+    asked = parser.parse_args()
+    seen, total = set[str](), 0.0
+    asked_runs = (run for run in runs() if all(word in run.name for word in asked.words))
+    for run, precision in itertools.product(asked_runs, asked.precisions):
+        if (module := run.module(precision=precision)) in seen:
             continue
         seen.add(module)
         took, found = measured(module)
+        total += took
         print(
-            f"{run.name}: {took:.1f} s, {found.registers} registers, "
+            f"{run.name}, {precision}: {took:.1f} s, {found.registers} registers, "
             f"{found.local_memory} bytes of local memory",
             flush=True,
         )
+    print(f"{len(seen)} kernels, {total:.0f} s")
 
 
 if __name__ == "__main__":
