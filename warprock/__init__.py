@@ -15,11 +15,11 @@
     run.table
 
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Contact`,
-`TransverseWall`, `Tie`, `Start`, `Motion`, `Times`, `Sweep`, `Grid`, `Sample`, `Uniform`,
-`Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`, `with_unit`, `save_record`. Commands:
-`run`, `fragility`, `map`, `spectrum`, `ida`, `sensitivity`, `sweep`, `compare`, `validate`,
-`study`, `body`. Bad input is an `InputError`. Below them lie the functions that they call:
-`expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
+`TransverseWall`, `Tie`, `TopLoad`, `Start`, `Motion`, `Times`, `Sweep`, `Grid`, `Sample`,
+`Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`, `with_unit`, `save_record`.
+Commands: `run`, `fragility`, `map`, `spectrum`, `ida`, `sensitivity`, `sweep`, `compare`,
+`validate`, `study`, `body`. Bad input is an `InputError`. Below them lie the functions that they
+call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
 """
@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from warprock.api.parts import Sweep as Sweep
     from warprock.api.parts import Tie as Tie
     from warprock.api.parts import Times as Times
+    from warprock.api.parts import TopLoad as TopLoad
     from warprock.api.parts import TransverseWall as TransverseWall
     from warprock.api.parts import Uniform as Uniform
     from warprock.api.plain import with_unit as with_unit
@@ -111,6 +112,7 @@ _HOME = {
     "Sweep": "api.parts",
     "Tie": "api.parts",
     "Times": "api.parts",
+    "TopLoad": "api.parts",
     "TransverseWall": "api.parts",
     "Uniform": "api.parts",
     "body": "api.body",

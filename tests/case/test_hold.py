@@ -48,6 +48,27 @@ def test_a_case_holds_its_block(write):
     assert (inputs["wall_side"], inputs["tie_side_2"]) == ("left", "right")
 
 
+def test_a_case_loads_its_block(write):
+    text = (
+        FREE
+        + """
+[top_load]
+weight = "20 kN"
+eccentricity = "-10 cm"
+point = "stays"
+"""
+    )
+    lane_set = expand_lanes(load_case(write(text), ["top_load.thrust=1 kN, 2 kN"]))
+    load = lane_set.lanes.hold.load
+    assert lane_set.scene.held == ("top_load",)
+    np.testing.assert_array_equal(load.weight, 2e4)
+    np.testing.assert_array_equal(load.thrust, [1e3, 2e3])
+    assert load.stays.all()
+    assert lane_set.inputs["load_eccentricity_mm"].tolist() == [-100.0] * 2
+    with pytest.raises(wr.InputError, match=r"must lie on the top of the block, at most 0\.25 m"):
+        expand_lanes(load_case(write(text), ["top_load.eccentricity=30 cm"]))
+
+
 def test_ties_and_walls_are_swept_drawn_and_overridden(write):
     file = write(HELD)
     case = load_case(

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.hold import BY_FORMULA, Tie, TransverseWall
+from warprock.case.hold import BY_FORMULA, STAYS, Tie, TopLoad, TransverseWall
 from warprock.case.input_columns import key_column
 from warprock.errors import InputError
 from warprock.model.hold import SIDES, Hold, Ties, three_impacts
+from warprock.model.hold import TopLoad as Loads
 from warprock.model.lanes import Lanes
 from warprock.quantity import NumberKey, Said
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-WALL, TIE = TransverseWall.place, Tie.place.partition(".")[0]
+WALL, TIE, LOAD = TransverseWall.place, Tie.place.partition(".")[0], TopLoad.place
 
 
 def held(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]:
@@ -31,8 +32,8 @@ def held(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]:
         lanes: Its blocks.
 
     Raises:
-        InputError: A block that starts in its wall, a tie above its block, or forces and
-            elongations of a tie that do not fit together.
+        InputError: A block that starts in its wall, a tie above its block, forces and elongations
+            of a tie that do not fit together, or a weight beside its block.
     """
     columns: dict[str, object] = {}
     hold = Hold()
@@ -46,6 +47,10 @@ def held(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]:
         hold = dataclasses.replace(hold, ties=Ties(**parts))
         for number in numbers:
             columns |= _tie_columns(values, number)
+    if values.case.tables.top_load is not None:
+        load, of_load = _load(values, lanes)
+        hold = dataclasses.replace(hold, load=load)
+        columns |= of_load
     return (dataclasses.replace(lanes, hold=hold) if columns else lanes), columns
 
 
@@ -111,6 +116,22 @@ def _tie_columns(values: LaneValues, number: int) -> dict[str, object]:
     return columns
 
 
+def _load(values: LaneValues, lanes: Lanes) -> tuple[Loads, dict[str, object]]:
+    """Loads on top of blocks, and their columns."""
+    names = ("weight", "eccentricity", "thrust")
+    numbers = {name: values.numbers(f"{LOAD}.{name}") for name in names}
+    beside = np.abs(numbers["eccentricity"]) > 0.5 * lanes.width
+    half = 0.5 * lanes.width[int(np.argmax(beside))]
+    allowed = f"must lie on the top of the block, at most {half:g} m from its middle"
+    values.refuse(beside, f"{LOAD}.eccentricity", allowed)
+    points, codes = values.texts(f"{LOAD}.point")
+    columns: dict[str, object] = {}
+    for name, each in numbers.items():
+        columns |= key_column(f"{LOAD}.{name}", each)
+    columns |= {"load_point": values.column(f"{LOAD}.point")}
+    return Loads(**numbers, stays=np.array([p == STAYS for p in points])[codes]), columns
+
+
 def refuse_elsewhere(values: LaneValues, place: str) -> None:
     """Refuses what holds a block where blocks are not single boxes in the plane.
 
@@ -121,7 +142,7 @@ def refuse_elsewhere(values: LaneValues, place: str) -> None:
     Raises:
         InputError: The case holds its block.
     """
-    for name in (WALL, TIE):
+    for name in (WALL, TIE, LOAD):
         if getattr(values.case.tables, name) is not None:
             allowed = f"must be left out: it holds a single box in the plane, and the case {place}"
             raise InputError(values.case.source_of(name), name, Said("a table"), allowed)
