@@ -15,7 +15,7 @@
     run.table
 
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Contact`,
-`TransverseWall`, `Tie`, `TopLoad`, `Start`, `Motion`, `Times`, `Sweep`, `Grid`, `Sample`,
+`TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Start`, `Motion`, `Times`, `Sweep`, `Grid`, `Sample`,
 `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`, `with_unit`, `save_record`.
 Commands: `run`, `fragility`, `map`, `spectrum`, `ida`, `sensitivity`, `sweep`, `compare`,
 `validate`, `study`, `body`. Bad input is an `InputError`. Below them lie the functions that they
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from warprock.api.parts import Block as Block
     from warprock.api.parts import Contact as Contact
     from warprock.api.parts import Ensemble as Ensemble
+    from warprock.api.parts import Frame as Frame
     from warprock.api.parts import Grid as Grid
     from warprock.api.parts import Lognormal as Lognormal
     from warprock.api.parts import Loguniform as Loguniform
@@ -93,6 +94,7 @@ _HOME = {
     "Contact": "api.parts",
     "Ensemble": "api.parts",
     "Found": "api.found",
+    "Frame": "api.parts",
     "Grid": "api.parts",
     "InputError": "errors",
     "LaneSet": "case.lanes",

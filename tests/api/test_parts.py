@@ -16,6 +16,7 @@ DECLARED = [
     wr.TransverseWall,
     wr.Tie,
     wr.TopLoad,
+    wr.Frame,
     wr.Start,
     wr.Motion,
     wr.Times,

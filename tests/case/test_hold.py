@@ -69,6 +69,21 @@ point = "stays"
         expand_lanes(load_case(write(text), ["top_load.eccentricity=30 cm"]))
 
 
+def test_a_block_is_a_column_of_a_frame(write):
+    text = FREE + '[frame]\ncolumns = 2\nbeam_mass = "534 kg"\n'
+    lane_set = expand_lanes(load_case(write(text)))
+    # Each column has 267 kg.
+    np.testing.assert_allclose(lane_set.lanes.hold.frame.mass_ratio, 1.0)
+    row = lane_set.inputs.iloc[0]
+    assert row["beam_mass_kg"] == 534.0
+    assert row["frequency_parameter_rad_s"] == lane_set.lanes.frequency_parameter[0]
+    assert row["angular_restitution"] == lane_set.lanes.angular_restitution[0]
+    with pytest.raises(wr.InputError, match="must be a whole number"):
+        expand_lanes(load_case(write(text), ["frame.columns=2.5"]))
+    with pytest.raises(wr.InputError, match=r"beside \[frame\], whose columns stand free"):
+        expand_lanes(load_case(write(text), ["top_load.weight=1 kN"]))
+
+
 def test_ties_and_walls_are_swept_drawn_and_overridden(write):
     file = write(HELD)
     case = load_case(

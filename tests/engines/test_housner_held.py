@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 from tests.shared.blocks import at_rest, make_lanes, sines, velocity_steps
 from tests.shared.held import held_batch
 from warprock.model import rocking
-from warprock.model.hold import Hold, Ties, TopLoad, three_impacts
+from warprock.model.hold import Frame, Hold, Ties, TopLoad, three_impacts
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control
 from warprock.model.response import Outcome, Response, SampleTimes, Status
@@ -262,3 +262,35 @@ def test_random_lanes_follow_the_oracle(wall, ties, load, seed):
 @pytest.mark.parametrize(("wall", "ties", "load", "seed"), KINDS)
 def test_many_random_lanes_follow_the_oracle(wall, ties, load, seed):
     assert_follows_oracle(300, seed, wall=wall, ties=ties, load=load)
+
+
+def test_a_frame_rocks_as_its_closed_form():
+    column = make_lanes(np.full(2, 1.0), 6.0)
+    frame = Frame(np.array([4.0, 4.0]), np.array([0.0, 1.0]))
+    lanes = dataclasses.replace(column, hold=Hold(frame=frame))
+    # Makris and Vassiliou (2013): columns of 1 x 6 m, a beam as heavy as all of them.
+    np.testing.assert_allclose(lanes.frequency_parameter[1], 1.346977, atol=6e-7)
+    eta = frame.angular_restitution(column.slenderness_angle)
+    np.testing.assert_allclose(eta[1], 0.949324, atol=6e-7)
+    # Without a beam it is the block.
+    np.testing.assert_allclose(lanes.frequency_parameter[0], column.frequency_parameter[0])
+    np.testing.assert_allclose(eta[0], column.angular_restitution[0])
+
+
+def test_random_frames_follow_the_oracle():
+    count, rng = 20, np.random.default_rng(11)
+    lanes, motions = held_batch(count, 3, wall=False, ties=0)
+    frame = Frame(rng.integers(1, 9, count).astype(np.float64), rng.uniform(0.0, 5.0, count))
+    eta = frame.angular_restitution(lanes.slenderness_angle)
+    lanes = dataclasses.replace(lanes, hold=Hold(frame=frame), angular_restitution=eta)
+    times = SampleTimes(4.0, 0.02)
+    found = run_batch("housner", lanes, motions, times, workers=1)
+    oracle = oracle_response(lanes, motions, times)
+    off = np.abs(found["rotation"] - oracle["rotation"]).max(axis=1) / lanes.slenderness_angle
+    assert off.max() < AGREEMENT
+    np.testing.assert_array_equal(found["outcome"], oracle["outcome"])
+    np.testing.assert_array_equal(found["impact_count"], oracle["impact_count"])
+    np.testing.assert_allclose(
+        found["energy_lost"], oracle["energy_lost"], rtol=AGREEMENT, atol=1e-6
+    )
+    assert "friction_needed" not in found.fields

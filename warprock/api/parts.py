@@ -21,6 +21,7 @@ from warprock.case.block import StackedBlock
 from warprock.case.body import Body as BodyTable
 from warprock.case.body import StackedBody
 from warprock.case.contact import Contact as ContactTable
+from warprock.case.hold import Frame as FrameTable
 from warprock.case.hold import Tie as TieTable
 from warprock.case.hold import TopLoad as TopLoadTable
 from warprock.case.hold import TransverseWall as TransverseWallTable
@@ -180,6 +181,18 @@ class TopLoad(_Declared):
     """
 
     _tables = (TopLoadTable,)
+
+
+class Frame(_Declared):
+    """A frame of equal columns, each the block of the case, capped by a beam.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.Frame(columns=4, beam_mass="96 t")
+        Frame(columns=4, beam_mass='96 t')
+    """
+
+    _tables = (FrameTable,)
 
 
 class Start(_Declared):

@@ -1,4 +1,4 @@
-"""The tables [transverse_wall], [[tie]] and [top_load]: what acts on a block besides its base."""
+"""The tables [transverse_wall], [[tie]], [top_load] and [frame]: what a block is held by."""
 
 from __future__ import annotations
 
@@ -203,6 +203,26 @@ class TopLoad(Table):
             column=Column("load_thrust"),
         ),
     ] = 0.0
+
+
+class Frame(Table):
+    """A frame of equal columns, each the block of the case, capped by a beam."""
+
+    place: ClassVar[str] = "frame"
+
+    columns: Annotated[
+        float,
+        NumberKey("the number of columns", "1 to 1000", swept=True, column=Column("frame_columns")),
+    ]
+    beam_mass: Annotated[
+        float,
+        NumberKey(
+            "the mass of the beam on the columns",
+            "0 kg to 1e9 kg",
+            swept=True,
+            column=Column("beam_mass"),
+        ),
+    ]
 
 
 class Ties(pydantic.RootModel[dict[str, Tie]]):

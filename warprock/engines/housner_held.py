@@ -38,9 +38,15 @@ def no_load(lane_count: int) -> TopLoad:
 
 
 def inertia_of(lanes: Lanes) -> Array:
-    """Moments of inertia of boxes about a corner of their base [kg m^2], shape [lane]."""
+    """Moments of inertia of boxes about a corner of their base [kg m^2], shape [lane].
+
+    Of a frame twice its kinetic energy over the square of its angular velocity.
+    """
     radius = rocking.half_diagonal(lanes.width, lanes.height)
-    return np.asarray(4.0 / 3.0 * lanes.mass * radius**2)
+    inertia = np.asarray(4.0 / 3.0 * lanes.mass * radius**2)
+    if lanes.hold is not None and lanes.hold.frame is not None:
+        return np.asarray(inertia * lanes.hold.frame.inertia_factor)
+    return inertia
 
 
 def tie_rate(lanes: Lanes) -> Array:
