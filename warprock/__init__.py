@@ -15,11 +15,11 @@
     run.table
 
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Contact`,
-`TransverseWall`, `Tie`, `Start`, `Motion`, `Times`, `Sweep`, `Grid`, `Sample`, `Uniform`,
-`Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`, `with_unit`, `save_record`. Commands:
-`run`, `fragility`, `map`, `spectrum`, `ida`, `sensitivity`, `sweep`, `compare`, `validate`,
-`study`, `body`. Bad input is an `InputError`. Below them lie the functions that they call:
-`expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
+`TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Start`, `Motion`, `Times`, `Sweep`, `Grid`, `Sample`,
+`Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`, `with_unit`, `save_record`.
+Commands: `run`, `fragility`, `map`, `spectrum`, `ida`, `sensitivity`, `sweep`, `compare`,
+`validate`, `study`, `body`. Bad input is an `InputError`. Below them lie the functions that they
+call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
 """
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from warprock.api.parts import Block as Block
     from warprock.api.parts import Contact as Contact
     from warprock.api.parts import Ensemble as Ensemble
+    from warprock.api.parts import Frame as Frame
     from warprock.api.parts import Grid as Grid
     from warprock.api.parts import Lognormal as Lognormal
     from warprock.api.parts import Loguniform as Loguniform
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     from warprock.api.parts import Sweep as Sweep
     from warprock.api.parts import Tie as Tie
     from warprock.api.parts import Times as Times
+    from warprock.api.parts import TopLoad as TopLoad
     from warprock.api.parts import TransverseWall as TransverseWall
     from warprock.api.parts import Uniform as Uniform
     from warprock.api.plain import with_unit as with_unit
@@ -92,6 +94,7 @@ _HOME = {
     "Contact": "api.parts",
     "Ensemble": "api.parts",
     "Found": "api.found",
+    "Frame": "api.parts",
     "Grid": "api.parts",
     "InputError": "errors",
     "LaneSet": "case.lanes",
@@ -111,6 +114,7 @@ _HOME = {
     "Sweep": "api.parts",
     "Tie": "api.parts",
     "Times": "api.parts",
+    "TopLoad": "api.parts",
     "TransverseWall": "api.parts",
     "Uniform": "api.parts",
     "body": "api.body",

@@ -1,6 +1,6 @@
-"""A rocking block that something holds: Housner's equation with ties, beside a wall.
+"""A rocking block that something holds: Housner's equation with ties, beside a wall, loaded.
 
-As housner/block.py, with the moment of the ties (head of housner/held_ties.py):
+As housner/block.py, with the moment of ties and of a load on top (housner/held_ties.py):
 
     theta'' = p^2 sin(phi) - q a(t) cos(phi) + M(theta) / I,      phi = theta - side alpha.
 
@@ -79,6 +79,11 @@ class Block:
     half_width: real
     inertia: real
     mass: real
+    load_weight: real
+    load_thrust: real
+    load_place: real
+    load_height: real
+    load_stays: int
 
 
 @wp.struct
@@ -216,6 +221,8 @@ def rotation_series(block: Block, p: Pull, s: State, a: Series) -> Series:
             sw = sw + sines[j] * lows[n - j]
             pushed = pushed + a[j] * (up * cosines[n - j] + across * sines[n - j])
         bend = p2 * (up * sines[n] - across * cosines[n]) - q * pushed
+        if n == 0:
+            bend = bend + p.k
         bend = bend + p.c * cosines[n] + p.s * sines[n] + p.sc * sc + p.sx * sx + p.sw * sw
         x[n + 2] = bend / real((n + 1) * (n + 2))
         turned, lowered = real(0.0), real(0.0)
@@ -233,7 +240,7 @@ def rotation_series(block: Block, p: Pull, s: State, a: Series) -> Series:
 def outward_moment(block: Block, held: Restraints, side: real, a: real) -> real:
     """Angular acceleration at which a flat block would lift over a side [rad/s^2]."""
     pull = pull_of(held, side)
-    moved = pull.c - block.coupling * a * cosine(block.slenderness_angle)
+    moved = pull.k + pull.c - block.coupling * a * cosine(block.slenderness_angle)
     return side * moved - block.frequency_squared * sine(block.slenderness_angle)
 
 
@@ -362,7 +369,7 @@ def needed_at(block: Block, p: Pull, side: real, x: Series, a: Series, t: real) 
     low = real(2.0) * half_sine * half_sine
     pull = p.f + p.fs * real(2.0) * half_sine * cosine(HALF * theta) + p.fw * low
     along = block.mass * (base + radius * (bend * c - omega * omega * s)) - pull
-    upwards = block.mass * (gravity - radius * (bend * s + omega * omega * c))
+    upwards = block.mass * (gravity - radius * (bend * s + omega * omega * c)) + p.n
     falls = side * theta >= block.fall_angle and side * omega >= real(0.0)
     return wp.where(falls, real(0.0), ratio(along, upwards))
 
@@ -400,7 +407,7 @@ def needed_flat(block: Block, held: Restraints, a: real) -> real:
     along = block.mass * a - pull.f
     if block.wall * along < real(0.0):
         along = real(0.0)
-    return size(along) / (block.mass * gravity)
+    return size(along) / (block.mass * gravity + pull.n)
 
 
 @wp.func

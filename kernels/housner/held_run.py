@@ -7,6 +7,7 @@ from warprock.kernels.housner.block_found import BlockResult
 from warprock.kernels.housner.held import Block, start_lane, step
 from warprock.kernels.housner.held_ties import (
     BROKEN_TIE,
+    Load,
     Restraints,
     Tie,
     TieState,
@@ -60,7 +61,10 @@ def run_lanes(
     lane, _one = wp.tid()
     block = blocks[lane]
     m = motions[lane]
-    held = Restraints(ties, found.ties, lane, block.half_width, block.inertia)
+    load = Load(
+        block.load_weight, block.load_thrust, block.load_place, block.load_height, block.load_stays
+    )
+    held = Restraints(ties, found.ties, lane, block.half_width, block.inertia, load)
     s, seen = start_lane(starts[lane], rates[lane], held, block.wall)
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]

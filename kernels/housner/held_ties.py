@@ -65,8 +65,27 @@ class TieState:
 
 
 @wp.struct
+class Load:
+    """Forces on top of a block.
+
+    Attributes:
+        weight: Downwards [N].
+        thrust: Towards +x [N].
+        place: Where it presses, from the middle of the block to +x [m].
+        height: How high above its base [m].
+        stays: 1 if the weight keeps its place while the block turns, else 0.
+    """
+
+    weight: real
+    thrust: real
+    place: real
+    height: real
+    stays: int
+
+
+@wp.struct
 class Restraints:
-    """The ties of a lane, [tie, lane].
+    """What acts on the block of a lane; ties are [tie, lane].
 
     Attributes:
         ties: What they are.
@@ -74,6 +93,7 @@ class Restraints:
         lane: Number of the lane.
         half_width: Of the block [m].
         inertia: Of the block about its pivot [kg m^2].
+        load: On top of it.
     """
 
     ties: wp.array2d(dtype=Tie)
@@ -81,16 +101,18 @@ class Restraints:
     lane: int
     half_width: real
     inertia: real
+    load: Load
 
 
 @wp.struct
 class Pull:
     """Moments and forces of all restraints between two changes.
 
-    The moment over the inertia is c cos + s sin + sc sin cos + sx (sin^2 + w cos) + sw sin w of the
-    rotation; the force along the base is f + fs sin + fw w [N].
+    The moment over the inertia is k + c cos + s sin + sc sin cos + sx (sin^2 + w cos) + sw sin w of
+    the rotation; the force along the base is f + fs sin + fw w, that downwards n [N].
     """
 
+    k: real
     c: real
     s: real
     sc: real
@@ -99,6 +121,7 @@ class Pull:
     f: real
     fs: real
     fw: real
+    n: real
 
 
 @wp.struct
@@ -143,8 +166,23 @@ def force_of(tie: Tie, state: TieState, stretch: real) -> real:
 
 @wp.func
 def pull_of(held: Restraints, side: real) -> Pull:
-    """The moments and forces of all ties of a block on the pivot at a side."""
+    """The moments about the pivot at a side, and the forces, of the ties and of the load.
+
+    A weight N, X from the pivot and d above it, turns the block by N (X cos + d sin) where it moves
+    with it, by N X where it stays; a thrust T by T (d cos - X sin).
+    """
     p = Pull()
+    load = held.load
+    beside = load.place - held.half_width * side
+    p.f = load.thrust
+    p.n = load.weight
+    p.c = load.thrust * load.height / held.inertia
+    p.s = -load.thrust * beside / held.inertia
+    if load.stays > 0:
+        p.k = load.weight * beside / held.inertia
+    else:
+        p.c = p.c + load.weight * beside / held.inertia
+        p.s = p.s + load.weight * load.height / held.inertia
     for i in range(held.ties.shape[0]):
         tie = held.ties[i, held.lane]
         state = held.states[i, held.lane]

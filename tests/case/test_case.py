@@ -363,7 +363,7 @@ def test_engine_settings_of_a_case_and_defaults(write):
 def test_the_table_of_keys_and_the_models_are_the_same_keys():
     from warprock.case.block import Block, StackedBlock
     from warprock.case.body import Body, StackedBody
-    from warprock.case.hold import Tie, TransverseWall
+    from warprock.case.hold import Frame, Tie, TopLoad, TransverseWall
     from warprock.case.motion import Motion
 
     models = {
@@ -373,6 +373,8 @@ def test_the_table_of_keys_and_the_models_are_the_same_keys():
     }
     models |= {f"motion.{name}" for name in Motion.model_fields if name not in "yz"}
     models |= {f"transverse_wall.{name}" for name in TransverseWall.model_fields}
+    models |= {f"frame.{name}" for name in Frame.model_fields}
+    models |= {f"top_load.{name}" for name in TopLoad.model_fields}
     models |= {f"tie.N.{name}" for name in Tie.model_fields}
     lists = {"base", "centre", "inertia", "top"}
     models |= {f"block.{name}" for name in Body.model_fields if name not in lists}

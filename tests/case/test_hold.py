@@ -48,6 +48,42 @@ def test_a_case_holds_its_block(write):
     assert (inputs["wall_side"], inputs["tie_side_2"]) == ("left", "right")
 
 
+def test_a_case_loads_its_block(write):
+    text = (
+        FREE
+        + """
+[top_load]
+weight = "20 kN"
+eccentricity = "-10 cm"
+point = "stays"
+"""
+    )
+    lane_set = expand_lanes(load_case(write(text), ["top_load.thrust=1 kN, 2 kN"]))
+    load = lane_set.lanes.hold.load
+    assert lane_set.scene.held == ("top_load",)
+    np.testing.assert_array_equal(load.weight, 2e4)
+    np.testing.assert_array_equal(load.thrust, [1e3, 2e3])
+    assert load.stays.all()
+    assert lane_set.inputs["load_eccentricity_mm"].tolist() == [-100.0] * 2
+    with pytest.raises(wr.InputError, match=r"must lie on the top of the block, at most 0\.25 m"):
+        expand_lanes(load_case(write(text), ["top_load.eccentricity=30 cm"]))
+
+
+def test_a_block_is_a_column_of_a_frame(write):
+    text = FREE + '[frame]\ncolumns = 2\nbeam_mass = "534 kg"\n'
+    lane_set = expand_lanes(load_case(write(text)))
+    # Each column has 267 kg.
+    np.testing.assert_allclose(lane_set.lanes.hold.frame.mass_ratio, 1.0)
+    row = lane_set.inputs.iloc[0]
+    assert row["beam_mass_kg"] == 534.0
+    assert row["frequency_parameter_rad_s"] == lane_set.lanes.frequency_parameter[0]
+    assert row["angular_restitution"] == lane_set.lanes.angular_restitution[0]
+    with pytest.raises(wr.InputError, match="must be a whole number"):
+        expand_lanes(load_case(write(text), ["frame.columns=2.5"]))
+    with pytest.raises(wr.InputError, match=r"beside \[frame\], whose columns stand free"):
+        expand_lanes(load_case(write(text), ["top_load.weight=1 kN"]))
+
+
 def test_ties_and_walls_are_swept_drawn_and_overridden(write):
     file = write(HELD)
     case = load_case(

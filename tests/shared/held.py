@@ -7,13 +7,15 @@ import dataclasses
 import numpy as np
 
 from tests.shared.blocks import make_lanes, sines
-from warprock.model.hold import Hold, Ties
+from warprock.model.hold import Hold, Ties, TopLoad
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, HarmonicMotions
 from warprock.units import GRAVITY
 
 
-def held_batch(count: int, seed: int, *, wall: bool, ties: int) -> tuple[Lanes, HarmonicMotions]:
+def held_batch(
+    count: int, seed: int, *, wall: bool, ties: int, load: bool = False
+) -> tuple[Lanes, HarmonicMotions]:
     """Lanes, a third of them let go from a rotation, with or without a wall and ties."""
     rng = np.random.default_rng(seed)
     height = rng.uniform(1.0, 5.0, count)
@@ -27,12 +29,25 @@ def held_batch(count: int, seed: int, *, wall: bool, ties: int) -> tuple[Lanes, 
         hold = Hold(side, np.where(plastic, 0.0, rng.uniform(0.0, 0.7, count)))
     if ties:
         hold = dataclasses.replace(hold, ties=random_ties(rng, lanes, ties))
+    if load:
+        hold = dataclasses.replace(hold, load=random_load(rng, lanes))
     pull = rng.uniform(0.5, 4.0, count) * GRAVITY * width / height
     frequency = lanes.frequency_parameter / (2.0 * np.pi) * rng.uniform(1.0, 4.0, count)
     control = Control.ACCELERATION if seed % 2 else Control.VELOCITY
     amplitude = pull if seed % 2 else pull / (2.0 * np.pi * frequency)
     motions = sines(control, amplitude, frequency, cycles=1.5)
     return dataclasses.replace(lanes, hold=hold), motions
+
+
+def random_load(rng: np.random.Generator, lanes: Lanes) -> TopLoad:
+    """Loads up to the weight of the block, of which some move with it, and thrusts."""
+    count, weight = lanes.lane_count, GRAVITY * lanes.mass
+    return TopLoad(
+        weight=rng.uniform(0.0, 1.0, count) * weight,
+        eccentricity=rng.uniform(-0.4, 0.4, count) * lanes.width,
+        thrust=rng.uniform(-0.05, 0.05, count) * weight * lanes.width / lanes.height,
+        stays=rng.random(count) < 0.5,
+    )
 
 
 def random_ties(rng: np.random.Generator, lanes: Lanes, count: int) -> Ties:

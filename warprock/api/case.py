@@ -49,6 +49,8 @@ class Case(JudgedCase):
         contact: `Contact`: friction, and what an impact leaves.
         transverse_wall: `TransverseWall` that the block leans against; without, it has none.
         tie: One `Tie`, or a list of them.
+        top_load: `TopLoad` that rests on the block; nothing rests on it without.
+        frame: `Frame` of which the block is a column.
         run: `Times`: length of the run, sampling of histories.
         motion: `Motion` of the base; still without.
         start: `Start`: how a single block is released.
@@ -103,6 +105,8 @@ class Case(JudgedCase):
         contact: Given | None = None,
         transverse_wall: Given | None = None,
         tie: Given | Sequence[Given] = (),
+        top_load: Given | None = None,
+        frame: Given | None = None,
         run: Given | None = None,
         motion: Given | None = None,
         start: Given | None = None,
@@ -128,6 +132,8 @@ class Case(JudgedCase):
                 "block": block,
                 "contact": contact,
                 "transverse_wall": transverse_wall,
+                "top_load": top_load,
+                "frame": frame,
                 "tie": ([tie] if isinstance(tie, Mapping) else list(tie)) or None,
                 "start": start,
                 "motion": motion,

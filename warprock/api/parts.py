@@ -21,7 +21,9 @@ from warprock.case.block import StackedBlock
 from warprock.case.body import Body as BodyTable
 from warprock.case.body import StackedBody
 from warprock.case.contact import Contact as ContactTable
+from warprock.case.hold import Frame as FrameTable
 from warprock.case.hold import Tie as TieTable
+from warprock.case.hold import TopLoad as TopLoadTable
 from warprock.case.hold import TransverseWall as TransverseWallTable
 from warprock.case.motion import Motion as MotionTable
 from warprock.case.run import Run as RunTable
@@ -167,6 +169,30 @@ class Tie(_Declared):
     """
 
     _tables = (TieTable,)
+
+
+class TopLoad(_Declared):
+    """A load on the top of a single block: forces without inertia.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.TopLoad(weight="20 kN", eccentricity="-10 cm")
+        TopLoad(weight='20 kN', eccentricity='-10 cm')
+    """
+
+    _tables = (TopLoadTable,)
+
+
+class Frame(_Declared):
+    """A frame of equal columns, each the block of the case, capped by a beam.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.Frame(columns=4, beam_mass="96 t")
+        Frame(columns=4, beam_mass='96 t')
+    """
+
+    _tables = (FrameTable,)
 
 
 class Start(_Declared):

@@ -14,7 +14,7 @@ from warprock.case.block import Block, Stack, read_block
 from warprock.case.body import Body
 from warprock.case.check import CheckSpec, read_check
 from warprock.case.contact import Contact
-from warprock.case.hold import Ties, TransverseWall
+from warprock.case.hold import Frame, Ties, TopLoad, TransverseWall
 from warprock.case.motion import Motion
 from warprock.case.run import Run
 from warprock.case.start import Start
@@ -48,6 +48,8 @@ class CaseFile(Table):
     contact: Contact
     transverse_wall: TransverseWall | None = None
     tie: Ties | None = None
+    top_load: TopLoad | None = None
+    frame: Frame | None = None
     start: Start = Start()
     motion: Motion | None = None
     run: Run

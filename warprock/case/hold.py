@@ -1,4 +1,4 @@
-"""The tables [transverse_wall] and [[tie]]: what holds a single block besides its base."""
+"""The tables [transverse_wall], [[tie]], [top_load] and [frame]: what a block is held by."""
 
 from __future__ import annotations
 
@@ -156,6 +156,73 @@ class Tie(Table):
             column=Column("tie_acts", text="Whether the tie gives tension alone, or both"),
         ),
     ] = "tension"
+
+
+MOVES, STAYS = "moves", "stays"
+"""What the point does at which a load presses: it moves with the block, or stays where it is."""
+
+
+class TopLoad(Table):
+    """A load on the top of a single block: forces without inertia, of a roof or a floor."""
+
+    place: ClassVar[str] = "top_load"
+
+    weight: Annotated[
+        float,
+        NumberKey(
+            "the weight on top of the block",
+            "0 N to 1e12 N",
+            swept=True,
+            column=Column("load_weight"),
+        ),
+    ] = 0.0
+    eccentricity: Annotated[
+        float,
+        NumberKey(
+            "the distance of the weight from the middle of the top, towards +x",
+            "-1 km to 1 km",
+            swept=True,
+            column=Column("load_eccentricity", "mm"),
+        ),
+    ] = 0.0
+    point: Annotated[
+        str,
+        TextKey(
+            "whether the point at which the weight presses moves with the block, or stays",
+            (MOVES, STAYS),
+            swept=True,
+            column=Column("load_point", text="Whether the point of the weight moves or stays"),
+        ),
+    ] = MOVES
+    thrust: Annotated[
+        float,
+        NumberKey(
+            "the thrust on top of the block, towards +x",
+            "-1e12 N to 1e12 N",
+            swept=True,
+            column=Column("load_thrust"),
+        ),
+    ] = 0.0
+
+
+class Frame(Table):
+    """A frame of equal columns, each the block of the case, capped by a beam."""
+
+    place: ClassVar[str] = "frame"
+
+    columns: Annotated[
+        float,
+        NumberKey("the number of columns", "1 to 1000", swept=True, column=Column("frame_columns")),
+    ]
+    beam_mass: Annotated[
+        float,
+        NumberKey(
+            "the mass of the beam on the columns",
+            "0 kg to 1e9 kg",
+            swept=True,
+            column=Column("beam_mass"),
+        ),
+    ]
 
 
 class Ties(pydantic.RootModel[dict[str, Tie]]):

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.hold import BY_FORMULA, Tie, TransverseWall
-from warprock.case.input_columns import key_column
+from warprock.case.hold import BY_FORMULA, STAYS, Frame, Tie, TopLoad, TransverseWall
+from warprock.case.input_columns import computed, key_column
 from warprock.errors import InputError
 from warprock.model.hold import SIDES, Hold, Ties, three_impacts
+from warprock.model.hold import Frame as Frames
+from warprock.model.hold import TopLoad as Loads
 from warprock.model.lanes import Lanes
 from warprock.quantity import NumberKey, Said
 
@@ -20,7 +22,12 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-WALL, TIE = TransverseWall.place, Tie.place.partition(".")[0]
+WALL, TIE, LOAD, FRAME = (
+    TransverseWall.place,
+    Tie.place.partition(".")[0],
+    TopLoad.place,
+    Frame.place,
+)
 
 
 def held(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]:
@@ -31,11 +38,13 @@ def held(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]:
         lanes: Its blocks.
 
     Raises:
-        InputError: A block that starts in its wall, a tie above its block, or forces and
-            elongations of a tie that do not fit together.
+        InputError: A block that starts in its wall, a tie above its block, forces and elongations
+            of a tie that do not fit together, or a weight beside its block.
     """
     columns: dict[str, object] = {}
     hold = Hold()
+    if values.case.tables.frame is not None:
+        return _frames(values, lanes)
     if values.case.tables.transverse_wall is not None:
         hold, of_wall = _beside_wall(values, lanes)
         columns |= of_wall
@@ -46,6 +55,10 @@ def held(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]:
         hold = dataclasses.replace(hold, ties=Ties(**parts))
         for number in numbers:
             columns |= _tie_columns(values, number)
+    if values.case.tables.top_load is not None:
+        load, of_load = _load(values, lanes)
+        hold = dataclasses.replace(hold, load=load)
+        columns |= of_load
     return (dataclasses.replace(lanes, hold=hold) if columns else lanes), columns
 
 
@@ -111,6 +124,44 @@ def _tie_columns(values: LaneValues, number: int) -> dict[str, object]:
     return columns
 
 
+def _frames(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]:
+    """Frames of which the blocks are columns, and their columns of the table of inputs."""
+    for name in (WALL, TIE, LOAD):
+        if getattr(values.case.tables, name) is not None:
+            allowed = "must be left out beside [frame], whose columns stand free"
+            raise InputError(values.case.source_of(name), name, Said("a table"), allowed)
+    count, beam = values.numbers(f"{FRAME}.columns"), values.numbers(f"{FRAME}.beam_mass")
+    values.refuse(count != np.round(count), f"{FRAME}.columns", "must be a whole number")
+    frame = Frames(count, beam / (count * lanes.mass))
+    lanes = dataclasses.replace(lanes, hold=Hold(frame=frame))
+    if not lanes.restitution_given:
+        found = frame.angular_restitution(lanes.slenderness_angle)
+        lanes = dataclasses.replace(lanes, angular_restitution=found)
+    columns: dict[str, object] = {
+        **key_column(f"{FRAME}.columns", count),
+        **key_column(f"{FRAME}.beam_mass", beam),
+        **key_column("contact.angular_restitution", lanes.angular_restitution),
+        **computed("frequency_parameter", lanes.frequency_parameter),
+    }
+    return lanes, columns
+
+
+def _load(values: LaneValues, lanes: Lanes) -> tuple[Loads, dict[str, object]]:
+    """Loads on top of blocks, and their columns."""
+    names = ("weight", "eccentricity", "thrust")
+    numbers = {name: values.numbers(f"{LOAD}.{name}") for name in names}
+    beside = np.abs(numbers["eccentricity"]) > 0.5 * lanes.width
+    half = 0.5 * lanes.width[int(np.argmax(beside))]
+    allowed = f"must lie on the top of the block, at most {half:g} m from its middle"
+    values.refuse(beside, f"{LOAD}.eccentricity", allowed)
+    points, codes = values.texts(f"{LOAD}.point")
+    columns: dict[str, object] = {}
+    for name, each in numbers.items():
+        columns |= key_column(f"{LOAD}.{name}", each)
+    columns |= {"load_point": values.column(f"{LOAD}.point")}
+    return Loads(**numbers, stays=np.array([p == STAYS for p in points])[codes]), columns
+
+
 def refuse_elsewhere(values: LaneValues, place: str) -> None:
     """Refuses what holds a block where blocks are not single boxes in the plane.
 
@@ -121,7 +172,7 @@ def refuse_elsewhere(values: LaneValues, place: str) -> None:
     Raises:
         InputError: The case holds its block.
     """
-    for name in (WALL, TIE):
+    for name in (WALL, TIE, LOAD, FRAME):
         if getattr(values.case.tables, name) is not None:
             allowed = f"must be left out: it holds a single box in the plane, and the case {place}"
             raise InputError(values.case.source_of(name), name, Said("a table"), allowed)

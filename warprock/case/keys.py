@@ -11,7 +11,7 @@ from warprock.case.block import Block, StackedBlock
 from warprock.case.body import Body, StackedBody
 from warprock.case.case_file import CaseFile
 from warprock.case.contact import Contact
-from warprock.case.hold import Tie, TransverseWall
+from warprock.case.hold import Frame, Tie, TopLoad, TransverseWall
 from warprock.case.motion import Motion
 from warprock.case.run import DURATION, Run
 from warprock.case.start import Start
@@ -19,7 +19,7 @@ from warprock.case.validation import Table
 from warprock.quantity import NumberKey, TextKey
 
 _TABLES: tuple[type[Table], ...] = (
-    *(Body, Block, Contact, TransverseWall, Tie, Start, Motion, Run),
+    *(Body, Block, Contact, TransverseWall, Tie, TopLoad, Frame, Start, Motion, Run),
     *(StackedBody, StackedBlock),
 )
 

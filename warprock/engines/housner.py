@@ -40,6 +40,10 @@ STEPS_SPARE = 50
 steps, so this is far above any rocking motion and ends only a lane that makes no headway."""
 
 
+FRAME = ("frame",)
+"""What holds blocks that rock as free-standing ones do."""
+
+
 @final
 @dataclasses.dataclass(frozen=True)
 class Housner(AbstractEngine):
@@ -96,7 +100,7 @@ class Housner(AbstractEngine):
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene; see `AbstractEngine.kernel_of`."""
-        if scene.held:
+        if scene.held and scene.held != FRAME:
             return Kernel(housner, "held_run")
         name = "body_run" if scene.on_points else "block_run"
         return Kernel(housner, name, lanes=self.target.lanes)
@@ -111,7 +115,9 @@ class Housner(AbstractEngine):
         radius = rocking.half_diagonal(lanes.width, lanes.height)
         frequency_squared = 3.0 * GRAVITY / (4.0 * radius)
         rate = np.maximum(np.sqrt(frequency_squared), motions.components[0].fastest_rate)
-        if lanes.hold is not None:
+        if lanes.held == FRAME:
+            frequency_squared = lanes.frequency_parameter**2
+        elif lanes.hold is not None:
             rate = np.maximum(rate, tie_rate(lanes))
         step_length = PHASE_STEP[self.target.precision] / rate
         blocks = {
@@ -132,7 +138,7 @@ class Housner(AbstractEngine):
             ),
         }
         more = {}
-        if lanes.hold is not None:
+        if lanes.hold is not None and lanes.held != FRAME:
             more = held_inputs(lanes)
             blocks |= more.pop("blocks")
         return {
@@ -172,6 +178,13 @@ class Housner(AbstractEngine):
         marks = [(slides, Status.OUTSIDE_MODEL)]
         lost = 0.5 * inertia * rows["loss"]
         more = {}
+        if lanes.held == FRAME:
+            # Columns share what their bases take: no foot is judged.
+            return {
+                **lane_fields(rows, rest_time),
+                **planar_fields(found.blocks),
+                "energy_lost": lost,
+            }
         if lanes.hold is not None:
             lost = lost + rows["tie_loss"]
             more = held_fields(lanes, rows)

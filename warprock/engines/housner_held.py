@@ -10,7 +10,7 @@ import numpy.typing as npt
 from warprock.engines.decoding import time_or_nan
 from warprock.engines.launching import NEVER
 from warprock.model import rocking
-from warprock.model.hold import Ties
+from warprock.model.hold import Ties, TopLoad
 from warprock.model.lanes import Lanes
 
 Array = npt.NDArray[np.float64]
@@ -31,10 +31,22 @@ def no_ties(lane_count: int) -> Ties:
     )
 
 
+def no_load(lane_count: int) -> TopLoad:
+    """The load of blocks that have none."""
+    nothing = np.zeros(lane_count)
+    return TopLoad(nothing, nothing, nothing, nothing.astype(np.bool_))
+
+
 def inertia_of(lanes: Lanes) -> Array:
-    """Moments of inertia of boxes about a corner of their base [kg m^2], shape [lane]."""
+    """Moments of inertia of boxes about a corner of their base [kg m^2], shape [lane].
+
+    Of a frame twice its kinetic energy over the square of its angular velocity.
+    """
     radius = rocking.half_diagonal(lanes.width, lanes.height)
-    return np.asarray(4.0 / 3.0 * lanes.mass * radius**2)
+    inertia = np.asarray(4.0 / 3.0 * lanes.mass * radius**2)
+    if lanes.hold is not None and lanes.hold.frame is not None:
+        return np.asarray(inertia * lanes.hold.frame.inertia_factor)
+    return inertia
 
 
 def tie_rate(lanes: Lanes) -> Array:
@@ -53,6 +65,7 @@ def held_inputs(lanes: Lanes) -> dict[str, dict[str, npt.NDArray[Any]]]:
     hold, ties = lanes.hold, _ties(lanes)
     assert hold is not None
     nothing = np.zeros(lanes.lane_count)
+    load = hold.load or no_load(lanes.lane_count)
     return {
         "blocks": {
             "wall": nothing if hold.wall is None else hold.wall,
@@ -60,6 +73,11 @@ def held_inputs(lanes: Lanes) -> dict[str, dict[str, npt.NDArray[Any]]]:
             "half_width": 0.5 * lanes.width,
             "inertia": inertia_of(lanes),
             "mass": lanes.mass,
+            "load_weight": load.weight,
+            "load_thrust": load.thrust,
+            "load_place": load.eccentricity,
+            "load_height": lanes.height,
+            "load_stays": load.stays.astype(np.int32),
         },
         "ties": {
             "side": ties.side,

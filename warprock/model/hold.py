@@ -1,9 +1,9 @@
-"""What holds a block besides its base: a transverse wall that it leans against, and ties."""
+"""What acts on a block besides its base: a wall that it leans against, ties, a load on top."""
 
 from __future__ import annotations
 
 import dataclasses
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -69,6 +69,60 @@ class Ties:
 
 
 @dataclasses.dataclass(frozen=True)
+class TopLoad:
+    """Loads on the top of single blocks, shape [lane] each; forces, without inertia.
+
+    Attributes:
+        weight: Downwards [N].
+        eccentricity: Distance of the weight to +x of the middle of the top [m].
+        thrust: Along the base, towards +x [N].
+        stays: Whether the weight keeps its place while the block turns; else it moves with it.
+    """
+
+    weight: Array
+    eccentricity: Array
+    thrust: Array
+    stays: npt.NDArray[np.bool_]
+
+
+@dataclasses.dataclass(frozen=True)
+class Frame:
+    """Columns capped by a beam: equal blocks that rock as one, shape [lane] each.
+
+    With g the mass of the beam over that of all columns, and alpha, p and eta of a column, the
+    frame rocks as a block of the same slenderness with
+
+        p sqrt((1 + 2 g) / (1 + 3 g)),
+        eta = (1 - (3/2) sin^2 alpha + 3 g cos(2 alpha)) / (1 + 3 g)
+
+    (Makris and Vassiliou 2013).
+
+    Attributes:
+        columns: How many there are.
+        mass_ratio: g [-].
+    """
+
+    columns: Array
+    mass_ratio: Array
+
+    @property
+    def frequency_factor(self) -> Array:
+        """Frequency parameter over that of a column [-]."""
+        return np.asarray(np.sqrt((1.0 + 2.0 * self.mass_ratio) / (1.0 + 3.0 * self.mass_ratio)))
+
+    @property
+    def inertia_factor(self) -> Array:
+        """Twice its kinetic energy / angular velocity^2, over the inertia of a column [-]."""
+        return np.asarray(self.columns * (1.0 + 3.0 * self.mass_ratio))
+
+    def angular_restitution(self, slenderness_angle: Array) -> Array:
+        """Ratio of angular velocities after and before an impact [-]."""
+        beam = 3.0 * self.mass_ratio * np.cos(2.0 * slenderness_angle)
+        column = 1.0 - 1.5 * np.sin(slenderness_angle) ** 2
+        return np.asarray((column + beam) / (1.0 + 3.0 * self.mass_ratio))
+
+
+@dataclasses.dataclass(frozen=True)
 class Hold:
     """What holds the blocks of lanes.
 
@@ -77,27 +131,43 @@ class Hold:
         rebound: Angular velocity with which a block leaves the wall over that with which it came,
             shape [lane].
         ties: Their ties; None without ties.
+        load: Loads on their tops; None without loads.
+        frame: Frames of which the blocks are columns; None of blocks that stand alone.
     """
 
     wall: Array | None = None
     rebound: Array | None = None
     ties: Ties | None = None
+    load: TopLoad | None = None
+    frame: Frame | None = None
 
     @property
     def tables(self) -> tuple[str, ...]:
         """Tables of a case that say so."""
-        parts = {"transverse_wall": self.wall, "tie": self.ties}
+        parts = {
+            "transverse_wall": self.wall,
+            "tie": self.ties,
+            "top_load": self.load,
+            "frame": self.frame,
+        }
         return tuple(name for name, part in parts.items() if part is not None)
 
     def take(self, lanes: slice | npt.NDArray[np.intp]) -> Self:
         """What holds some of the lanes, by slice or by number."""
-        ties = self.ties
-        if ties is not None:
-            parts = {f.name: getattr(ties, f.name)[lanes] for f in dataclasses.fields(ties)}
-            ties = Ties(**parts)
         return dataclasses.replace(
             self,
             wall=None if self.wall is None else self.wall[lanes],
             rebound=None if self.rebound is None else self.rebound[lanes],
-            ties=ties,
+            ties=None if self.ties is None else _take(self.ties, lanes),
+            load=None if self.load is None else _take(self.load, lanes),
+            frame=None if self.frame is None else _take(self.frame, lanes),
         )
+
+
+OfLanes = TypeVar("OfLanes", Ties, TopLoad, Frame)
+
+
+def _take(parts: OfLanes, lanes: slice | npt.NDArray[np.intp]) -> OfLanes:
+    """What belongs to some of the lanes."""
+    names = [field.name for field in dataclasses.fields(parts)]
+    return dataclasses.replace(parts, **{name: getattr(parts, name)[lanes] for name in names})

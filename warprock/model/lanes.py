@@ -172,7 +172,10 @@ class Lanes:
         """Frequency parameter of single blocks [rad/s], of a body about its nearer end."""
         if self.body is not None:
             return self.body.frequency_parameter
-        return rocking.frequency_parameter(self.width, self.height)
+        of_block = rocking.frequency_parameter(self.width, self.height)
+        if self.hold is not None and self.hold.frame is not None:
+            return of_block * self.hold.frame.frequency_factor
+        return of_block
 
     @property
     def uplift_ratios(self) -> Array:

@@ -53,6 +53,7 @@ from warprock.model.response import (
 from warprock.oracle.block_base import base_segments
 from warprock.oracle.block_mechanics import PivotingBlock
 from warprock.oracle.block_swings import BlockRun
+from warprock.oracle.frame import RockingFrame
 from warprock.oracle.held_swings import HeldRun
 from warprock.processes import worker_processes
 
@@ -151,6 +152,15 @@ def _block(lanes: Lanes, lane: int) -> PivotingBlock:
     width, height = float(lanes.width[lane]), float(lanes.height[lane])
     depth, density = float(lanes.depth[lane]), float(lanes.density[lane])
     given = float(lanes.angular_restitution[lane])
+    frame = None if lanes.hold is None else lanes.hold.frame
+    if frame is not None:
+        return RockingFrame(
+            (width, height, depth),
+            density,
+            given if lanes.restitution_given else None,
+            columns=int(frame.columns[lane]),
+            mass_ratio=float(frame.mass_ratio[lane]),
+        )
     rigid = PivotingBlock(width, height, depth, density, None)
     if abs(rigid.rate_after_impact(1, -1.0) - given) <= 1e-12:
         return rigid
@@ -178,7 +188,7 @@ def rock(
     parts = (motions.x, motions.z) if isinstance(motions, UprightMotions) else (motions,)
     friction = float(lanes.friction[lane])
     run: BlockRun | HeldRun
-    if lanes.hold is None:
+    if lanes.hold is None or lanes.hold.frame is not None:
         run = BlockRun(_block(lanes, lane), times, rtol, friction)
         run.start(float(lanes.rotation_start[lane]))
     else:
@@ -240,7 +250,9 @@ def oracle_response(
     }
     fields: dict[str, npt.NDArray[np.generic]] = {}
     tied = lanes.hold is not None and lanes.hold.ties is not None
-    for name in (*LANE_FIELDS, *MODEL_FIELDS, *(TIE_FIELDS if tied else ())):
+    judged = lanes.hold is None or lanes.hold.frame is None
+    besides = (*(MODEL_FIELDS if judged else ()), *(TIE_FIELDS if tied else ()))
+    for name in (*LANE_FIELDS, *besides):
         values = rows[name] if name in rows else [getattr(a, name) for a in answers]
         fields[name] = np.array(values, np.int64 if name in INTEGER_FIELDS else np.float64)
     if times.interval is None:

@@ -14,7 +14,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -105,6 +105,15 @@ class HeldTie:
         self.broken = time
 
 
+class HeldLoad(NamedTuple):
+    """Forces on the top of a block: a weight [N], which may stay, and a thrust towards +x [N]."""
+
+    point: Vector
+    weight: float
+    thrust: float
+    stays: bool
+
+
 class HeldRun:
     """One lane's run: the state and what has happened so far."""
 
@@ -131,6 +140,7 @@ class HeldRun:
         self.wall = 0 if hold.wall is None else int(hold.wall[lane])
         self.rebound = 0.0 if hold.rebound is None else float(hold.rebound[lane])
         self.ties = _ties(hold, lane, block)
+        self.load = _load(hold, lane, block)
         self.times = times.times
         self.rotation = np.full(len(self.times), np.nan)
         self.filled = 0
@@ -185,8 +195,11 @@ class HeldRun:
         return -self.block.levers[1][0]
 
     def _moment(self, side: int, theta: float) -> tuple[float, float]:
-        """Moment of the ties about a corner, towards +x [N m], and their force along the base."""
-        moment = total = 0.0
+        """Moment of load and ties about a corner, towards +x [N m], and their force along x [N]."""
+        lever = (self.load.point[0] - side * self._half_width, self.load.point[1])
+        moved, total = turned(lever, -theta), self.load.thrust
+        moment = -cross(lever if self.load.stays else moved, (0.0, -self.load.weight))
+        moment -= cross(moved, (total, 0.0))
         for tie in self.ties:
             lever = (tie.point[0] - side * self._half_width, tie.point[1])
             force = (tie.side * tie.force(self._stretch(tie, side, theta)), 0.0)
@@ -279,7 +292,7 @@ class HeldRun:
             if math.isfinite(time) and not time > lift:
                 along = self.block.mass * self.acceleration(time)[0] - self._moment(1, 0.0)[1]
                 if not self.wall * along < 0.0:
-                    self._need(abs(along) / (self.block.mass * GRAVITY))
+                    self._need(abs(along) / (self.block.mass * GRAVITY + self.load.weight))
         self.time = stop if math.isnan(lift) else lift
         self._fill(self.time, np.zeros_like)
         if not math.isnan(lift):
@@ -433,7 +446,7 @@ class HeldRun:
             along += -bend * lever[1] - omega**2 * lever[0]
             upwards += GRAVITY + bend * lever[0] - omega**2 * lever[1]
             pull, mass = self._moment(self.side, theta)[1], self.block.mass
-            return friction_for((mass * along - pull, mass * upwards))
+            return friction_for((mass * along - pull, mass * upwards + self.load.weight))
 
         times = (found.t[:-1, None] + LOOKS * np.diff(found.t)[:, None]).ravel()
         looks = [needed(float(time)) for time in times]
@@ -441,7 +454,10 @@ class HeldRun:
         self._need(looks[at])
         if 0 < at < len(times) - 1 and looks[at] < math.inf:
             bounds = (float(times[at - 1]), float(times[at + 1]))
-            top = minimize_scalar(lambda time: -needed(time), bounds=bounds, method="bounded")
+            most = 1e3 * looks[at]
+            top = minimize_scalar(
+                lambda time: -min(needed(time), most), bounds=bounds, method="bounded"
+            )
             self._need(-float(top.fun))
 
     def _impact(self) -> None:
@@ -478,6 +494,16 @@ class HeldRun:
     def finish(self) -> None:
         """Counts where the run ends as a candidate for the peak."""
         self._note()
+
+
+def _load(hold: Hold, lane: int, block: PivotingBlock) -> HeldLoad:
+    """The load of a lane; nothing without one."""
+    load, height = hold.load, 2.0 * block.levers[1][1]
+    if load is None:
+        return HeldLoad((0.0, height), 0.0, 0.0, stays=False)
+    point = (float(load.eccentricity[lane]), height)
+    weight, thrust = float(load.weight[lane]), float(load.thrust[lane])
+    return HeldLoad(point, weight, thrust, bool(load.stays[lane]))
 
 
 def _ties(hold: Hold, lane: int, block: PivotingBlock) -> list[HeldTie]:
