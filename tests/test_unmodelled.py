@@ -16,7 +16,7 @@ WORDS = [word for each in UNMODELLED for word in each.words]
 
 @pytest.mark.parametrize(
     ("word", "what"),
-    [("tie_rod", "Ties"), ("Anchors", "Ties"), ("hazard", "Hazard"), ("wall", "Walls")],
+    [("tie_rod", "Ties"), ("Anchors", "Ties"), ("hazard", "Hazard"), ("wall", "Neighbours")],
 )
 def test_keys_and_errors_say_what_is_nearest(word, what):
     (meant,) = [each for each in UNMODELLED if each.what.startswith(what)]
