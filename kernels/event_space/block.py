@@ -12,7 +12,7 @@ of length d:
        turn is that of `turn_freely` in shape_space/block.py: it keeps L to the last bit, the energy
        within a bound;
     3. if inside the step an open corner lands, a sliding corner stops, a resting block lifts or the
-       block has overturned, nothing is taken: the next step ends there;
+       block overturns, the step is not taken: the next one ends there;
     4. v and w are projected on the contacts at the end of the step, along their force. Where
        corners land or the base steps its velocity this is the inelastic impact with friction.
 
@@ -24,14 +24,13 @@ In a plane this is event/block.py, step by step. What holds beyond it:
   the edge: what `TOGETHER` saves is events, not a choice between two answers.
 - A corner that after an impact would rise by less than its part of `rest_gap` before it comes back
   is closed at once, so that blows that follow one another ever faster end.
-- Where an edge lets go of one end, which slides or opens, the friction across the edge that held it
-  ends with a jump: that is located. Where corners open or start to slide otherwise forces go on
-  without a jump, and need not be.
-- Second order holds while corners stick, and where they slide: on curved ways too, as long as they
-  do not come nearly to a stand. There the way turns ever faster; steps are cut down to a hundredth
-  of the longest one, and what is left falls with the step, but not always with its square.
-- Friction as a box has a law of its own (event_space/block_box_friction.py), which tells its order,
-too.
+- Where an edge lets go of one end, which slides or opens, the friction across the edge jumps to
+  zero. So that event is located. Where corners open or start to slide otherwise, forces do not
+  jump, and these events are not located.
+- Second order holds while corners stick, and where they slide, on curved ways, too, unless they
+  come nearly to a stand. There the way turns ever faster. Steps are cut down to a hundredth of the
+  longest one; the error that is left falls with the step, but not always with its square.
+- Friction as a box has a law, and an order, of its own (event_space/block_box_friction.py).
 """
 
 import warp as wp
@@ -112,9 +111,9 @@ SOON = real(1.0e-3)
 
 @wp.func(inline=False)
 def closed(block: Block, s: State, body: Body, closes: int, slow: real) -> State:
-    """The state with corners closed that hardly rise; no time passes.
+    """Closes corners that hardly rise, at once.
 
-    Those that move along the base, by more than `slow` [m/s], go on to slide.
+    Those that move along the base faster than `slow` [m/s] go on to slide.
     """
     n = s
     mask = mask_of(s.stance) | closes
@@ -181,7 +180,7 @@ def end_of_step(
 
 @wp.func
 def repeated(s: State, cut: real, d: real, near: real) -> State:
-    """The old state where an event lies inside a step, its next step ending there."""
+    """The old state, its next step cut at an event inside the step."""
     n = s
     n.cap = cut_to(cut, d, near)
     n.taken = False

@@ -5,7 +5,7 @@ against the slip, likewise along y. `slip` has the bit k where corner k slides a
 it slides along y. What is tried, in this order:
 
     1. all that touch stick (event_space/block_contact.py); where some slide, an edge or a corner
-       goes on as it does, along x and along y each;
+       goes on as before, along x and along y;
     2. the face or an edge sticks, but for corners that slide already;
     3. a flat block slides: what presses its corners is spread as where it sticks;
     4. nothing pushes;
@@ -13,9 +13,9 @@ it slides along y. What is tried, in this order:
        or to the other. These are tried one by one, both ends of an edge alike first, see
        event_space/block_box_friction_slide.py.
 
-Steps end where the slip of a corner along x or y does: second order holds through that. What else
-changes at the ends of an edge that slides is not located, and errors of blocks that rock and slide
-scatter: over eight of them their mean falls with the step to the power 1.4 to 2.
+Steps end where the slip of a corner along x or y ends, so that second order holds through that.
+Other changes at the ends of an edge that slides are not located. So the errors of blocks that rock
+and slide scatter: their mean over eight blocks falls with the step to the power 1.4 to 2.
 """
 
 import warp as wp
@@ -80,7 +80,7 @@ def solve_as_before(
 ) -> Held:
     """The motion if nothing changes in what touches and slides; whether it obeys the law.
 
-    Of a flat block that slides, none.
+    It finds none for a flat block that slides.
     """
     mask = mask_of(stance)
     h = Held()
@@ -199,8 +199,8 @@ def slip_after(
 ):
     """What becomes of a touching corner's slip in a step; see event_space/block_law.py.
 
-    Slip along x or y that was there and is none in the mean of the step ends inside, nobody knows
-    where: half of the step is tried.
+    Slip along x or y that the start of the step has, and its mean has not, ends inside the step at
+    an unknown time: half of the step is tried.
     """
     cut = NEVER
     slip = during

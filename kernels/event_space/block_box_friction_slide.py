@@ -1,9 +1,9 @@
-"""What one block in space does that slides with friction as a box.
+"""How one block in space slides with friction as a box.
 
-Along x and along y each corner is told to stick or to slide to one side, where its friction is all
-of its bound and against that; then the impulses of a corner, or of the two of an edge, are linear.
-What both ends of an edge do against each other along it moves nothing: stiffness of a part `SOFT`
-shares it out, and `AGAIN` corrections take what it changes in the motion away again.
+Along x and along y each corner is assumed to stick, or to slide to one side. Friction that slides
+is the whole bound, against the slip. Then the impulses of a corner, or of both corners of an edge,
+solve a linear system. Opposite impulses of both ends along an edge move nothing: a stiffness of
+the part `SOFT` makes them unique, and `AGAIN` corrections remove what it changes in the motion.
 
 The friction of a flat block, whose corners carry given parts of its weight, makes a convex function
 of its motion (v_x, v_y, w_z) least. See event_space/block_box_friction.py.
@@ -204,10 +204,10 @@ def arm_of(body: Body, axis: int, k: int) -> real:
 
 @wp.func
 def held_back(body: Body, most: Corners, free: real, axis: int, spin: real, side: real):
-    """What friction along x, or y, leaves of a flat block's velocity along it, given its spin.
+    """Velocity of a flat block along x, or y, under friction along it, given its spin.
 
-    Where the velocity of a corner jumps over zero its friction jumps; the velocity along x is where
-    these jumps, one after the other, have used up what there is without friction.
+    The friction of a corner jumps where its velocity passes zero. The velocity found is the one at
+    which these jumps together have used up the velocity without friction.
 
     Args:
         body: The block.
@@ -240,7 +240,7 @@ def held_back(body: Body, most: Corners, free: real, axis: int, spin: real, side
 
 @wp.func(inline=False)
 def spun(body: Body, most: Corners, free: Vector, spin: real, side: real):
-    """What `held_back` makes of both directions, and what the spin is too large by; its slope."""
+    """Velocities by `held_back`; by how much the spin is too large, and the slope of that."""
     lighter = real(1.0) / body.inertia[2, 2]
     x, fx, bend_x = held_back(body, most, free[0], 0, spin, side)
     y, fy, bend_y = held_back(body, most, free[1], 1, spin, side)
@@ -254,9 +254,9 @@ def spun(body: Body, most: Corners, free: Vector, spin: real, side: real):
 
 @wp.func(inline=False)
 def dragged(body: Body, most: Corners, free: Vector):
-    """What friction leaves of a flat block's motion (v_x, v_y, w_z).
+    """Motion of a flat block (v_x, v_y, w_z) after friction.
 
-    The spin is the root of a rising function that is straight by parts: Newton's method, bracketed.
+    The spin is the root of an increasing, piecewise linear function: Newton's method, bracketed.
 
     Args:
         body: The block.

@@ -22,8 +22,8 @@ next (4 + k), flat (8), or nowhere (9). What may hold is tried in this order:
     6. else corner by corner, each solved exactly, until nothing changes (block Gauss-Seidel).
 
 A corner that touches and is not held must not sink. With friction several states may obey the law
-(Painleve): a tall block can slide on an edge as a whole, or turn over one of its ends. The first is
-taken, by which a block that moves in a plane stays in it.
+(Painleve): a tall block can slide on an edge as a whole, or turn over one of its ends. The first
+one is taken; it keeps a block that moves in a plane there.
 """
 
 import warp as wp
@@ -64,9 +64,9 @@ class Held:
 
     Velocity [m/s] and angular velocity [rad/s]; stance; slip, the corners that slide, as a sum of
     2^k; work, what friction took in this motion [m^2/s^2], times the step's length if the motion is
-    a mean; fits, whether the contact law is obeyed; spare, what an end of an edge has left before
-    it slides, or opens where it slides beside one that sticks; turns, whether that is used up and
-    the edge has to let go of one end alone.
+    a mean; fits, whether the contact law is obeyed; spare, the friction margin of the weaker end of
+    an edge, or, if that end slides beside one that sticks, its normal impulse; turns, whether
+    that is used up, so that the edge lets go of that end alone.
     """
 
     v: Vector
@@ -251,9 +251,9 @@ def edge_carries(body: Body, k: int, p: Vector, twist: Vector):
 
 @wp.func
 def begun(body: Body, stance: int, v: Vector, w: Vector) -> Corners:
-    """Directions in which corners that cannot stick begin to slide: against what would hold them.
+    """Directions in which corners that cannot stick begin to slide: against the holding force.
 
-    The ends of an edge both have all of their cones used up then.
+    Both ends of an edge then use their whole cones.
     """
     zero = real(0.0)
     dirs = Corners()

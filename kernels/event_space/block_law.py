@@ -137,9 +137,9 @@ def slipping_stance(
 def solve_any_stance(
     body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
-    """The motion that obeys the contact law, see `solve`, of all that may be.
+    """The motion that obeys the contact law, see `solve`, tried stance by stance.
 
-    What holds the face or an edge as a whole comes before what holds one of its corners alone.
+    The face and the edges come first, then single corners.
     """
     mask = mask_of(stance)
     best = Held()

@@ -198,10 +198,10 @@ def corner_event(
 
 @wp.func
 def cut_to(event: real, d: real, near: real) -> real:
-    """Length of the next step where an event lies inside one, so that it ends there [s].
+    """Length of the next step, cut at an event inside this one [s].
 
-    Not shorter than what is near: what is left of the way then counts as arrived. An event at the
-    very end of the step would be met there for ever.
+    It is no shorter than half of `near`: within that an event counts as reached. Of an event at the
+    very end of the step half of the step is tried, or the same event would be met for ever.
     """
     return larger(wp.where(event > d - near, HALF * d, event), HALF * near)
 

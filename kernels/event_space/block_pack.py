@@ -1,10 +1,10 @@
 """The event step in space in which nothing happens, as vector code.
 
 Most steps meet no event: the block lies flat on a base that does not move it, or turns about a
-corner or an edge that stick. What touches is a hinge then, and the step of event_space/block.py has
-nothing to choose from. `rolled` takes it, and tells whether it was right to: it was not where
-something slides, lifts, lets go of one of its ends or falls over, or comes near to it. If a corner
-lands inside, it tells when. All that depends on the lane alone.
+corner or an edge that stick. What touches is then a hinge, and the step of event_space/block.py has
+no choice to make. `rolled` takes that step. It returns False if something slides, lifts, opens at
+one end or falls over, or is close to it; if a corner lands inside the step, it returns when. All of
+this depends on the lane alone.
 
 Formulas are those of event_space/block.py, in the block's own axes where that is less work: both
 give the same to round-off. Friction is the cone.

@@ -243,7 +243,7 @@ def turned_by(d: Vector, angle: real) -> Vector:
 
 @wp.func
 def beside(body: Body, stance: int, dirs: Corners, v: Vector, w: Vector) -> Two:
-    """Velocities of the ends of an edge across the directions in which they are said to slide."""
+    """Velocities of the ends of an edge across their assumed directions of sliding."""
     i = stance - EDGE
     j = (i + 1) % 4
     v1, w1, _n, _sound = slid(body, stance, body.friction, dirs, Shares(), v, w)
@@ -256,7 +256,7 @@ def beside(body: Body, stance: int, dirs: Corners, v: Vector, w: Vector) -> Two:
 def sliding_edge(body: Body, stance: int, start: Corners, v: Vector, w: Vector, dust: real):
     """Directions in which the ends of an edge slide, by Newton's method; whether it settled.
 
-    What both ends do against each other along the edge moves nothing: it need not be settled.
+    Opposite parts of both ends along the edge move nothing and need not settle.
     """
     i = stance - EDGE
     j = (i + 1) % 4

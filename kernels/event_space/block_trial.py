@@ -154,7 +154,7 @@ def next_step(limits: Limits, motion: BaseMotion, end: real, s: State) -> Base:
 
 @wp.func(inline=False)
 def probe(block: Block, limits: Limits, at: wp.ref[Moment], a: Vector) -> Held:
-    """The motion over a step of nearly no length, its `spare` a second.
+    """The motion over a very short step; its `spare` is a rate, per second.
 
     The base accelerates by `a` [m/s^2].
     """
@@ -179,9 +179,9 @@ def let_go(
 ) -> real:
     """Length of the step to where an edge lets go of one of its ends, if that lies inside.
 
-    The friction across the edge ends there, with a jump. What the end has left before it lets go
-    is known in the middle of the step; steps of nearly no length tell it at the start and at the
-    end. A straight line between two of these values finds where nothing is left.
+    The friction across the edge jumps to zero there. The margin of the end, `spare`, is known in
+    the middle of the step; very short steps find it at the start and at the end. The event is where
+    a straight line through two of these values is zero.
     """
     d = base.d
     sharp = SHARP * limits.longest_step

@@ -8,20 +8,20 @@ frame of the base. One step of length d:
        the contact law (event_space/body_law.py);
     2. attitude turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; in flight the
        attitude turns freely, see `turn_freely` in shape_space/block.py;
-    3. if inside the step a point lands, or hops by more than `rest_gap`, nothing is taken: the next
-       step ends there;
+    3. if inside the step a point lands, or hops by more than `rest_gap`, the step is not taken: the
+       next one ends there;
     4. points that pushed are put back on the base, and where all of them stick along it, too; v and
        w are projected on them: what stuck does not move, what slid does not leave or approach.
        Where points landed or the base steps its velocity, the inelastic impact with friction
        follows, of all that touches.
 
-A body whose mean motion from rest is none but round-off stands still: its pose stays what it is,
-to the last bit, and on a base at rest it waits in one step. It stands while the points that push
-span a plane; its uplift time is when they no longer do.
+A body whose mean motion from rest is round-off stands still: its pose keeps every bit, and on a
+base at rest it waits in one step. It stands while the points that push span a plane; its uplift
+time is when they no longer do.
 
-Sliding that ends, and points that open, are not located: a point that has come to stick in the mean
-stops at the end of its step. So the scheme is of second order while points stick, through impacts,
-too, and of first where they slide.
+The ends of slips, and points that open, are not located: a point that sticks in the mean of a step
+stops at its end. So the scheme is of second order while points stick, through impacts, too, and of
+first order where they slide.
 """
 
 import warp as wp
@@ -204,7 +204,7 @@ def end_of_step(
 
 @wp.func
 def repeated(s: State, cut: real, d: real, near: real) -> State:
-    """The old state, its next step ending at an event."""
+    """The old state, its next step cut at an event inside the step."""
     n = s
     n.cap = cut_to(cut, d, near)
     n.still = False

@@ -6,8 +6,8 @@ normal impulses are
 
     n = a + b.(r - m), none below zero,
 
-found in rounds from their sum and their moments. Where rounds do not end, since what presses lies
-close to the rim of few points, three corners of the hull carry it.
+found in rounds from their sum and their moments. Where the rounds do not end, because the pressure
+lies close to the rim of few points, three corners of the hull carry it.
 
 A face sticks if friction in proportion to n can hold it, as one motion along the base and a turn
 about the centre of pressure. If it slides, its motion (v_x, v_y, w_z) is the least of

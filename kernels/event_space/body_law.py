@@ -1,7 +1,7 @@
 """The contact law of a body in space that stands on points: what holds, sticks or slides.
 
-A body that touches on points moves as if it touched on the corners of their hull alone: what does
-not sink there sinks nowhere. So it has few ways to move, which are tried in this order:
+A body that touches on points moves as if it touched on the corners of their convex hull alone: if
+no corner sinks, no point does. So it has few ways to move, which are tried in this order:
 
     1. one or two points, or all on a line, of which the ends count: the law of a corner and of an
        edge, event_space/block_law.py;
@@ -13,9 +13,9 @@ not sink there sinks nowhere. So it has few ways to move, which are tried in thi
     6. it turns over a corner;
     7. it leaves, where nothing sinks.
 
-Where several obey the law, the first is taken, as of the box. None is found by sweeps from point to
-point, which settle the more slowly the more points there are; these are left for what friction
-makes of a body where the law may have several solutions, or none (Painleve).
+Where several obey the law, the first is taken, as for the box. Sweeps from point to point settle
+more slowly the more points there are. They are used only if all of these fail, where friction
+leaves several solutions of the law, or none (Painleve).
 """
 
 import warp as wp

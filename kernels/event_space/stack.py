@@ -8,17 +8,17 @@ one clock a lane. One step of length d:
        I_m w_m = L + sum r x p / 2, such that v_m and w_m obey the contact law at all interfaces;
     2. attitudes turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; a block that
        touches nothing flies, see `turn_freely` in shape_space/block.py;
-    3. if inside the step a corner lands, or hops by more than `rest_gap`, nothing is taken: the
-       next step ends there;
+    3. if inside the step a corner lands, or hops by more than `rest_gap`, the step is not taken:
+       the next one ends there;
     4. the gaps of contacts that pushed are closed (this removes the drift), and v and w projected
        on them: what stuck does not move, what slid does not leave or approach. Where corners landed
        or the base steps its velocity, the inelastic impact with friction follows, of all contacts.
 
-A stack whose mean motion from rest is none but round-off stands still: its pose stays what it is,
-to the last bit, and on a base at rest it waits in one step.
+A stack whose mean motion from rest is round-off stands still: its pose keeps every bit, and on a
+base at rest it waits in one step.
 
-Sliding that ends, and contacts that open, are not located: a contact that has come to stick in the
-mean stops at the end of its step.
+The ends of slips, and contacts that open, are not located: a contact that sticks in the mean of a
+step stops at its end.
 """
 
 import warp as wp
@@ -174,7 +174,7 @@ def next_step_of_stack(limits: Limits, motion: BaseMotion, end: real, s: State) 
 
 @wp.func
 def repeated(s: State, cut: real, d: real, near: real) -> State:
-    """The old state, its next step ending at an event; not shorter than what is near."""
+    """The old state, its next step cut at an event, but no shorter than what is near."""
     n = s
     n.cap = larger(wp.where(cut > d - near, HALF * d, cut), HALF * near)
     n.still = False

@@ -1,4 +1,4 @@
-"""Newton's method on all contacts of a stack in space.
+"""Coulomb's law at all contacts of a stack in space, by Newton's method.
 
 A contact answers its velocity u with the impulse f = P(l - c (u + lift n)), where P takes an
 impulse to the nearest that its law allows, c is STIFF times the contact's own effective mass, and
@@ -70,7 +70,7 @@ Slopes = wp.types.matrix(shape=(3, 12), dtype=real)
 
 @wp.func
 def boxed(mu: real, z: Vector):
-    """The nearest impulse with friction in the box, and how it changes with the one asked for."""
+    """Projection of an impulse on the box of friction, and its derivative."""
     zero, one = real(0.0), real(1.0)
     x, y = wp.abs(z[0]), wp.abs(z[1])
     # Beyond their bounds: none, the larger part, both.
@@ -101,7 +101,7 @@ def boxed(mu: real, z: Vector):
 
 @wp.func
 def allowed(law: int, mu: real, z: Vector):
-    """The nearest impulse that a law allows, and how it changes with the one asked for."""
+    """Projection of an impulse on those that a law allows, and its derivative."""
     zero, one = real(0.0), real(1.0)
     f, slope = Vector(), Matrix()
     if law == HOLD:

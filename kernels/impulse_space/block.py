@@ -29,10 +29,10 @@ A step visits first the corner away from the side that the block leans to, along
 its depth, so that the corners of a mirrored scene are visited in mirrored order. In that order they
 are numbered: sides (-,-), (+,-), (-,+), (+,+), with + towards the lean.
 
-Step 3 is what keeps a block from turning about the vertical where sweeps are few: of two corners
-close to each other they find the difference of the frictions slowly, b^2 / I_z beside h^2 / I_y for
-each sweep (b half the way between the corners, h the height of the centre), and what they leave of
-it, the corners being visited in turn, has always the same sign.
+Step 3 keeps a block from turning about the vertical where sweeps are few. At two corners close to
+each other sweeps find the difference of the frictions slowly, b^2 / I_z beside h^2 / I_y a sweep
+(b half the distance of the corners, h the height of the centre). As the corners are visited in
+turn, what is left of it always has the same sign.
 
 Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """
@@ -232,7 +232,7 @@ def slips(square: real, knobs: Knobs) -> bool:
 
 @wp.func
 def side_of(lean: real, rate: real, dv: real, before: real) -> real:
-    """Side to which a block leans, -1 or 1: by its axis, else its motion, the base's, or before."""
+    """Side to which a block leans, -1 or 1: by its axis, its motion, the base's, or as before."""
     zero = real(0.0)
     moved = wp.where(rate != zero, rate, wp.where(dv != zero, -dv, before))
     return sign_of(wp.where(lean != zero, lean, moved))

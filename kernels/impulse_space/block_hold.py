@@ -14,8 +14,8 @@ e (1 +- a) (1 +- b) / 4, and a couple about the vertical. Two take halves of it,
 and of what is along their line in proportion to their normal impulses.
 
 Where the centre of pressure lies beyond the face, the corners on the far side are let go and the
-others tried; the corners that were let go must then not sink. A block on three corners, and what
-slides, is left to the sweeps.
+others tried; those that were let go must then not sink. The sweeps solve blocks on three corners,
+and blocks that slide.
 """
 
 import warp as wp

@@ -50,9 +50,9 @@ def rounded_into_base(r: Turn, v: Triple) -> Triple:
 
 @wp.func
 def calm(knobs: Knobs, dv: Triple, inverse: Triple, s: State, u: wp.ref[Velocity]):
-    """Takes back what an impact gave that was not there.
+    """Removes the energy that an impact made.
 
-    With friction Newton's restitution may make energy. The impulses of the contacts, for unit mass
+    With friction Newton's restitution may make some. The impulses of the contacts, for unit mass
     p and h, change free velocities f and a by p and b = I^-1 h; of a part s of them the work is
 
         W = s (p . f + h . a) + s^2 / 2 (p . p + h . b).

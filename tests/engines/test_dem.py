@@ -20,6 +20,7 @@ from tests.shared.speed import require_gain
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.engines import dem
+from warprock.engines.energy import energy_held
 from warprock.engines.launching import Form
 from warprock.measure import bench
 from warprock.model import rocking
@@ -107,9 +108,7 @@ def test_springs_inside_the_face_keep_more_than_housner() -> None:
 
 def test_energy_is_lost_and_never_won() -> None:
     lanes = free_lanes()
-    held = rocking.energy(
-        lanes.width, lanes.height, lanes.depth, lanes.density, lanes.rotation_start, 0.0
-    )
+    held = energy_held(lanes, lanes.rotation_start)
     for settings in (DemSettings(stiffness_damping=0.0), DemSettings(step_safety=0.8)):
         early = run(lanes, StillBase(9), SampleTimes(1.0), settings)["energy_lost"]
         late = run(lanes, StillBase(9), SampleTimes(4.0), settings)["energy_lost"]
@@ -124,9 +123,7 @@ def test_energy_of_a_block_that_comes_to_rest_is_all_lost() -> None:
     lanes = make_lanes(np.full(2, 0.5), np.array([0.75, 1.0]), 0.3)
     settings = DemSettings(stiffness_damping=2e-3, normal_stiffness=1e10, shear_stiffness=1e10)
     response = run(lanes, StillBase(2), SampleTimes(6.0), settings)
-    held = rocking.energy(
-        lanes.width, lanes.height, lanes.depth, lanes.density, lanes.rotation_start, 0.0
-    )
+    held = energy_held(lanes, lanes.rotation_start)
     assert np.all(response["outcome"] == Outcome.AT_REST)
     # Released and resting blocks settle by some mg / k, 1e-6 m to 1e-5 m of the lift of 4 cm.
     np.testing.assert_allclose(response["energy_lost"], held, rtol=1e-3)

@@ -14,6 +14,7 @@ from tests.shared.speed import require_gain
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.engines import event
+from warprock.engines.energy import energy_held
 from warprock.engines.launching import Form
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
@@ -207,9 +208,7 @@ def test_low_friction_impacts_slide_and_impulse_agrees() -> None:
 
 def test_energy_never_grows_and_all_of_it_is_accounted_for() -> None:
     lanes = free_lanes()
-    held = rocking.energy(
-        lanes.width, lanes.height, lanes.depth, lanes.density, lanes.rotation_start, 0.0
-    )
+    held = energy_held(lanes, lanes.rotation_start)
     for step in (1e-2, 1e-3):
         response = respond(lanes, StillBase(9), SampleTimes(10.0, 0.01), step)
         assert np.all(response["outcome"] == Outcome.AT_REST)
@@ -235,9 +234,7 @@ def test_energy_never_grows_at_the_extremes() -> None:
     ratio = rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-6.0, np.log10(0.9999), count)
     lanes = make_lanes(height / slenderness, height, ratio, friction)
     scale = rocking.energy(lanes.width, lanes.height, lanes.depth, lanes.density, 0.0, 1.0)
-    held = rocking.energy(
-        lanes.width, lanes.height, lanes.depth, lanes.density, lanes.rotation_start, 0.0
-    )
+    held = energy_held(lanes, lanes.rotation_start)
     for step in (1e-2, 1e-3):
         response = respond(lanes, StillBase(count), SampleTimes(3.0), step)
         assert np.all(response["peak_rotation"] <= np.abs(lanes.rotation_start))

@@ -9,6 +9,7 @@ import pytest
 
 from tests.shared.blocks import at_rest, free_lanes, make_lanes, two_equal
 from warprock.engines.bodies import box_bodies
+from warprock.engines.energy import energy_held
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import StillBase
@@ -70,9 +71,7 @@ def test_a_landing_corner_is_through_by_no_more_than_a_step_of_its_way(engine: s
     found = run_batch(engine, lanes, StillBase(9), SampleTimes(2.0))["peak_penetration"]
     # A corner is a contact from the step after it has passed the face. The energy at the start
     # bounds its speed; gravity adds one step's fall, the pose that is corrected another.
-    held = rocking.energy(
-        lanes.width, lanes.height, lanes.depth, lanes.density, lanes.rotation_start, 0.0
-    )
+    held = energy_held(lanes, lanes.rotation_start)
     radius = rocking.half_diagonal(lanes.width, lanes.height)
     speed = lanes.width * np.sqrt(2.0 * held / (4.0 / 3.0 * lanes.mass * radius**2))
     assert np.all(found > 0.0)

@@ -12,8 +12,8 @@ from tests.shared.case_texts import FREE
 from tests.shared.commands import invoke
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
+from warprock.engines.energy import energy_held
 from warprock.errors import InputError
-from warprock.model import rocking
 from warprock.model.motion import StillBase
 from warprock.model.response import Outcome, SampleTimes
 from warprock.running.batch import run_batch
@@ -49,9 +49,7 @@ def test_it_comes_to_rest_where_it_lands(engine: str):
     times = SampleTimes(0.6, 0.005)
     response = run_batch(engine, lanes, StillBase(4), times)
     assert np.all(response["outcome"] == Outcome.AT_REST)
-    held = rocking.energy(
-        lanes.width, lanes.height, lanes.depth, lanes.density, lanes.rotation_start, 0.0
-    )
+    held = energy_held(lanes, lanes.rotation_start)
     # All that it had is lost at once. The first-order engines err by their step times the velocity
     # at which it lands, in what they fall.
     share = {"event": 1e-3}.get(engine, 2e-2)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import at_rest, free_lanes, make_lanes, make_stacks, sines
+from warprock.engines.energy import energy_held
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
@@ -45,9 +46,7 @@ def test_impacts_are_housners() -> None:
     lanes = make_lanes(np.linspace(0.2, 0.6, 5), 1.0, 0.6)
     eta = rocking.angular_restitution(lanes.slenderness_angle)
     quarter = rocking.quarter_period(lanes.width, lanes.height, lanes.rotation_start)
-    held = rocking.energy(
-        lanes.width, lanes.height, lanes.depth, lanes.density, lanes.rotation_start, 0.0
-    )
+    held = energy_held(lanes, lanes.rotation_start)
     errors = []
     for substeps in (20, 200):
         lost = np.zeros(5)

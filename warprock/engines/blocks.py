@@ -16,6 +16,7 @@ from warprock.engines.stack_bodies import profile_columns, start_on_feet
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import bottom_corners, start_poses
 from warprock.model.release import Release
+from warprock.model.stacking import sum_above
 from warprock.model.turning import rotate
 
 Array = npt.NDArray[np.float64]
@@ -78,8 +79,8 @@ def find_load(lanes: Lanes, x: Array) -> tuple[Array, Array]:
         lanes: The stacks.
         x: Where the centres of mass of the blocks are [m], shape [lane, block].
     """
-    above = np.cumsum(lanes.mass[:, ::-1], axis=1)[:, ::-1]
-    return above, np.cumsum((lanes.mass * x)[:, ::-1], axis=1)[:, ::-1] / above
+    above = sum_above(lanes.mass)
+    return above, sum_above(lanes.mass * x) / above
 
 
 def body_columns(lanes: Lanes) -> dict[str, Array]:

@@ -39,6 +39,7 @@ from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions, StillBase
 from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
+from warprock.model.stacking import sum_above
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 
@@ -276,7 +277,7 @@ def _creep_speed(stacks: SpatialLanes, settings: DemSettings) -> Array:
     F / sqrt(K M). What slides faster has left that; what slides slower sticks within a quarter of a
     swing. The loosest interface counts.
     """
-    mass = np.cumsum(stacks.mass[:, ::-1], axis=1)[:, ::-1]
+    mass = sum_above(stacks.mass)
     area = stacks.face_width * stacks.face_depth
     bound = stacks.friction * GRAVITY * mass + settings.cohesion * area
     swing = bound / np.sqrt(settings.shear_stiffness * area * mass)

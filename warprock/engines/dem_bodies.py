@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from warprock.engines.blocks import speed_columns
 from warprock.engines.bodies import Corners
+from warprock.engines.dem_springs import round_frequency
 from warprock.engines.launching import NEVER
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes
@@ -126,9 +127,7 @@ class CornerSprings:
         corner = corner + settings.shear_stiffness * shear[..., :, None] * shear[..., None, :]
         edges = (corner[:, :-1] + corner[:, 1:]) * (self.area / self.body.mass)[:, None, None, None]
         largest = np.linalg.eigvalsh(edges)[..., -1].max(axis=1)
-        # The solver's last digits are not those of the mirrored body.
-        part, power = np.frexp(np.sqrt(largest))
-        return np.asarray(np.ldexp(np.round(part * 2.0**30) / 2.0**30, power))
+        return round_frequency(np.sqrt(largest))
 
     def standing_ratio(self) -> Array:
         """Rocking stiffness of the springs / that needed to stand, shape [lane, 1].

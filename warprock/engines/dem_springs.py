@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.lanes import Lanes
+from warprock.model.stacking import sum_above
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 
@@ -75,29 +76,61 @@ def stiffest_frequency(lanes: Lanes, settings: DemSettings) -> Array:
     half = 0.5 * lanes.height
     for block in range(blocks):
         for point in range(settings.subcontacts):
-            place = springs.place[:, block, point]
-            normal, shear = np.zeros((2, count, 3 * blocks))
-            normal[:, 3 * block + 1], normal[:, 3 * block + 2] = 1.0, -place
-            shear[:, 3 * block], shear[:, 3 * block + 2] = 1.0, -half[:, block]
-            if block > 0:
-                below = 3 * block - 3
-                normal[:, below + 1] = -1.0
-                normal[:, below + 2] = place + lanes.offset[:, block]
-                shear[:, below], shear[:, below + 2] = -1.0, -half[:, block - 1]
-            for row, k in (
-                (normal, settings.normal_stiffness),
-                (shear, settings.shear_stiffness),
-            ):
-                area = springs.area[:, block, point]
-                stiffness += (k * area)[:, None, None] * row[:, :, None] * row[:, None, :]
+            place, area = springs.place[:, block, point], springs.area[:, block, point]
+            below = place + lanes.offset[:, block], half[:, block - 1]
+            add_point(stiffness, block, (place, -half[:, block]), below, settings, area)
     inertia = lanes.mass * (lanes.width**2 + lanes.height**2) / 12.0
-    masses = np.stack([lanes.mass, lanes.mass, inertia], axis=2).reshape(count, 3 * blocks)
+    return round_frequency(largest_frequency(stiffness, lanes.mass, inertia))
+
+
+def add_point(
+    stiffness: Array,
+    block: int,
+    own: tuple[Array, Array],
+    below: tuple[Array, Array],
+    settings: DemSettings,
+    area: Array,
+) -> None:
+    """Adds the springs of a point of the interface below a block to stiffness matrices.
+
+    Args:
+        stiffness: Over x, z and rotation of all blocks, shape [lane, 3 block, 3 block].
+        block: Number of the block above the interface, from 0.
+        own: The point from the centre of that block, x and z [m], shape [lane] each.
+        below: The same from the centre of the block below; of the lowest block it is not read.
+        settings: Stiffness of the springs for each area.
+        area: Area that the point stands for [m^2], shape [lane].
+    """
+    normal, shear = np.zeros((2, *stiffness.shape[:2]))
+    at = 3 * block
+    normal[:, at + 1], normal[:, at + 2] = 1.0, -own[0]
+    shear[:, at], shear[:, at + 2] = 1.0, own[1]
+    if block > 0:
+        normal[:, at - 2], normal[:, at - 1] = -1.0, below[0]
+        shear[:, at - 3], shear[:, at - 1] = -1.0, -below[1]
+    for row, k in ((normal, settings.normal_stiffness), (shear, settings.shear_stiffness)):
+        stiffness += (k * area)[:, None, None] * row[:, :, None] * row[:, None, :]
+
+
+def largest_frequency(stiffness: Array, mass: Array, inertia: Array) -> Array:
+    """Root of the largest w^2 of K - w^2 M [rad/s], shape [lane]; NaN where K is not finite.
+
+    Args:
+        stiffness: K over x, z and rotation of all blocks, shape [lane, 3 block, 3 block].
+        mass: Of the blocks [kg], shape [lane, block].
+        inertia: Moments of inertia about their centres [kg m^2], shape [lane, block].
+    """
+    masses = np.stack([mass, mass, inertia], axis=2).reshape(stiffness.shape[:2])
     scaled = stiffness / np.sqrt(masses[:, :, None] * masses[:, None, :])
-    sound = np.isfinite(scaled).all(axis=(1, 2))
+    sound = np.asarray(np.isfinite(scaled).all(axis=(1, 2)))
     largest = np.linalg.eigvalsh(np.where(sound[:, None, None], scaled, 0.0))[:, -1]
-    # The solver's last digits are not those of the mirrored stack.
-    part, power = np.frexp(np.sqrt(np.maximum(largest, 0.0)))
-    return np.where(sound, np.ldexp(np.round(part * 2.0**30) / 2.0**30, power), np.nan)
+    return np.where(sound, np.sqrt(np.maximum(largest, 0.0)), np.nan)
+
+
+def round_frequency(frequency: Array) -> Array:
+    """Frequencies to 30 bits: the last digits of a solver are not those of the mirrored stack."""
+    part, power = np.frexp(frequency)
+    return np.asarray(np.ldexp(np.round(part * 2.0**30) / 2.0**30, power))
 
 
 def standing_ratio(lanes: Lanes, settings: DemSettings) -> Array:
@@ -117,8 +150,8 @@ def standing_on(lanes: Lanes, stiffness: float, place: Array, area: Array) -> Ar
     middle = (area * place).sum(axis=-1) / np.where(whole > 0.0, whole, 1.0)
     second = (area * (place - middle[..., None]) ** 2).sum(axis=-1)
     mass, top = lanes.mass, np.cumsum(lanes.height, axis=1)
-    above = np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]
-    centres = np.cumsum((mass * (top - 0.5 * lanes.height))[:, ::-1], axis=1)[:, ::-1] / above
+    above = sum_above(mass)
+    centres = sum_above(mass * (top - 0.5 * lanes.height)) / above
     driven = GRAVITY * above * (centres - (top - lanes.height))
     return np.asarray(stiffness * second / driven)
 

@@ -13,8 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.blocks import spatial_columns
+from warprock.engines.dem_springs import round_frequency
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import product, quaternion
+from warprock.model.stacking import sum_above
 from warprock.model.turning import rotate
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
@@ -169,10 +171,7 @@ def spatial_frequencies(lanes: Lanes, settings: DemSettings) -> Array:
     scaled = stiffness / (root[:, :, None] * root[:, None, :])
     sound = np.isfinite(scaled).all(axis=(1, 2))
     roots = np.linalg.eigvalsh(np.where(sound[:, None, None], scaled, 0.0))
-    # The solver's last digits are not those of the mirrored stack.
-    part, power = np.frexp(np.sqrt(np.maximum(roots, 0.0)))
-    rounded = np.ldexp(np.round(part * 2.0**30) / 2.0**30, power)
-    return np.where(sound[:, None], rounded, np.nan)
+    return np.where(sound[:, None], round_frequency(np.sqrt(np.maximum(roots, 0.0))), np.nan)
 
 
 def _middle(columns: dict[str, Array], block: int) -> Array:
@@ -256,7 +255,7 @@ def _equilibrium_in_space(
     """
     depth, slope = np.zeros(stacks.width.shape), np.zeros((*stacks.width.shape, 2))
     stiffness = settings.normal_stiffness * springs.area
-    weight = GRAVITY * np.cumsum(stacks.mass[:, ::-1], axis=1)[:, ::-1]
+    weight = GRAVITY * sum_above(stacks.mass)
     for _ in range(EQUILIBRIUM_SWEEPS):
         before = depth.copy(), slope.copy()
         lever = _lever_above(springs, stacks, depth, slope)
@@ -346,8 +345,8 @@ def _lever_above(
     moved, turn = _pile(springs, stacks.yaw_start, depth, slope)
     centre = np.stack([columns[name] for name in ("x", "y")], axis=-1) + moved[..., :2]
     mass = stacks.mass[..., None]
-    above = np.cumsum((mass * centre)[:, ::-1], axis=1)[:, ::-1]
-    above = above / np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]
+    above = sum_above(mass * centre)
+    above = above / sum_above(mass)
     lever = np.empty_like(centre)
     for block in range(stacks.block_count):
         c, s = np.cos(stacks.yaw_start[:, block]), np.sin(stacks.yaw_start[:, block])

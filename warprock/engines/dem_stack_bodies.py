@@ -12,10 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.bodies import rotate_lever
+from warprock.engines.dem_springs import add_point, largest_frequency, round_frequency
 from warprock.engines.stack_bodies import Interface, profile_columns, rest_heights, shared_depth
 from warprock.model.lanes import Lanes
 from warprock.model.profiles import Profiles
-from warprock.model.stacking import contact_ends
+from warprock.model.stacking import contact_ends, sum_above
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 
@@ -41,7 +42,7 @@ def _start(lanes: Lanes, settings: DemSettings, area: Array) -> tuple[Array, Arr
     the point that touches bears all.
     """
     turns = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
-    above = np.cumsum(lanes.mass[:, ::-1], axis=1)[:, ::-1]
+    above = sum_above(lanes.mass)
     load = GRAVITY * above / (settings.normal_stiffness * area)
     low, high = contact_ends(lanes)
     x, z, rotation = np.zeros((3, *lanes.width.shape))
@@ -83,9 +84,7 @@ def standing_ratio(lanes: Lanes, settings: DemSettings) -> Array:
     wide = high - low
     stiffness = settings.normal_stiffness * wide * shared_depth(lanes)
     mass, centre = lanes.mass, rest_heights(lanes)
-    above, levers = (
-        np.cumsum((mass * each)[:, ::-1], axis=1)[:, ::-1] for each in (np.ones_like(mass), centre)
-    )
+    above, levers = (sum_above(mass * each) for each in (np.ones_like(mass), centre))
     ground = np.cumsum(lanes.height, axis=1) - lanes.height
     driven = GRAVITY * above * (levers / above - ground)
     return np.asarray(0.25 * stiffness * wide**2 / driven)
@@ -97,10 +96,7 @@ def stiffest_frequency(lanes: Lanes, settings: DemSettings) -> Array:
     Of stacks of which every block lies on the edge that it stands on at rest, or on the edge whose
     ends are farthest away, both ends closed and sticking.
     """
-    found = [_frequency(lanes, settings, far=far) for far in (False, True)]
-    # The solver's last digits are not those of the mirrored stack.
-    part, power = np.frexp(np.max(found, axis=0))
-    return np.asarray(np.ldexp(np.round(part * 2.0**30) / 2.0**30, power))
+    return round_frequency(np.maximum(*(_frequency(lanes, settings, far=f) for f in (False, True))))
 
 
 def _frequency(lanes: Lanes, settings: DemSettings, *, far: bool) -> Array:
@@ -115,22 +111,10 @@ def _frequency(lanes: Lanes, settings: DemSettings, *, far: bool) -> Array:
         height = np.stack([z, z], axis=1)
         if far:
             x, height = _farthest_edge(here)
-        for end in range(2):
-            normal, shear = np.zeros((2, count, 3 * blocks))
-            normal[:, 3 * block + 1], normal[:, 3 * block + 2] = 1.0, -x[:, end]
-            shear[:, 3 * block], shear[:, 3 * block + 2] = 1.0, height[:, end]
-            if block > 0:
-                below = 3 * block - 3
-                place = np.clip(x[:, end] + here.aside, here.low, here.high)
-                normal[:, below + 1], normal[:, below + 2] = -1.0, place
-                shear[:, below], shear[:, below + 2] = -1.0, -here.level
-            for row, k in ((normal, settings.normal_stiffness), (shear, settings.shear_stiffness)):
-                weight = (k * area[:, block])[:, None, None]
-                stiffness += weight * row[:, :, None] * row[:, None, :]
-    mass, inertia = profiles.mass, profiles.mass * profiles.gyration
-    masses = np.stack([mass, mass, inertia], axis=2).reshape(count, 3 * blocks)
-    scaled = stiffness / np.sqrt(masses[:, :, None] * masses[:, None, :])
-    return np.asarray(np.sqrt(np.linalg.eigvalsh(scaled)[:, -1]))
+        for place, up in zip(x.T, height.T, strict=True):
+            below = np.clip(place + here.aside, here.low, here.high), here.level
+            add_point(stiffness, block, (place, up), below, settings, area[:, block])
+    return largest_frequency(stiffness, profiles.mass, profiles.mass * profiles.gyration)
 
 
 def _farthest_edge(here: Interface) -> tuple[Array, Array]:

@@ -28,7 +28,7 @@ from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions
 from warprock.model.pose import product, start_poses
-from warprock.model.stacking import centre_height
+from warprock.model.stacking import centre_height, sum_above
 from warprock.model.turning import rotate
 from warprock.units import GRAVITY
 
@@ -134,9 +134,7 @@ def least_barrier(lanes: Lanes) -> tuple[Array, Array]:
     x, z, left, right = start_on_corners(_flat(lanes))
     mass = lanes.mass
     # What stands on each interface, and its centre above it: sums from the top down.
-    above, levers, heights = (
-        np.cumsum((mass * each)[:, ::-1], axis=1)[:, ::-1] for each in (np.ones_like(x), x, z)
-    )
+    above, levers, heights = (sum_above(mass * each) for each in (np.ones_like(x), x, z))
     centre, rise = levers / above, heights / above - (z - centre_height(lanes))
     arms = np.maximum(np.stack([centre - left, right - centre]), 0.0)
     reach = np.hypot(arms, rise)

@@ -28,7 +28,7 @@ from warprock.engines.energy import (
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions, SpatialMotions
-from warprock.model.stacking import uplift_ratio
+from warprock.model.stacking import sum_above, uplift_ratio
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -123,7 +123,7 @@ def fall_energy(lanes: Lanes, held: Array, peak_rotation: Array) -> Array:
     stacks = as_stacks(lanes)
     able = held >= (1.0 - BARRIER_SHARE) * least_barrier(stacks)[0]
     turned, angle = np.abs(peak_rotation).reshape(stacks.width.shape), stacks.slenderness_angle
-    above = np.cumsum(stacks.mass[:, ::-1], axis=1)[:, ::-1] - stacks.mass
+    above = sum_above(stacks.mass) - stacks.mass
     more: Array | float = 2.0
     if stacks.profiles is None:
         radius = rocking.half_diagonal(stacks.width, stacks.height)

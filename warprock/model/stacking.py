@@ -14,6 +14,11 @@ from warprock.model.profiles import Profiles
 Array = npt.NDArray[np.float64]
 
 
+def sum_above(values: Array) -> Array:
+    """Sums over each block and all above it, as `values`, whose second axis is the block."""
+    return np.asarray(np.cumsum(values[:, ::-1], axis=1)[:, ::-1])
+
+
 def base_ends(lanes: Lanes) -> Array:
     """Ends at -x and +x of what blocks of stacks stand on, from below the centre [m].
 

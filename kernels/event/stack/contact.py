@@ -1,4 +1,4 @@
-"""Contact of stacked planar blocks: exact, or reported as unsolved.
+"""Coulomb's law at all contacts of a stack in the plane: exact, or reported as unsolved.
 
 The contact law at an interface, with impulses and velocities as in event/stack/chain.py: n >= 0; an
 end that touches does not sink; an end without n opens; a contact sticks with |f| <= mu (n + n), or
