@@ -17,6 +17,7 @@ from warprock.kernels.motion import (
     Acceleration,
     Ground,
     Motion,
+    acceleration_at,
     between_samples,
     expand,
     knot_time,
@@ -64,11 +65,14 @@ def rest_on(block: Block, m: Motion, ground: Ground, until: real, s: State):
     """Takes a block at rest past samples that surely do not lift it, at most to `until`.
 
     Returns:
-        Whether it gets on; the time and the segment that it comes to.
+        Whether it gets on; the time and the segment that it comes to; the friction that it has
+        needed by then.
     """
     bound = NEARLY_ALL * block.uplift_acceleration
     calm, far = undisturbed(m, s.segment, ground.strongest, bound)
-    leaps = calm and far <= until
+    # The sample that the segment starts at is one of the strongest.
+    starts = s.time <= knot_time(m, s.segment - 1)
+    leaps = calm and far <= until and starts
     knot = knot_time(m, s.segment)
     target = smaller(knot, until)
     value_at_end = ground.value + ground.slope * m.interval
@@ -76,10 +80,16 @@ def rest_on(block: Block, m: Motion, ground: Ground, until: real, s: State):
     weak = largest < bound and between_samples(m, s.segment)
     gets_on = s.mode == RESTING and (leaps or (weak and target - s.time <= s.cap))
     passed = wp.where(leaps, AHEAD, wp.where(target >= knot, 1, 0))
+    a = expand(m, s.segment, s.time, ground.value, ground.slope)
+    last = acceleration_at(a, target - s.time)
+    strongest = wp.where(leaps, size(m.scale) * ground.strongest, larger(size(a.a0), size(last)))
+    # g is p^2 / q.
+    asked = strongest * block.coupling / block.frequency_squared
     return (
         gets_on,
         wp.where(gets_on, wp.where(leaps, far, target), s.time),
         wp.where(gets_on, s.segment + passed, s.segment),
+        wp.where(gets_on, larger(asked, s.needed), s.needed),
     )
 
 

@@ -128,11 +128,12 @@ if RECORD and LANES > 1:
                         while rests and state[i].time < place[i].until:
                             at = sample_index(motion[i], state[i].segment)
                             ground = Ground(pool[0, at], pool[1, at], pool[3, at])
-                            rests, time, segment = rest_on(
+                            rests, time, segment, needed = rest_on(
                                 block[i], motion[i], ground, place[i].until, state[i]
                             )
                             state[i].time = time
                             state[i].segment = segment
+                            state[i].needed = needed
                         place[i].due = wp.where(state[i].time < place[i].until, WAIT, COME)
                 if place[i].due == WAIT:
                     if waiting < LANES:
@@ -229,13 +230,14 @@ else:
                     after, shown = step(block_of[first + i], m, ground, until, state[i], seen[i])
                     if RECORD:
                         ground.strongest = pool[3, at]
-                        rests, far, passed = rest_on(
+                        rests, far, passed, needed = rest_on(
                             block_of[first + i], m, ground, until, state[i]
                         )
                         rests = rests and going
                         going = going and not rests
                         state[i].time = wp.where(rests, far, state[i].time)
                         state[i].segment = wp.where(rests, passed, state[i].segment)
+                        state[i].needed = wp.where(rests, needed, state[i].needed)
                     # A lane that waits for others takes no step, not even one of length zero.
                     state[i] = wp.where(going, after, state[i])
                     seen[i] = wp.where(going, shown, seen[i])

@@ -397,3 +397,20 @@ def test_histories_do_not_change_the_run() -> None:
     without = respond(lanes, motions, SampleTimes(1.0))
     for name, values in without.fields.items():
         np.testing.assert_array_equal(with_history[name], values)
+
+
+@pytest.mark.thorough
+def test_swings_of_round_off_do_not_strike_for_ever() -> None:
+    # The middle block slides a little and stops while the ones beside it chatter.
+    draw, count = np.random.default_rng(3), 60
+    size = draw.uniform(0.9, 1.1, (3, count, 1))
+    lanes = stacks(
+        size[0] * [0.4, 0.32, 0.41],
+        size[1] * [0.48, 0.4, 1.85],
+        density=np.array([1070.0, 2690.0, 1730.0]),
+        friction=np.array([0.5, 0.5, 0.6]),
+        offset=np.array([0.0, -0.03, 0.016]),
+    )
+    motions = sines(Control.ACCELERATION, 1.8 * size[2, :, 0], np.full(count, 3.0), 3.0)
+    found = run_batch("event", lanes, motions, SampleTimes(3.0))
+    assert np.all(found["status"] == Status.OK)

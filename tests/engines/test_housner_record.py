@@ -10,15 +10,17 @@ import pytest
 from tests.shared.blocks import make_lanes
 from tests.shared.made_records import made_record
 from tests.shared.speed import require_gain
+from tests.shared.vertical_motion import sampled
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.load import load_case
 from warprock.engines.launching import Form, strongest_ahead
 from warprock.kernels.pool import AHEAD
 from warprock.model import rocking
-from warprock.model.motion import StillBase
+from warprock.model.motion import StillBase, UprightMotions
 from warprock.model.response import SampleTimes
 from warprock.records import record_motions
 from warprock.running.batch import run_batch
+from warprock.units import GRAVITY
 
 LANES = 400
 """More than a thread has places for, so that lanes take the places of others."""
@@ -79,6 +81,35 @@ def test_a_block_at_rest_passes_quiet_samples_and_lifts_in_time() -> None:
     assert np.isnan(still["uplift_time"]).all()
     # 290 samples, all but the first of which are passed without a step.
     assert np.max(still["step_count"]) < 5
+
+
+def test_a_block_at_rest_needs_what_the_strongest_sample_asks_for() -> None:
+    draw, count, interval = np.random.default_rng(6), 24, 0.01
+    samples = draw.uniform(-2.0, 2.0, (count, 300)) * draw.uniform(0.1, 1.0, (count, 300)) ** 4
+    motions = sampled(samples, interval)
+    lanes = make_lanes(np.full(count, 3.0), 1.0, friction=9.0)
+    # Ends in the midst of samples, and of a leap over many.
+    for end in (0.123, 0.5, 1.704, 2.98):
+        found = run_batch("housner", lanes, motions, SampleTimes(end))
+        assert np.isnan(found["uplift_time"]).all()
+        time = np.append(interval * np.arange(int(end / interval) + 1), end)
+        record = [np.interp(time, interval * np.arange(300), each) for each in samples]
+        needed = np.abs(record).max(axis=1) / GRAVITY
+        np.testing.assert_allclose(found["friction_needed"], needed, rtol=1e-12)
+
+
+def test_a_block_that_rocks_and_rests_again_needs_as_much_as_on_a_base_that_may_rise() -> None:
+    # Kernels of their own, in which a block at rest passes no sample without a step.
+    draw, count = np.random.default_rng(7), 60
+    samples = draw.uniform(-6.0, 6.0, (count, 300)) * draw.uniform(0.1, 1.0, (count, 300)) ** 2
+    lanes = make_lanes(draw.uniform(0.25, 0.6, count), 1.0, friction=9.0)
+    along = sampled(samples, 0.01)
+    both = UprightMotions(along, sampled(0.0 * samples, 0.01))
+    found, other = (
+        run_batch("housner", lanes, motions, SampleTimes(2.9)) for motions in (along, both)
+    )
+    assert np.sum(found["impact_count"] > 0) > 20
+    np.testing.assert_allclose(found["friction_needed"], other["friction_needed"], rtol=1e-7)
 
 
 def test_a_record_of_zeros_leaves_a_block_rocking_as_on_still_ground() -> None:

@@ -168,12 +168,12 @@ def find_closing(start: Opening, end: Opening, d: real, near: real):
 
 @wp.func
 def settles(start: Opening, bend: real, rest: real) -> bool:
-    """Whether an interface that has just fallen flat would open by less than `rest` [rad].
+    """Whether an interface would open by no more than `rest` [rad] before it falls flat again.
 
     `bend` is half of the acceleration with which it opens [rad/s^2].
     """
-    back = start.rate <= real(0.0) or start.rate * start.rate <= real(-4.0) * bend * rest
-    return start.angle <= GRAIN and back
+    swings = start.rate * start.rate <= real(-4.0) * bend * (rest - start.angle)
+    return swings or (start.angle <= GRAIN and start.rate <= real(0.0))
 
 
 @wp.func(inline=False)

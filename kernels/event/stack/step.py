@@ -24,8 +24,8 @@ On a base that moves upwards, too, gravity is g + a_z; blocks fly when it is not
 
 A stack at rest waits for the moment at which the base lets it go (event/stack/rest.py).
 
-Rest rule: an interface closes when its block, after an impact, would fall back inside the next
-step from an opening below `rest_rotation`. The impacts that this leaves out take no time.
+Rest rule: an interface closes when its block would fall back inside the next step from an opening
+below `rest_rotation`. The impacts that this leaves out take no time.
 
 The kernel is scalar on purpose, one lane a thread on a CPU too: which contacts act differs from
 lane to lane, and packs of lanes would run all branches of all. Functions take large structs as
