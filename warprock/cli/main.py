@@ -121,7 +121,7 @@ def run(
         options = asked_options(precision, device, workers, estimate=False)
         return run_study_of(case, engine, folder, refused, options, as_json=as_json)
     options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
-    require_options(engine or "event", options)
+    require_options(engine, options)
     if cheapest:
         fixed = None if _is_default("precision") else precision
         tests = asked_options(workers=workers)

@@ -13,14 +13,10 @@ from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLACK, engine_marks
 from warprock.figures.scales import logarithmic, plain
 from warprock.figures.sheet import headline, style, subplots
-from warprock.running.lane_parts import has_time_step
-from warprock.settings.engines import SETTINGS
+from warprock.settings.engines import EXACT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-ANALYTICAL = [name for name, settings in SETTINGS.items() if not has_time_step(settings)]
-"""Engines without a step, whose blocks do not slide; the band is that of all others."""
 
 ERROR_LIMITS = (1e-8, 2.0)
 """Errors drawn; smaller and larger ones stand at the edge."""
@@ -71,7 +67,7 @@ def draw_trade(table: pd.DataFrame, scenes: Mapping[str, str]) -> list[Drawing]:
 def _message(table: pd.DataFrame) -> str:
     """What the cheapest setting below the asked error costs, over the first scene."""
     scene = str(table["scene"].iloc[0])
-    rows = table[(table["scene"] == scene) & ~table["engine"].isin(ANALYTICAL)]
+    rows = table[(table["scene"] == scene) & ~table["engine"].isin(EXACT)]
     if not len(rows):
         found = ", ".join(dict.fromkeys(table["engine"]))
         return f"Timed: {found}, whose blocks do not slide ({scene})"
@@ -95,7 +91,7 @@ def _draw_scene(axes: Axes, table: pd.DataFrame) -> None:
     logarithmic(axes.xaxis)
     logarithmic(axes.yaxis)
     axes.set_xlim(ERROR_LIMITS[0] / 1.6, ERROR_LIMITS[1] * 1.6)
-    front = _front(table[~table["engine"].isin(ANALYTICAL)])
+    front = _front(table[~table["engine"].isin(EXACT)])
     if len(front):
         band: dict[str, Any] = {"color": "#CCCCCC", "linewidth": 6.0, "zorder": 1}
         axes.plot(*_extended(front), solid_capstyle="butt", drawstyle="steps-post", **band)

@@ -8,7 +8,8 @@ import pkgutil
 from collections.abc import Mapping
 
 import warprock.findings
-from warprock.findings.finding import Kind
+from warprock.findings.finding import Facts, Kind
+from warprock.running.run_file import BODY
 
 
 @functools.cache
@@ -18,3 +19,8 @@ def kinds() -> Mapping[str, Kind]:
     modules = [importlib.import_module(f"warprock.findings.{name}") for name in names]
     values = [value for module in modules for value in vars(module).values()]
     return {each.key: each for each in values if isinstance(each, Kind) and each.key}
+
+
+def shapes() -> Mapping[str, Facts]:
+    """What findings of each kind say in `run.json`, by the key that only they have there."""
+    return {"body": BODY} | {key: kind.shape for key, kind in kinds().items()}
