@@ -13,7 +13,7 @@ from warprock.cli.main import main
 from warprock.cli.signatures import SHARED, read_function
 
 MADE = {name: f"analyses/{name}" for name in ("fragility", "ida", "map", "sensitivity", "spectrum")}
-MADE |= {"body": "body", "validate": "validation"}
+MADE |= {"body": "body", "validate": "validation", "trade": "trade", "stability": "stability"}
 
 
 @pytest.mark.parametrize(("name", "module"), MADE.items())
