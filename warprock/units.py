@@ -171,7 +171,7 @@ def parse_any(text: object, dimensions: Iterable[Dimension]) -> Quantity:
     for dimension in wanted:
         size = UNITS[dimension].get(unit)
         if size is not None:
-            value = float(_scaled(number, size))
+            value = float(_scale(number, size))
             if not math.isfinite(value):
                 raise ValueError(f"{allowed}, and finite")
             return Quantity(value, dimension)
@@ -190,7 +190,7 @@ def bare_number(text: str) -> bool:
     return match is not None and match["unit"] is None
 
 
-def _scaled(number: str, size: str) -> decimal.Decimal | float:
+def _scale(number: str, size: str) -> decimal.Decimal | float:
     """Product of number and size, rounded once; nan and inf pass through."""
     try:
         return decimal.Decimal(number) * decimal.Decimal(size)

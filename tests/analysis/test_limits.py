@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from warprock.analysis.fragility import curve_rows, fragility_curves
-from warprock.analysis.limits import in_doubt, reached, read_limits
+from warprock.analysis.limits import find_reached, in_doubt, read_limits
 from warprock.cli.main import main
 from warprock.errors import InputError
 
@@ -181,8 +181,8 @@ def test_a_stack_slides_with_its_worst_block():
     )
     table["peak_slide_2_m"] = 0.5
     (limit,) = read_limits([], ["20 cm"])
-    assert reached(table, limit).all()
-    assert not reached(table.assign(peak_slide_2_m=0.0), limit).any()
+    assert find_reached(table, limit).all()
+    assert not find_reached(table.assign(peak_slide_2_m=0.0), limit).any()
 
 
 @pytest.mark.parametrize("text", ["10", "0 mm", "-3 mm", "3 s", "far"])

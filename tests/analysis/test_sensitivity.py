@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from tests.shared.case_texts import pulse_text
 from warprock.analysis import sensitivity
 from warprock.analysis.sensitivity import SaltelliSample, indices, run_sensitivity, saltelli_case
 from warprock.case.case import Case
@@ -22,24 +23,9 @@ from warprock.model.ratios import peak_ratio
 from warprock.model.response import Outcome, Status
 from warprock.running.case_run import run_case
 
-CASE = """
-title = "a sample"
-source = "a test"
-[block]
-width = "0.17 m"
-height = "1 m"
-depth = "0.5 m"
-density = "2400 kg/m^3"
-[contact]
-friction = 1.0
-[motion]
-waveform = "sine"
-control = "acceleration"
-amplitude = "2.6 m/s^2"
-frequency = "3 Hz"
-cycles = 1
-[run]
-duration = "5 s"
+CASE = (
+    pulse_text(width="0.17 m", amplitude="2.6 m/s^2", frequency="3 Hz", duration="5 s")
+    + """
 [sample]
 lanes = 128
 [sample.over]
@@ -48,6 +34,7 @@ motion.amplitude = { distribution = "uniform", from = "2.5 m/s^2", to = "2.7 m/s
 block.density = { distribution = "loguniform", from = "1000 kg/m^3", to = "3000 kg/m^3" }
 contact.angular_restitution = [0.9, 0.95]
 """
+)
 INPUTS = ("block.depth", "block.density", "motion.amplitude", "contact.angular_restitution")
 
 
@@ -157,30 +144,16 @@ def test_a_result_that_does_not_vary_has_no_indices(case: Case):
     assert found.rows["total"].isna().all()
 
 
-FALLING = """
-title = "pulses that fell some blocks and not others"
-source = "a test"
-[block]
-width = "0.3 m"
-height = "1 m"
-depth = "0.5 m"
-density = "2400 kg/m^3"
-[contact]
-friction = 10.0
-[motion]
-waveform = "sine"
-control = "acceleration"
-amplitude = "3 m/s^2"
-frequency = "3 Hz"
-cycles = 1
-[run]
-duration = "12 s"
+FALLING = (
+    pulse_text(width="0.3 m", friction=10.0, amplitude="3 m/s^2", frequency="3 Hz", duration="12 s")
+    + """
 [sample]
 lanes = 64
 [sample.over]
 block.width = { distribution = "uniform", from = "0.1 m", to = "0.3 m" }
 block.depth = { distribution = "uniform", from = "0.4 m", to = "0.6 m" }
 """
+)
 """Every slender block falls, few of the others: the ratio of 90 degrees is that of the width."""
 
 

@@ -9,35 +9,17 @@ import pytest
 from click.testing import CliRunner
 
 from tests.shared.browser import Browser, browser_path
+from tests.shared.case_texts import pulse_text
 from warprock.cli.main import main
 
-CASE = """
-title = "A block under pulses"
-source = "Made for this test."
-
-[block]
-width = "0.2 m"
-height = "1 m"
-depth = "0.5 m"
-density = "2400 kg/m^3"
-
-[contact]
-friction = 1.0
-
-[motion]
-waveform = "sine"
-control = "acceleration"
-frequency = "2 Hz"
-amplitude = "0.3 g"
-cycles = 1
-
-[run]
-duration = "3 s"
+CASE = (
+    pulse_text()
+    + """
 sample_interval = "20 ms"
-
 [[sweep]]
 motion.amplitude = ["0.25 g", "0.3 g", "0.4 g", "0.9 g"]
 """
+)
 PHONE = 360
 
 

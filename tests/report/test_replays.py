@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from tests.shared.case_texts import pulse_text
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.cli.main import main
@@ -21,32 +22,13 @@ from warprock.tables.terminal import plain_console
 
 pytestmark = pytest.mark.usefixtures("nothing_rendered")
 
-CASE = """
-title = "A block under pulses"
-source = "Made for this test."
-
-[block]
-width = "0.2 m"
-height = "1 m"
-depth = "0.5 m"
-density = "2400 kg/m^3"
-
-[contact]
-friction = 1.0
-
-[motion]
-waveform = "sine"
-control = "acceleration"
-frequency = "2 Hz"
-amplitude = "0.3 g"
-cycles = 1
-
-[run]
-duration = "3 s"
-
+CASE = (
+    pulse_text()
+    + """
 [[sweep]]
 motion.amplitude = {from = "0.2 g", to = "1.5 g", count = 30}
 """
+)
 
 
 STATUE = """

@@ -20,7 +20,7 @@ from warprock.model.response import INTEGER_FIELDS, LANE_FIELDS, Outcome, Respon
 from warprock.running.options import RunOptions
 from warprock.verification import checks
 from warprock.verification.checks import run_checks
-from warprock.verification.measured import predicted
+from warprock.verification.measured import predict_largest
 from warprock.verification.observations import read_tests
 from warprock.verification.validation import MEASURES, judge, run_validation, status_rows
 
@@ -88,7 +88,7 @@ def test_what_was_measured_is_held_against_members_that_stood():
     peak = np.array([0.1, 0.3, 0.7, 9.0, *[9.0] * 4])
     found = judge(answer(lanes, outcome, peak=peak), "housner", lanes, tests, np.arange(2))
     angle = lanes.lanes.slenderness_angle[0]
-    ours = predicted(found, "peak_rotation", 4)
+    ours = predict_largest(found, "peak_rotation", 4)
     assert ours == pytest.approx([0.3 * angle, np.nan], rel=1e-12, nan_ok=True)
 
 

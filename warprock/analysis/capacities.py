@@ -24,7 +24,7 @@ from warprock.analysis.lognormal import Verdict as FitVerdict
 from warprock.case.case import Case
 from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import expand_lanes
-from warprock.errors import InputError, listed
+from warprock.errors import InputError, list_allowed
 from warprock.model.response import USABLE, Outcome, Response, Status
 from warprock.model.undecided import undecided
 from warprock.settings.engines import on_springs
@@ -113,7 +113,7 @@ def _require(inputs: pd.DataFrame, intensity: str, by: Sequence[str]) -> None:
         raise InputError("--im", "", intensity, allowed)
     for name in by:
         if name not in inputs:
-            columns = listed(name, map(str, inputs.columns))
+            columns = list_allowed(name, map(str, inputs.columns))
             raise InputError("--by", "", name, f"must be an input of the lanes: {columns}")
 
 

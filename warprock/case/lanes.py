@@ -23,7 +23,7 @@ from warprock.case.ensemble import CELL_COLUMNS
 from warprock.case.ground_motions import lane_motions
 from warprock.case.input_columns import computed, key_column, lane_columns
 from warprock.case.keys import general_key
-from warprock.case.release import release_columns, released
+from warprock.case.release import release_blocks, release_columns
 from warprock.case.round_base import refuse_in_space, round_keys
 from warprock.case.run import DURATION
 from warprock.case.space import optional, spatial_because, spatial_columns, spatial_lanes
@@ -282,7 +282,7 @@ def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions,
     if isinstance(blocks, SpatialLanes):
         columns |= spatial_columns(blocks)
     if not blocks.stacked:
-        blocks = released(values, blocks)
+        blocks = release_blocks(values, blocks)
         columns |= release_columns(values)
     motions, more = lane_motions(values, blocks)
     if values.swept(DURATION):

@@ -27,7 +27,7 @@ from warprock.case.sweep import Grid
 from warprock.case.sweep_file import TableEntry
 from warprock.case.validation import Table
 from warprock.case.waveforms import FAMILIES, Family
-from warprock.errors import InputError, did_you_mean, listed
+from warprock.errors import InputError, did_you_mean, list_allowed
 from warprock.quantity import InputKey, Key
 from warprock.settings.engines import SETTINGS, declared_settings
 from warprock.settings.programs import PEER_SETTINGS
@@ -192,7 +192,9 @@ def find_sections(wanted: str | None = None) -> list[Section]:
             raise InputError("TABLE", "", wanted, f"no key of a case file{found_out}")
         known = [row.key for section in every for row in section.keys]
         tables = dict.fromkeys(key.rpartition(".")[0] for key in known if "." in key)
-        allowed = f"must be a table or a key of a case file ({listed(name, [*tables, *known])})"
+        allowed = (
+            f"must be a table or a key of a case file ({list_allowed(name, [*tables, *known])})"
+        )
         raise InputError("TABLE", "", wanted, f"{allowed}{did_you_mean(name, [*tables, *known])}")
     return found
 

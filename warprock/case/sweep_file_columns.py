@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from warprock.case.axes import LABEL
 from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
-from warprock.errors import InputError, did_you_mean, listed
+from warprock.errors import InputError, did_you_mean, list_allowed
 from warprock.model.runnable import MOST_BLOCKS
 from warprock.quantity import NOTHING, Column, NumberKey, Said
 from warprock.units import UNITS, bare_number
@@ -104,8 +104,8 @@ def _key_of(name: str, source: str) -> tuple[str, str]:
     near = [*SWEEP_KEYS, *known]
     allowed = (
         "must be a key, such as block.height, or a column of the lane table, such as height_m "
-        f"({listed(name, near)}), label.NAME or observed.NAME, or stand in leave_out of the sweep"
-        f"{did_you_mean(name, near)}"
+        f"({list_allowed(name, near)}), label.NAME or observed.NAME, or stand in leave_out of the "
+        f"sweep{did_you_mean(name, near)}"
     )
     raise InputError(source, name, Said("the column"), allowed)
 

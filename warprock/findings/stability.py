@@ -11,7 +11,7 @@ from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.numbers import MISSING, counted
 from warprock.findings.plain import plain
 from warprock.findings.sheets import Heading, Sheet
-from warprock.measure.atlas_summary import BOUNDS, explained, summarise
+from warprock.measure.atlas_summary import BOUNDS, explain_words, summarise
 from warprock.model.response import USABLE
 from warprock.running.run_file import COUNTS, ROWS
 
@@ -26,7 +26,7 @@ def find_stability(table: pd.DataFrame) -> Finding:
     Args:
         table: What `measure.atlas.run_atlas` returned.
     """
-    facts = plain({"explained": explained(), **summarise(table)})
+    facts = plain({"explained": explain_words(), **summarise(table)})
     return tell_stability(facts, {TABLE: pd.DataFrame(map(_count, facts["engines"]))})
 
 

@@ -41,16 +41,19 @@ class Outcome(enum.IntEnum):
 class Status(enum.IntEnum):
     """Whether a lane's numbers may be used.
 
-    The numbers of a sensitive lane depend on the step: chaos or closeness to overturning. An
-    engine never says so; `warprock.running.tolerance` does, by running the lane at finer steps.
-    Outside its model is a lane in which something happened that its engine leaves out: a
-    contact that had to pull, or a block that would have slid; its numbers are what the
-    engine's equations give. At the iteration limit a contact solve has not settled; the lane's run
-    ends there. Unstable is a lane
-    that gained more energy than it held and its base supplied: its step is too long for it, its
-    sweeps too few, or float32 too coarse. Ambiguous is a block that slid with friction above the
-    limit up to which the law of contact has one solution (see `warprock.model.painleve`): its
-    numbers are one answer, and another engine may find another one.
+    Attributes:
+        OK: Nothing speaks against them.
+        EVENT_LIMIT: The lane took more steps than any motion needs; its run ended there.
+        NONFINITE: A number is infinite or NaN.
+        ITERATION_LIMIT: A contact solve did not settle; the run of the lane ended there.
+        SENSITIVE: The numbers depend on the step: chaos, or close to overturning. No engine says
+            so; `warprock.running.tolerance` does, which runs the lane at finer steps.
+        OUTSIDE_MODEL: Something happened that the engine leaves out: a contact had to pull, or a
+            block would have slid. The numbers are what the engine's equations give.
+        UNSTABLE: The lane gained more energy than it held and its base supplied: its step is too
+            long, its sweeps are too few, or float32 is too coarse.
+        AMBIGUOUS: A block slid, and its friction is above the limit up to which the contact law has
+            one solution (`warprock.model.painleve`). Another engine may find another answer.
 
     Example:
         >>> import warprock as wr
@@ -391,13 +394,13 @@ def join_responses(parts: Sequence[Response]) -> Response:
     longest = max(parts, key=lambda part: len(part.times))
     count = len(longest.times)
     fields = {
-        name: np.concatenate([_lengthened(name, part, count) for part in parts])
+        name: np.concatenate([_lengthen(name, part, count) for part in parts])
         for name in longest.fields
     }
     return Response(engine=longest.engine, fields=fields, times=longest.times)
 
 
-def _lengthened(name: str, part: Response, count: int) -> npt.NDArray[Any]:
+def _lengthen(name: str, part: Response, count: int) -> npt.NDArray[Any]:
     """A field, with NaN up to a count of samples where it is a history."""
     values, missing = part.fields[name], count - len(part.times)
     if missing == 0 or FIELDS[name].dims[-1] != "sample":
