@@ -57,6 +57,8 @@ def calls(run: wr.Run) -> dict[Any, dict[str, Any]]:
         wr.compare: {"case": "free-b0", "engine": "housner", "workers": 1, "overrides": SHORT},
         wr.validate: {"case": "free-b0", "observed": None, "engine": "housner", "column": "x"},
         wr.body: {**mesh, "mass": None, "tolerance": None},
+        wr.trade: {"engine": "housner", "scene": "free", "folder": "trade"},
+        wr.stability: {"engine": "housner", "map": "step", "points": 2, "steps": 50, "workers": 1},
         wr.load_case: {"name_or_path": "free-b0", "overrides": SHORT},
         wr.Case: {**{k: tables[k] for k in ("block", "contact", "start", "run")}, "name": "n"},
         wr.Case.from_dict: {"tables": tables, "name": "n", "folder": None},

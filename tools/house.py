@@ -136,9 +136,15 @@ ROOMS = (
         "numpy pandas pyarrow",
     ),
     _room(
+        "measure",
+        "what accuracy costs (trade), the atlas of extremes, speed (bench), the machine (doctor)",
+        f"{_BASE} records case engines running verification oracle programs",
+        "numpy pandas pyarrow warp",
+    ),
+    _room(
         "findings",
         "what came out, told once in sentences and tables, for terminal, page, figures and Python",
-        f"{_BASE} case running sweeps analysis verification",
+        f"{_BASE} case bodies running sweeps analysis verification measure",
         "numpy pandas",
     ),
     _room(
@@ -146,12 +152,6 @@ ROOMS = (
         "the page of a folder of results: one HTML file, its template, style and player",
         f"{_BASE} case running sweeps analysis verification findings",
         "PIL jinja2 markupsafe numpy pandas pyarrow",
-    ),
-    _room(
-        "measure",
-        "what accuracy costs (trade), the atlas of extremes, speed (bench), the machine (doctor)",
-        f"{_BASE} records case engines running verification oracle programs",
-        "numpy pandas pyarrow warp",
     ),
     _room(
         "tables",

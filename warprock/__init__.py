@@ -18,8 +18,8 @@ Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Co
 `TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Start`, `Motion`, `Times`, `Sweep`, `Grid`, `Sample`,
 `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`, `with_unit`, `save_record`.
 Commands: `run`, `fragility`, `map`, `spectrum`, `ida`, `sensitivity`, `sweep`, `compare`,
-`validate`, `study`, `body`. Bad input is an `InputError`. Below them lie the functions that they
-call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
+`validate`, `study`, `body`, `trade`, `stability`. Bad input is an `InputError`. Below them lie the
+functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
 """
@@ -63,8 +63,10 @@ if TYPE_CHECKING:
     from warprock.api.record import save_record as save_record
     from warprock.api.run import Run as Run
     from warprock.api.run import run as run
+    from warprock.api.stability import stability as stability
     from warprock.api.study import study as study
     from warprock.api.sweep import sweep as sweep
+    from warprock.api.trade import trade as trade
     from warprock.api.validation import validate as validate
     from warprock.case.lanes import LaneSet as LaneSet
     from warprock.case.lanes import expand_lanes as expand_lanes
@@ -132,8 +134,10 @@ _HOME = {
     "save_record": "api.record",
     "sensitivity": "api.analyses.sensitivity",
     "spectrum": "api.analyses.spectrum",
+    "stability": "api.stability",
     "study": "api.study",
     "sweep": "api.sweep",
+    "trade": "api.trade",
     "validate": "api.validation",
     "with_unit": "api.plain",
     "write_run": "running.results",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import pathlib
+import shutil
 
 import pytest
 
@@ -48,6 +50,17 @@ def test_what_cannot_be_made_is_one_line(
     assert result.exit_code == 2
     assert words in result.stderr
     assert result.stderr.count("\n") == 1
+
+
+def test_animate_holds_facts_to_the_shape_of_their_kind(
+    folder: pathlib.Path, tmp_path: pathlib.Path
+) -> None:
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
+    facts = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
+    (tmp_path / "run.json").write_text(json.dumps(facts | {"modes": "none"}), encoding="utf-8")
+    result = invoke("animate", tmp_path)
+    assert result.exit_code == 2
+    assert "modes: got 'none', must be an object" in result.output
 
 
 def test_view_refuses_a_folder_without_a_run(tmp_path: pathlib.Path) -> None:

@@ -13,7 +13,7 @@ from warprock.cli.main import main
 from warprock.cli.signatures import SHARED, read_function
 
 MADE = {name: f"analyses/{name}" for name in ("fragility", "ida", "map", "sensitivity", "spectrum")}
-MADE |= {"body": "body", "validate": "validation"}
+MADE |= {"body": "body", "validate": "validation", "trade": "trade", "stability": "stability"}
 
 
 @pytest.mark.parametrize(("name", "module"), MADE.items())
@@ -43,3 +43,15 @@ def test_the_docstring_says_what_every_argument_is(name: str):
     said = set(re.findall(r"^ {4}(?:\*\*)?(\w+): ", inspect.getdoc(function) or "", re.MULTILINE))
     said |= set(re.findall(r"\w+", (inspect.getdoc(function) or "").partition("**how:")[2]))
     assert set(inspect.signature(function).parameters) <= said
+
+
+@pytest.mark.parametrize(
+    "name", ["engine", "tolerance", "precision", "device", "workers", "cheapest"]
+)
+def test_what_a_run_takes_is_said_in_its_docstring_alone(name: str):
+    options = {each.name: each for each in main.commands["run"].params}
+    option = options[name]
+    assert isinstance(option, click.Option)
+    said = " ".join((inspect.getdoc(wr.run) or "").split()).replace(" [-]", "")
+    assert option.help is not None
+    assert f"{name}: {option.help}" in said

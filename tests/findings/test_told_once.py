@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import inspect
 import json
 import pathlib
 
@@ -11,11 +12,18 @@ import PIL.Image
 import pytest
 
 from tests.shared.commands import invoke, succeed
+import warprock as wr
+from tests.shared.meshes import l_profile, write
+from warprock.api.found import Found
+from warprock.figures.drawing import Drawing
+from warprock.findings.kinds import kinds
+from warprock.report.folder import ResultFolder
 
 SHORT = ["-s", "run.duration=4 s"]
 GRID = ["-s", "motion.frequency=1 Hz, 2 Hz", "-s", "motion.amplitude=0.01 g to 1 g, 8"]
 SPECTRUM = ["-s", 'spectrum.period=["1 s", "4 s"]', "-s", 'spectrum.slenderness=["10 deg"]']
-ASKED = {
+ASKED: dict[str, list[str]] = {
+    "run": ["run", "free-b0"],
     "map": ["map", "overturning-map", *GRID],
     "spectrum": ["spectrum", "rocking-spectrum", *SPECTRUM, *SHORT],
     "ida": [
@@ -23,10 +31,31 @@ ASKED = {
         *("--accuracy", "0.1", *SHORT),
     ],
     "sensitivity": ["sensitivity", "sobol-single-block", "-s", "sample.lanes=16"],
-    "validation": ["validate", "record-ridgecrest", *SHORT],
-    "fragility": ["fragility", "--max-doubt", "1"],
+    "validate": ["validate", "record-ridgecrest", *SHORT, "--observed", "SEEN"],
+    "fragility": ["fragility", "RUN", "--max-doubt", "1"],
+    "compare": ["compare", "free-b0", "-e", "housner", "-e", "event"],
+    "study": [
+        *("run", "sensitivity-b0", "-s", "run.duration=1 s", "-s", "study.engines=['direct']"),
+        *("-s", "study.vary={substeps=[10, 20]}", "-s", "engines.direct.substeps=10"),
+    ],
+    "body": ["body", "MESH", "--density", "2700 kg/m^3"],
+    "trade": ["trade", "--scene", "free", "-e", "housner"],
+    "stability": [
+        *("stability", "-e", "housner", "--map", "step", "--points", "2", "--steps", "50"),
+    ],
 }
-"""Name of a figure -> the command that draws it."""
+"""Public function -> its command, which gives a finding."""
+IN_PARTS = ("sweep",)
+"""Functions whose command is several."""
+OWN_TITLES = ("run", "compare", "stability")
+"""Functions whose figures each say something else than the finding."""
+
+
+def functions() -> list[str]:
+    """The public functions that give a finding."""
+    every = [name for name in wr.__all__ if inspect.isfunction(getattr(wr, name))]
+    gives = {name: inspect.signature(getattr(wr, name)).return_annotation for name in every}
+    return [name for name, kind in gives.items() if str(kind) in ("Found", "Run", "BodyFound")]
 
 
 def told(asked: list[str], out: pathlib.Path) -> list[str]:
@@ -35,22 +64,60 @@ def told(asked: list[str], out: pathlib.Path) -> list[str]:
     return result.stdout.splitlines()
 
 
-@pytest.mark.parametrize("name", ASKED)
-def test_terminal_page_and_figure_say_the_same_sentence(name: str, tmp_path: pathlib.Path):
-    asked, out = [*ASKED[name]], tmp_path / "out"
-    if name == "fragility":
-        told(["run", "sobol-single-block", "-s", "sample.lanes=64"], tmp_path / "run")
-        asked.insert(1, str(tmp_path / "run"))
-    if name == "validation":
+def made(asked: list[str], place: pathlib.Path) -> list[str]:
+    """A command whose files are there."""
+    files = {"SEEN": place / "seen.csv", "RUN": place / "run"}
+    if "SEEN" in asked:
         seen = pd.DataFrame({"lane": range(7), "observed": [False] * 4 + [True] * 3})
-        seen.to_csv(tmp_path / "seen.csv", index=False)
-        asked += ["--observed", str(tmp_path / "seen.csv")]
+        seen.to_csv(files["SEEN"], index=False)
+    if "RUN" in asked:
+        told(["run", "sobol-single-block", "-s", "sample.lanes=64"], files["RUN"])
+    if "MESH" in asked:
+        files["MESH"] = write(l_profile(), place, "corbel.stl")
+    return [str(files.get(text, text)) for text in asked]
+
+
+@pytest.mark.parametrize("name", functions())
+def test_terminal_page_notebook_and_figure_say_the_same_sentence(
+    name: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+):
+    """And so does what `run.json` and the tables alone tell."""
+    if name in IN_PARTS:
+        pytest.skip("its page and its function are held to one another below")
+    asked, out, founds = made(ASKED[name], tmp_path), tmp_path / "out", list[Found]()
+    figures = Found.figures
+
+    def kept(self: Found) -> list[Drawing]:
+        founds.append(self)
+        return figures(self)
+
+    monkeypatch.setattr(Found, "figures", kept)
     printed = told(asked, out)
-    with PIL.Image.open(out / f"{name}.png") as image:
-        title = str(image.info["Title"])
-    assert f"{title}." in printed
+    found, drawings = founds[-1], figures(founds[-1])
+    sentence = found.finding.sentences[0]
+    assert sentence.endswith(".")
+    assert sentence in printed
     page = html.unescape((out / "report.html").read_text(encoding="utf-8"))
-    assert f"{title}." in page
+    assert f"<p>{sentence}</p>" in page
+    assert sentence in html.unescape(found._repr_html_())
+    if drawings and name not in OWN_TITLES:
+        with PIL.Image.open(out / f"{drawings[0].name}.png") as image:
+            assert f"{image.info['Title']}." == sentence
+    kept_there = ResultFolder(out)
+    kind = next((kind for key, kind in kinds().items() if key in kept_there.facts), None)
+    if kind is not None:
+        files = {each: each if "." in each else f"{each}.parquet" for each in kind.tables}
+        tables = {each: kept_there.table(file) for each, file in files.items()}
+        assert kind.tell(kept_there.facts, tables).sentences[0] == sentence
+
+
+def test_a_sweep_says_on_its_page_what_its_function_says(tmp_path: pathlib.Path):
+    found = wr.sweep("free-b0", tmp_path, "housner", chunk=1, progress=False)
+    page = html.unescape(found.report().read_text(encoding="utf-8"))
+    assert found.finding.sentences[0] == "2 of 2 lanes are done, in 2 of 2 chunks."
+    for sentence in found.finding.sentences:
+        assert f"<p>{sentence}</p>" in page
+    assert found.finding.sentences[0] in html.unescape(found._repr_html_())
 
 
 def test_the_weakest_pulse_of_a_map_is_the_same_wherever_it_is_told(tmp_path: pathlib.Path):

@@ -13,11 +13,11 @@ import pytest
 
 from tests.shared.commands import invoke, succeed
 from warprock.figures import atlas as plots_stability
+from warprock.findings.stability import tell_stability
 from warprock.measure.atlas import supported_lanes
 from warprock.measure.atlas_lanes import AtlasSize
 from warprock.measure.atlas_maps import MAPS
 from warprock.measure.atlas_summary import reach, summarise, within
-from warprock.tables import atlas as tables_stability
 
 BY_NAME = {each.name: each for each in MAPS}
 TINY = AtlasSize(points=3, steps=150, duration=0.5, iterations=(10,))
@@ -81,7 +81,7 @@ def test_sentences_follow_the_numbers():
     assert "not even at the smallest step" in wrong
     assert "every number may be used up to 0.001 s" in wrong
     assert [row["growth"] for row in found["defects"]] == [3.0]
-    lines = "\n".join(tables_stability.summary_lines({"explained": "words", **found}))
+    lines = tell_stability({"explained": "words", **found}, {}).texts["summary.md"]
     assert "Defect: map step (one of 1 lanes)" in lines
 
 

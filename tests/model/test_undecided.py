@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import pathlib
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -79,10 +78,10 @@ def test_a_rocking_block_is_undecided_until_it_has_swung_back():
     for duration, open_end in ((0.99 * end, True), (1.01 * end, False)):
         response = run_batch("housner", lanes, motions, SampleTimes(float(duration)))
         assert np.all(response["outcome"] == Outcome.ROCKING)
-        found = undecided(response, lanes, motions, float(duration))
+        found = undecided(response, lanes, motions, float(duration), springs=False)
         np.testing.assert_array_equal(found, open_end)
         # Rolling on a corner or in a stack nothing bounds how long a fall may wait.
-        assert undecided(response, in_space(lanes), motions, float(duration)).all()
+        assert undecided(response, in_space(lanes), motions, float(duration), springs=False).all()
     long = run_batch("housner", lanes, motions, SampleTimes(20.0 * float(end)))
     assert np.all(long["outcome"] != Outcome.OVERTURNED)
 
@@ -96,7 +95,7 @@ def test_a_block_at_rest_stays_where_the_rest_of_its_record_cannot_lift_it(write
     lanes, motions = short.lanes, short.motions
     found = run_batch("housner", lanes, motions, SampleTimes(12.0))
     at_rest = found["outcome"] == Outcome.AT_REST
-    open_end = undecided(found, lanes, motions, 12.0)
+    open_end = undecided(found, lanes, motions, 12.0, springs=False)
     lifts = motions.left_acceleration(12.0) >= 9.81 * lanes.width / lanes.height
     np.testing.assert_array_equal(open_end[at_rest], lifts[at_rest])
     # Both kinds are there, and the whole record leaves those that are decided where they stood.
@@ -108,10 +107,9 @@ def test_a_block_at_rest_stays_where_the_rest_of_its_record_cannot_lift_it(write
     same = whole["peak_rotation"][decided] == found["peak_rotation"][decided]
     assert same.all()
     # Springs let a block lift below that, and a later step may throw it.
-    springs = replace(found, engine="dem")
-    assert undecided(springs, lanes, motions, 12.0)[at_rest].all()
+    assert undecided(found, lanes, motions, 12.0, springs=True)[at_rest].all()
     motions.velocity_step_stop[:] = 0.1
-    assert undecided(found, lanes, motions, 12.0)[at_rest].all()
+    assert undecided(found, lanes, motions, 12.0, springs=False)[at_rest].all()
 
 
 def test_a_run_that_cuts_its_motion_says_so(write: Write, tmp_path: pathlib.Path, unrendered: None):

@@ -10,6 +10,7 @@ import pytest
 from tests.shared.browser import Browser, browser_path
 from tests.shared.case_texts import pulse_text
 from tests.shared.commands import invoke, succeed
+from tests.shared.meshes import l_profile, write
 
 CASE = (
     pulse_text()
@@ -178,3 +179,31 @@ def test_a_fallen_stack_says_that_its_model_ended(browser: Browser, tmp_path: pa
         said = browser.run("document.querySelector('.scene .clock').textContent")
         assert ("what follows is not modelled" in said) == (count > 0)
     assert browser.complaints == []
+
+
+def test_every_button_of_a_body_is_pressed(browser: Browser, tmp_path: pathlib.Path):
+    mesh, out = write(l_profile(), tmp_path, "corbel.stl"), tmp_path / "out"
+    arguments = ["body", str(mesh), "--density", "2700 kg/m^3", "-o", str(out)]
+    succeed(*arguments)
+    browser.open(out / "report.html")
+    titles = (
+        "Array.from(document.querySelectorAll('.sheet figcaption strong')).map(e => e.innerText)"
+    )
+    assert [text.split(";")[0] for text in browser.run(titles)] == [
+        "corbel",
+        "Poses in which it stands",
+    ]
+    pressed = browser.run(
+        """Array.from(document.querySelectorAll('.sheet thead button')).map((button) => {
+        button.click(); return button.parentElement.ariaSort; })"""
+    )
+    assert pressed == ["ascending"] * 5
+    poses = "Array.from(document.querySelectorAll('.sheet')).at(-1)"
+    heights = (
+        f"Array.from({poses}.querySelectorAll('tbody tr')).map(r => r.lastElementChild.innerText)"
+    )
+    found = [float(text) for text in browser.run(heights)]
+    assert len(found) > 1
+    assert found == sorted(found)
+    assert browser.complaints == []
+    assert browser.asked == []

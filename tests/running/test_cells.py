@@ -37,9 +37,8 @@ from warprock.running.cells import (
     percentile_of,
     wilson_interval,
 )
-from warprock.running.lane_parts import has_time_step
 from warprock.running.options import RunOptions
-from warprock.settings.engines import SETTINGS
+from warprock.settings.engines import SETTINGS, has_time_step
 
 
 @pytest.fixture

@@ -314,6 +314,7 @@ def test_the_command_says_what_missed_the_tolerance_and_what_to_do(cabinet: path
     assert shown.exit_code == 0, shown.output
     assert "-s engines.event.time_step=0.00125" in shown.stdout
     assert "times the steps of one run" in shown.stdout
+    assert "--max-bad SHARE ends with exit code 4" in shown.stdout
     for share, code in ((0.1, 4), (1, 0)):
         options = ("--tolerance", 1e-5, "--max-bad", share, "--json")
         result = invoke("run", cabinet, *some, *options)

@@ -27,6 +27,7 @@ from warprock.case.lanes import expand_lanes
 from warprock.errors import InputError, list_allowed
 from warprock.model.response import USABLE, Outcome, Response, Status
 from warprock.model.undecided import undecided
+from warprock.settings.engines import on_springs
 
 Array = npt.NDArray[np.float64]
 
@@ -224,7 +225,9 @@ def undecided_runs(found: Analysis) -> int:
     response = Response("", {name: np.array(each) for name, each in codes.items()}, np.empty(0))
     blocks, motions = lane_set.lanes.take(lanes), lane_set.motions.take(lanes)
     ends = np.broadcast_to(lane_set.ends, lane_set.lanes.lane_count)[lanes]
-    return int(undecided(response, blocks, motions, ends).sum())
+    return int(
+        undecided(response, blocks, motions, ends, springs=on_springs(response.engine)).sum()
+    )
 
 
 def run_rows(found: Analysis, intensity: str) -> pd.DataFrame:

@@ -39,6 +39,7 @@ from warprock.analysis.limits import (
 from warprock.analysis.lognormal import Fit, Observations, fit_lognormal, observe, record_band
 from warprock.errors import InputError
 from warprock.model.response import USABLE
+from warprock.settings.engines import EXACT
 
 Array = npt.NDArray[np.float64]
 
@@ -197,7 +198,7 @@ def warnings(table: pd.DataFrame, curves: Sequence[Curve]) -> list[str]:
     if not np.isfinite(ratio_errors(table)).any():
         found.append(
             "the table has no estimate of errors, so that nobody looked whether its lanes have "
-            "converged (housner and two-block need none)"
+            f"converged ({' and '.join(EXACT)} need none)"
         )
     elif (
         any(c.limit.slide is not None for c in curves)
@@ -205,7 +206,7 @@ def warnings(table: pd.DataFrame, curves: Sequence[Curve]) -> list[str]:
     ):
         found.append("the table has no estimate of the error of the slide")
     if any(c.limit.slide is not None and not c.seen.reached.any() for c in curves):
-        found.append("no lane reached a limit on the slide: housner and two-block do not slide")
+        found.append(f"no lane reached a limit on the slide: {' and '.join(EXACT)} do not slide")
     fewest = min(curve.seen.record_count for curve in curves)
     if fewest < LEAST_RECORDS:
         found.append(

@@ -31,6 +31,7 @@ from warprock.model.undecided import decided_after, undecided
 from warprock.quantity import Said
 from warprock.running.case_run import CaseRun, require_options, run_case
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
+from warprock.settings.engines import on_springs
 
 Array = npt.NDArray[np.float64]
 Codes = npt.NDArray[np.int8]
@@ -69,7 +70,7 @@ def modes(response: Response, lanes: Lanes, motions: GroundMotions, duration: fl
     """
     fell = response["outcome"] == Outcome.OVERTURNED
     hit = response["impact_count"] > 0
-    unknown = undecided(response, lanes, motions, duration)
+    unknown = undecided(response, lanes, motions, duration, springs=on_springs(response.engine))
     found = np.select(
         [fell & hit, fell, unknown],
         [Mode.WITH_IMPACT, Mode.WITHOUT_IMPACT, Mode.UNDECIDED],

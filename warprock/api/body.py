@@ -8,7 +8,7 @@ import pathlib
 import tomllib
 
 from warprock.api.case import Case
-from warprock.api.found import Found, untitled
+from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.work import Angle, Density, Length, Mass
 from warprock.arguments import at_the_door
@@ -16,8 +16,8 @@ from warprock.bodies.body import Asked, Body, Texts, find_body, read_asked
 from warprock.bodies.case_text import CASE_FILE, case_of
 from warprock.case.template import Start
 from warprock.figures.body import draw_body
+from warprock.findings.body import find_body as find_told
 from warprock.running.catalogue import write_case
-from warprock.tables.bodies import body_report
 
 
 @at_the_door
@@ -84,9 +84,9 @@ class BodyFound(Found):
     """A body from a mesh, with its case; `save` writes the case, too."""
 
     def __init__(self, found: Body, start: Start) -> None:
-        report = functools.partial(body_report, found)
-        draw = functools.partial(untitled, draw_body, found)
-        super().__init__(f"{found.name}: a body", found, report, draw)
+        draw = functools.partial(draw_body, found)
+        find = functools.partial(find_told, found)
+        super().__init__(f"{found.name}: a body", found, find, draw)
         self._start = start
 
     @property

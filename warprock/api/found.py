@@ -175,7 +175,8 @@ class Found:
         with python_names():
             files = self.write(place)
             files += write_drawings(self.figures(), place)
-        list_results(place, files, beside=self.finding.beside)
+        if not self.finding.stays:
+            list_results(place, files, beside=self.finding.beside)
         self._saved = place
         return [*files, self._write_page(place)] if self._saves_page else files
 
@@ -200,7 +201,8 @@ class Found:
     def _write_page(self, folder: pathlib.Path) -> pathlib.Path:
         """Writes the page of a folder that it was saved to."""
         page = write_report(folder, scenes=self.scenes(), drawings=self.figures())
-        list_results(folder, [page], beside=True)
+        if not self.finding.stays:
+            list_results(folder, [page], beside=True)
         return page
 
     def scenes(self) -> Mapping[str, Any] | None:

@@ -225,20 +225,20 @@ def run(
 ) -> Run:
     """Runs every lane of a case with one engine.
 
+    Without a tolerance, None, every lane runs once, and nothing says how far off it is.
+
     Args:
         case: A `Case`, the tables of one, the name of a shipped one, or the path of a case file.
-        engine: Name of the engine; where None, `housner` for one block that it can follow, else
-            `event`.
+        engine: Engine; without, housner for one block that it can follow, else event.
         overrides: Values by dotted key, of settings too: `{"engines.event.time_step": 1e-3}`.
-        tolerance: Largest error of a rotation over the slenderness angle [-]: lanes that miss it by
-            their estimate run again at half the step, and again. None runs every lane once, and
-            nothing says how far off it is.
-        cheapest: Whether to pick the cheapest engine, settings and precision that met the tolerance
-            in `warprock trade`, of the engine where one is named, and to test them on a sample of
-            the lanes: `Run.cheapest` says which and why. No settings beside it.
-        precision: "float64" or "float32"; of `cheapest` only "float32" is a condition.
-        device: Warp device, such as "cpu" or "cuda:0".
-        workers: Worker threads; None uses the cores at hand. No number depends on it.
+        tolerance: Largest error of a rotation over the slenderness angle [-], 0.01 without: lanes
+            that miss it by their estimate run again at half the step, and again.
+        cheapest: Picks the cheapest engine, settings and precision that met the tolerance in
+            `warprock trade`, of the engine where one is named and in float32 where that is asked
+            for, and tests them on a sample of the lanes. No settings beside it.
+        precision: float64 or float32.
+        device: Warp device, such as cpu or cuda:0.
+        workers: Worker threads; the cores at hand without. No number depends on it.
         progress: Whether to show how far it is, or a function that is called with the number of
             lanes finished so far.
 

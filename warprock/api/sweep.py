@@ -6,9 +6,7 @@ import dataclasses
 import functools
 import os
 import pathlib
-from typing import Any, Unpack
-
-import pandas as pd
+from typing import Unpack
 
 from warprock.analysis.lane_tables import read_lanes
 from warprock.api.case import AnyCase
@@ -16,9 +14,8 @@ from warprock.api.found import Found, untitled
 from warprock.api.work import HowHeld, listing_how, working
 from warprock.arguments import at_the_door
 from warprock.errors import InputError
-from warprock.findings.finding import Finding
-from warprock.running.lane_table import LANE_TABLE
-from warprock.sweeps.chunks import merge, sweep_state
+from warprock.findings.sweep import find_sweep
+from warprock.sweeps.chunks import merge
 from warprock.sweeps.plan import Plan, make_plan, write_plan
 from warprock.sweeps.run import Shard, chunks_to_run, run_here
 from warprock.tables.sweeps import print_state
@@ -77,14 +74,11 @@ class SweepFound(Found):
     _saves_page = False
 
     def __init__(self, title: str, plan: Plan, folder: pathlib.Path) -> None:
-        # Read now, so that they stay when the folder goes.
-        facts, lanes = sweep_state(plan, folder), read_lanes(folder)
-        super().__init__(
-            title,
-            plan,
-            functools.partial(_report, facts, lanes, folder),
-            functools.partial(untitled, list),
-        )
+        # Read now, so that it stays when the folder goes.
+        found = find_sweep(plan, folder, read_lanes(folder))
+        show = functools.partial(print_state, found.json, folder)
+        find = functools.partial(dataclasses.replace, found, show=show)
+        super().__init__(title, plan, find, functools.partial(untitled, list))
         self.folder = folder
 
     @at_the_door
@@ -104,9 +98,3 @@ class SweepFound(Found):
             allowed = f"must be left out, or {self.folder}, where the sweep lies"
             raise InputError("folder", "", os.fspath(folder), allowed)
         return self._write_page(self.folder)
-
-
-def _report(facts: dict[str, Any], lanes: pd.DataFrame, folder: pathlib.Path) -> Finding:
-    """What a sweep has to show: its merged table, and how far it is."""
-    show = functools.partial(print_state, facts, folder)
-    return Finding("Sweep", {}, {LANE_TABLE: lanes}, [""], said=facts, show=show)

@@ -95,7 +95,12 @@ def finish(
     if folder is not None:
         written, drawings = found.write(folder), found.figures()
         files += leave(
-            folder, written, drawings=drawings, scenes=found.scenes(), beside=finding.beside
+            folder,
+            written,
+            drawings=drawings,
+            scenes=found.scenes(),
+            beside=finding.beside,
+            stays=finding.stays,
         )
     if as_json:
         print_json({**finding.json, "files": files})

@@ -43,6 +43,7 @@ from warprock.cli.options import (
 )
 from warprock.cli.pages import add_page, asked_command, on_case
 from warprock.cli.sections import Main
+from warprock.cli.signatures import help_of
 from warprock.cli.study import run_study_of
 from warprock.cli.sweep import EXIT_RESUMABLE
 from warprock.cli.trade import choose_for
@@ -74,12 +75,7 @@ def main() -> None:
 @run_options
 @click.option("--history", "lanes", type=int, multiple=True, help="Lane whose history to write.")
 @estimate_options
-@click.option(
-    "--cheapest",
-    is_flag=True,
-    help="Pick the cheapest engine and settings that met the --tolerance in `warprock trade`, of "
-    "--engine and --precision where given, and test them on a sample of lanes.",
-)
+@click.option("--cheapest", is_flag=True, help=help_of("run", "run", "cheapest"))
 @max_bad_option
 @json_option
 @click.pass_context
@@ -121,7 +117,7 @@ def run(
         options = asked_options(precision, device, workers, estimate=False)
         return run_study_of(case, engine, folder, refused, options, as_json=as_json)
     options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
-    require_options(engine or "event", options)
+    require_options(engine, options)
     if cheapest:
         fixed = None if _is_default("precision") else precision
         tests = asked_options(workers=workers)

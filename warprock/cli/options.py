@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from warprock.cli import completion
+from warprock.cli.signatures import help_of
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def workers_option(command: Command) -> Command:
         "--workers",
         type=int,
         callback=_workers,
-        help="Worker threads; the cores at hand without.",
+        help=help_of("run", "run", "workers"),
     )(command)
 
 
@@ -67,11 +68,10 @@ def _workers(_context: click.Context, _option: click.Parameter, workers: int | N
 
 def device_options(command: Command) -> Command:
     """`--precision` and `--device`."""
-    device = click.option("--device", default="cpu", show_default=True, help="Warp device.")
-    precision = click.option(
-        "--precision", default="float64", show_default=True, help="Or float32."
-    )
-    return precision(device(command))
+    for name, default in (("device", "cpu"), ("precision", "float64")):
+        text = help_of("run", "run", name)
+        command = click.option(f"--{name}", default=default, show_default=True, help=text)(command)
+    return command
 
 
 def run_options(command: Command) -> Command:
@@ -116,8 +116,7 @@ def estimate_options(command: Command) -> Command:
     tolerance = click.option(
         "--tolerance",
         type=float,
-        help="Largest error of a rotation over the slenderness angle, 0.01 without: lanes that "
-        "miss it by their estimate run again at half the step, and again.",
+        help=help_of("run", "run", "tolerance"),
     )
     estimate = click.option(
         "--estimate/--no-estimate",
@@ -232,7 +231,7 @@ def engine_option(command: Command) -> Command:
         "-e",
         "--engine",
         shell_complete=completion.engines,
-        help="Engine; without, housner for one block that it can follow, else event.",
+        help=help_of("run", "run", "engine"),
     )(command)
 
 

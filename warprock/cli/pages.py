@@ -25,6 +25,7 @@ def leave(
     drawings: Sequence[Drawing] = (),
     scenes: Mapping[str, Any] | None = None,
     beside: bool = False,
+    stays: bool = False,
 ) -> list[pathlib.Path]:
     """Writes the figures of a command, lists what it wrote, and writes the page of the folder.
 
@@ -34,6 +35,7 @@ def leave(
         drawings: Its figures.
         scenes: Lanes to play on the page.
         beside: Whether all that was made from the results in the folder, which stay.
+        stays: Whether it is not listed, so that it stays whatever comes after it.
 
     Returns:
         The files, the figures and the page behind them.
@@ -42,6 +44,8 @@ def leave(
     from warprock.report.page import REPORT
 
     files = [*files, *write_drawings(drawings, folder)]
+    if stays:
+        return [*files, add_page(folder, drawings=drawings, scenes=scenes)]
     old = folder / REPORT
     # The page that is there is about to be replaced, not left over.
     list_written(folder, [*files, old] if old.is_file() else files, beside=beside)

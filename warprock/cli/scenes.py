@@ -84,6 +84,7 @@ def _motion(folder: pathlib.Path, lane: int, interval: float) -> SceneMotion:
         InputError: There is no such lane, or it would take too many pictures.
     """
     from warprock.errors import InputError
+    from warprock.findings.kinds import shapes
     from warprock.running.results import PROVENANCE
     from warprock.running.scene_motion import run_of_folder, scene_motion
     from warprock.sweeps.lane import run_of_lane
@@ -91,7 +92,7 @@ def _motion(folder: pathlib.Path, lane: int, interval: float) -> SceneMotion:
 
     ran = (folder / PROVENANCE).is_file() or not (folder / PLAN).is_file()
     if ran:
-        run = run_of_folder(folder)
+        run = run_of_folder(folder, shapes())
         case, count = run.case, run.lane_set.lanes.lane_count
     else:
         plan = read_plan(folder)

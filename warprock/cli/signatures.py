@@ -12,7 +12,7 @@ import functools
 import inspect
 import pathlib
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, TypeVar
 
 import click
@@ -48,7 +48,7 @@ class Argument(NamedTuple):
     @property
     def option(self) -> str:
         """Its name on the command line."""
-        return "--" + self.name.strip("_").replace("_", "-")
+        return _option_name(self.name)
 
 
 class Function(NamedTuple):
@@ -57,11 +57,13 @@ class Function(NamedTuple):
     Attributes:
         text: What its docstring says before the arguments.
         arguments: Those that become options.
+        told: What its docstring says of every argument, by name.
         held: Whether its lanes are held to a tolerance.
     """
 
     text: str
     arguments: tuple[Argument, ...]
+    told: Mapping[str, str]
     held: bool
 
 
@@ -80,13 +82,13 @@ def read_function(module: str, name: str) -> Function:
     told = {found[1]: " ".join(found[2].split()) for found in _ARGUMENT.finditer(rest)}
     pairs = zip(node.args.kwonlyargs, node.args.kw_defaults, strict=True)
     arguments = tuple(
-        Argument(a.arg, _kind(a.annotation), default and ast.literal_eval(default), told[a.arg])
+        Argument(a.arg, _kind(a.annotation), ast.literal_eval(default or "None"), told[a.arg])
         for a, default in pairs
-        if a.arg not in SHARED
+        if a.arg not in SHARED and not isinstance(default, ast.Name)
     )
     rest_of = node.args.kwarg
     held = rest_of is not None and "HowHeld" in ast.unparse(rest_of.annotation or rest_of)
-    return Function(text, arguments, held)
+    return Function(text, arguments, told, held)
 
 
 def _kind(annotation: ast.expr | None) -> str:
@@ -105,16 +107,37 @@ def own_options(module: str, name: str, **complete: Completer) -> Callable[[Comm
     """
 
     def add(command: Command) -> Command:
-        arguments = read_function(module, name).arguments
-        options = {f"`{each.name}`": each.option for each in arguments}
-        for argument in reversed(arguments):
-            text = argument.text.replace(" [-]", "").replace("; or several", "; repeat for each")
-            for quoted, option in options.items():
-                text = text.replace(quoted, option)
+        function = read_function(module, name)
+        for argument in reversed(function.arguments):
+            text = _help(function, argument.text)
             command = _option(argument, text, complete.get(argument.name))(command)
         return command
 
     return add
+
+
+def help_of(module: str, name: str, argument: str) -> str:
+    """What the docstring of a function says of an argument, as the help of an option.
+
+    Args:
+        module: Its file in `warprock.api`, without the ending.
+        name: Its name.
+        argument: That of the argument.
+    """
+    function = read_function(module, name)
+    return _help(function, function.told[argument])
+
+
+def _help(function: Function, text: str) -> str:
+    """A text of a docstring, with options in the place of arguments."""
+    text = text.replace(" [-]", "").replace("; or several", "; repeat for each")
+    for name in function.told:
+        text = text.replace(f"`{name}`", _option_name(name))
+    return text
+
+
+def _option_name(argument: str) -> str:
+    return "--" + argument.strip("_").replace("_", "-")
 
 
 def _option(

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from warprock.cli.analysis import finish
 from warprock.cli.options import json_option, output_to
-from warprock.cli.pages import add_page
+from warprock.cli.signatures import own_options, read_function
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,9 +18,9 @@ if TYPE_CHECKING:
     from warprock.running.options import RunOptions
 
 
-@click.command()
+@click.command(help=read_function("trade", "trade").text)
 @click.option("-e", "--engine", "engines", multiple=True, help="Only this engine; repeat for more.")
-@click.option("--scene", "scenes", multiple=True, help="Only free, pulse, sine, record or stack.")
+@own_options("trade", "trade")
 @output_to(
     "Folder of the table; rows that it has from this machine are kept.",
     default="results",
@@ -27,35 +28,16 @@ if TYPE_CHECKING:
 )
 @json_option
 def trade(
-    engines: tuple[str, ...], scenes: tuple[str, ...], folder: pathlib.Path, as_json: bool
+    engines: tuple[str, ...], scene: tuple[str, ...], folder: pathlib.Path, as_json: bool
 ) -> None:
-    """What accuracy costs: every engine over its own knobs, on fixed scenes.
+    """The command of `warprock.trade`."""
+    from warprock.api.trade import trade_entries, trade_of
+    from warprock.tables.terminal import lane_progress
 
-    Writes trade.parquet row by row, so that a run that was stopped goes on where it was; then
-    trade.csv, in the form that `run --cheapest` reads, and the figure trade.png.
-    """
-    from warprock.figures.drawing import write_drawings
-    from warprock.figures.trade import draw_trade
-    from warprock.measure.trade import TABLE, all_entries, level_rows, run_trade, write_csv
-    from warprock.measure.trade_scenes import TRADE_SCENES
-    from warprock.running.devices import start_warp
-    from warprock.tables.terminal import lane_progress, print_json
-    from warprock.tables.trade import print_trade
-
-    start_warp()
-    entries = all_entries(scenes or tuple(TRADE_SCENES), engines or None)
+    entries = trade_entries(engines, scene)
     with lane_progress("trade, rows", len(entries)) as progress:
-        table = run_trade(entries, folder, progress)
-    files = [folder / TABLE, write_csv(table, folder)]
-    texts = {name: scene.text for name, scene in TRADE_SCENES.items()}
-    drawings = draw_trade(table, texts)
-    files += write_drawings(drawings, folder)
-    files.append(add_page(folder, drawings=drawings))
-    levels = level_rows(table)
-    if as_json:
-        print_json({"levels": levels, "rows": table.to_dict("records"), "files": files})
-    else:
-        print_trade(levels, texts, files)
+        found = trade_of(entries, folder, progress)
+    finish(found, folder, as_json=as_json, then=found.finding.then)
 
 
 def choose_for(

@@ -17,11 +17,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def draw_body(body: Body) -> list[Drawing]:
+def draw_body(body: Body, said: str) -> list[Drawing]:
     """Draws the footprint of a body beside its slenderness angle by direction.
 
     Args:
         body: The body.
+        said: What it came to, in one line.
 
     Returns:
         One drawing.
@@ -35,19 +36,9 @@ def draw_body(body: Body) -> list[Drawing]:
         _draw_footprint(footprint, body)
         _draw_directions(polar, body)
         legend_below(figure, footprint, polar, columns=3)
-        title, about = _message(body), _about(body)
-        headline(figure, title, about)
-    return [Drawing("body", figure, title, f"Footprint and slenderness angle. {title}. {about}.")]
-
-
-def _message(body: Body) -> str:
-    """How weak it is, and where."""
-    weak, other = body.turns_over(body.weakest, body.weakest + math.pi)
-    return (
-        f"{body.name} turns over at a lean of {math.degrees(weak.lean):.3g}° towards "
-        f"{math.degrees(body.weakest):.3g}° from x, its weakest direction, and at "
-        f"{math.degrees(other.lean):.3g}° on the opposite side"
-    )
+        about = _about(body)
+        headline(figure, said, about)
+    return [Drawing("body", figure, said, f"Footprint and slenderness angle. {said}. {about}.")]
 
 
 def _about(body: Body) -> str:

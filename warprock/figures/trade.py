@@ -11,32 +11,26 @@ import pandas as pd
 
 from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLACK, engine_marks
-from warprock.figures.scales import logarithmic, plain
+from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, style, subplots
-from warprock.running.lane_parts import has_time_step
-from warprock.settings.engines import SETTINGS
+from warprock.settings.engines import EXACT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ANALYTICAL = [name for name, settings in SETTINGS.items() if not has_time_step(settings)]
-"""Engines without a step, whose blocks do not slide; the band is that of all others."""
-
 ERROR_LIMITS = (1e-8, 2.0)
 """Errors drawn; smaller and larger ones stand at the edge."""
-
-ASKED = 1e-3
-"""Error / slenderness angle whose cost the title says."""
 
 COLUMNS = 3
 
 
-def draw_trade(table: pd.DataFrame, scenes: Mapping[str, str]) -> list[Drawing]:
+def draw_trade(table: pd.DataFrame, scenes: Mapping[str, str], said: str) -> list[Drawing]:
     """Draws a trade table: error across, cost upwards, the front of those that can slide as a band.
 
     Args:
         table: Rows of `measure.trade.run_trade`.
         scenes: What each scene is.
+        said: What it came to, in one line.
 
     Returns:
         One drawing.
@@ -59,31 +53,12 @@ def draw_trade(table: pd.DataFrame, scenes: Mapping[str, str]) -> list[Drawing]:
         for axes in panels[max(0, len(names) - columns) : len(names)]:
             axes.set_xlabel("largest error / slenderness angle [-]")
         _legend(panels[len(names)], table)
-        title = _message(table)
         about = (
             "What accuracy costs, a mark a setting: to the left is more accurate, further down is "
             "faster"
         )
-        headline(figure, title, about)
-    return [Drawing("trade", figure, title, f"{about}. {title}.")]
-
-
-def _message(table: pd.DataFrame) -> str:
-    """What the cheapest setting below the asked error costs, over the first scene."""
-    scene = str(table["scene"].iloc[0])
-    rows = table[(table["scene"] == scene) & ~table["engine"].isin(ANALYTICAL)]
-    if not len(rows):
-        found = ", ".join(dict.fromkeys(table["engine"]))
-        return f"Timed: {found}, whose blocks do not slide ({scene})"
-    good = rows[rows["error_max"] <= ASKED]
-    if not len(good):
-        return f"No engine whose blocks can slide comes below an error of {ASKED:g} ({scene})"
-    best = good.iloc[int(good["cpu_s_per_simulated_s"].to_numpy(float).argmin())]
-    cost = plain(float(f"{best['cpu_s_per_simulated_s']:.2g}"))
-    return (
-        f"An error below {ASKED:g} costs {cost} CPU seconds a simulated second ({scene}, "
-        f"{best['engine']})"
-    )
+        headline(figure, said, about)
+    return [Drawing("trade", figure, said, f"{about}. {said}.")]
 
 
 def _drawn_errors(table: pd.DataFrame) -> npt.NDArray[np.float64]:
@@ -95,7 +70,7 @@ def _draw_scene(axes: Axes, table: pd.DataFrame) -> None:
     logarithmic(axes.xaxis)
     logarithmic(axes.yaxis)
     axes.set_xlim(ERROR_LIMITS[0] / 1.6, ERROR_LIMITS[1] * 1.6)
-    front = _front(table[~table["engine"].isin(ANALYTICAL)])
+    front = _front(table[~table["engine"].isin(EXACT)])
     if len(front):
         band: dict[str, Any] = {"color": "#CCCCCC", "linewidth": 6.0, "zorder": 1}
         axes.plot(*_extended(front), solid_capstyle="butt", drawstyle="steps-post", **band)

@@ -17,6 +17,7 @@ from warprock.findings.plain import plain
 from warprock.findings.sheets import Heading, Sheet, sheet_of
 from warprock.running.provenance import case_facts, surroundings
 from warprock.running.run_file import CASE, ROWS
+from warprock.settings.engines import EXACT
 from warprock.verification.settings import plain_name
 
 TABLE = "comparison"
@@ -43,8 +44,9 @@ def find_comparison(case: Case, found: Mapping[str, Any], show: Callable[[], Non
         tables["costs"] = pd.DataFrame(found["costs"])
     facts = plain({**found, "asked": case_facts(case), **surroundings(case)})
     engine = _nearest(facts)[1] if _against_housner(facts) else found["engines"][0]
-    where = shlex.quote(case.name if case.folder is None else case.file)
-    then = f"warprock run {where} -e {plain_name(engine)} -o results"
+    where = case.name if case.folder is None else case.file
+    by = ["-e", plain_name(engine)] if engine else []
+    then = shlex.join(["warprock", "run", where, *by, "-o", "results"])
     return dataclasses.replace(tell_comparison(facts, tables), said=found, then=then, show=show)
 
 
@@ -104,6 +106,8 @@ def _against_housner(facts: Facts) -> bool:
 def _nearest(facts: Facts) -> tuple[str, str]:
     """What a comparison with Housner says in one sentence, and the engine that is nearest to him.
 
+    It is empty where he holds in no lane.
+
     Args:
         facts: What `run.json` holds of it.
     """
@@ -113,9 +117,9 @@ def _nearest(facts: Facts) -> tuple[str, str]:
             before = largest.get(row["engine"], 0.0)
             largest[row["engine"]] = max(before, row["error_run_ratio"])
     if not largest:
-        return "Housner holds in no lane.", "event"
+        return "Housner holds in no lane.", ""
     # Housner's equation is no nearer to itself than it was before.
-    others = [engine for engine in largest if engine != "housner"] or list(largest)
+    others = [engine for engine in largest if plain_name(engine) not in EXACT] or list(largest)
     best = min(others, key=lambda engine: largest[engine])
     within = f"within {largest[best]:.2g} of the slenderness angle"
     if len(others) == 1:

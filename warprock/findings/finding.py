@@ -34,6 +34,8 @@ class Finding:
         asked: What was asked besides what all analyses ask: names and texts.
         pictures: Patterns of the names of its figures.
         texts: Texts to write, by the name of their file.
+        title: What it is about, where that is no case.
+        stays: Whether its files stay whatever a later command writes to the folder.
         beside: Whether it was made from the results in a folder, which stay when it is written.
         then: The command to try next, once the results are in a folder.
         show: Prints its tables on the terminal; None prints those of its sheets that are open.
@@ -49,6 +51,8 @@ class Finding:
     asked: Sequence[tuple[str, str]] = ()
     pictures: Sequence[str] = ()
     texts: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    title: str = ""
+    stays: bool = False
     beside: bool = False
     then: str = ""
     show: Callable[[], None] | None = None
@@ -74,9 +78,11 @@ class Kind(NamedTuple):
         key: What only findings of this kind say in `run.json`, by which they are known; empty where
             they are known by a file.
         shape: What they say there besides what all say, a shape of `running.run_file`.
+        file: The file by which they are known, which may lie beside other results.
     """
 
     tables: Sequence[str]
     tell: Callable[[Facts, Tables], Finding]
     key: str = ""
     shape: Facts = MappingProxyType({})
+    file: str = ""

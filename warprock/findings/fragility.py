@@ -62,6 +62,7 @@ def tell_fragility(_facts: Facts, tables: Tables) -> Finding:
     many = len(single) > GROUPS_SHOWN
     return Finding(
         kind="Fragility functions",
+        title=f"Fragility over {heading(intensity).text}",
         facts={},
         tables=tables,
         sentences=[
@@ -91,7 +92,7 @@ def tell_fragility(_facts: Facts, tables: Tables) -> Finding:
     )  # fmt: skip
 
 
-FRAGILITY = Kind((CURVES, COMPONENTS), tell_fragility)
+FRAGILITY = Kind((CURVES, COMPONENTS), tell_fragility, file=COMPONENTS)
 
 
 def _not_counted(rows: pd.DataFrame, single: pd.DataFrame, groups: Sequence[str]) -> list[str]:

@@ -8,13 +8,28 @@ import pkgutil
 from collections.abc import Mapping
 
 import warprock.findings
-from warprock.findings.finding import Kind
+from warprock.findings.finding import Facts, Kind
 
 
 @functools.cache
-def kinds() -> Mapping[str, Kind]:
-    """The kinds of findings by the key of `run.json` that only they have."""
+def every_kind() -> tuple[Kind, ...]:
+    """All kinds of findings."""
     names = [each.name for each in pkgutil.iter_modules(warprock.findings.__path__)]
     modules = [importlib.import_module(f"warprock.findings.{name}") for name in names]
     values = [value for module in modules for value in vars(module).values()]
-    return {each.key: each for each in values if isinstance(each, Kind) and each.key}
+    return tuple(each for each in values if isinstance(each, Kind))
+
+
+def kinds() -> Mapping[str, Kind]:
+    """The kinds of findings by the key of `run.json` that only they have."""
+    return {each.key: each for each in every_kind() if each.key}
+
+
+def kinds_of_files() -> Mapping[str, Kind]:
+    """The kinds of findings by the file by which they are known, beside other results, too."""
+    return {each.file: each for each in every_kind() if each.file}
+
+
+def shapes() -> Mapping[str, Facts]:
+    """What findings of each kind say in `run.json`, by the key that only they have there."""
+    return {key: kind.shape for key, kind in kinds().items()}

@@ -9,9 +9,16 @@ from typing import Any
 
 from warprock.findings.numbers import counted, three
 from warprock.model.response import SOUND
-from warprock.running.lane_parts import has_time_step
-from warprock.running.refinement import FIRST_STEPS, MET, MISSED, REFINED, SENSITIVE, TOTAL_STEPS
-from warprock.settings.engines import SETTINGS
+from warprock.running.refinement import (
+    FIRST_STEPS,
+    MET,
+    MISSED,
+    REFINED,
+    SENSITIVE,
+    TOTAL_STEPS,
+    count_bad,
+)
+from warprock.settings.engines import SETTINGS, has_time_step
 
 FINER = 2
 """Halvings of the step that the advice is of."""
@@ -77,6 +84,20 @@ def _counted(
             "single lanes."
         )
     return found
+
+
+def bad_sentences(facts: Mapping[str, Any]) -> list[str]:
+    """How to end a command with an exit code where lanes are bad; none where none is.
+
+    Args:
+        facts: What `run.json` says of a run.
+    """
+    if not count_bad(facts["status"], facts.get("refinement") or {}):
+        return []
+    return [
+        "--max-bad SHARE ends with exit code 4 where more lanes than that are unusable or miss the "
+        "tolerance."
+    ]
 
 
 def smaller_step(engine: Mapping[str, Any]) -> str:

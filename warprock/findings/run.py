@@ -13,7 +13,7 @@ from warprock.findings import asked
 from warprock.findings.finding import Facts, Finding, Tables
 from warprock.findings.lanes import falling, lane_name, lane_sheet, peak_ratio, standing
 from warprock.findings.numbers import counted, three
-from warprock.findings.refinement import refinement_sentences
+from warprock.findings.refinement import bad_sentences, refinement_sentences
 from warprock.findings.sheets import sheet_of
 from warprock.running.case_run import CaseRun
 from warprock.running.cells import cell_table
@@ -71,7 +71,8 @@ def run_sentences(
         first = first.replace("it overturned", "its block overturned")
         first = first.replace("it slid off", "a block slid off")
     peaks = peak_sentences(facts, table)
-    return [f"{first} {peaks[0]}", *peaks[1:], *refinement_sentences(facts, finest_step)]
+    refined = refinement_sentences(facts, finest_step)
+    return [f"{first} {peaks[0]}", *peaks[1:], *refined, *bad_sentences(facts)]
 
 
 def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:

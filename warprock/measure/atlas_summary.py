@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from warprock.engines import reference_engine
 from warprock.engines.soundness import BARRIER_SHARE, EXPLOSION_BOUND
 from warprock.measure.atlas import GROWTH_BOUND
 
@@ -198,15 +199,16 @@ def _of_safety(rows: pd.DataFrame, limits: dict[str, Any]) -> list[str]:
 
 def _of_mass(rows: pd.DataFrame, _limits: dict[str, Any]) -> list[str]:
     low, high = rows["mass_ratio"].min(), rows["mass_ratio"].max()
+    right = reference_engine(stacked=True)
     ends = f"upper over lower mass {low:.0e} to {high:.0e}"
     if rows["iterations"].notna().any():
         shares = ", ".join(
             f"{_percent(within(part, BOUNDS[1]))} with {int(np.asarray(count))}"
             for count, part in rows.groupby("iterations")
         )
-        text = f"lanes within {BOUNDS[1]:g} of two-block by sweeps of the solver: {shares}"
+        text = f"lanes within {BOUNDS[1]:g} of {right} by sweeps of the solver: {shares}"
     else:
-        text = f"{_percent(within(rows, BOUNDS[1]))} of the lanes within {BOUNDS[1]:g} of two-block"
+        text = f"{_percent(within(rows, BOUNDS[1]))} of the lanes within {BOUNDS[1]:g} of {right}"
     return [f"Two blocks, {ends}: {text}. {_grown(rows)}"]
 
 
@@ -281,10 +283,10 @@ def explain_words() -> str:
     """What the words of the summary mean."""
     return (
         "Error: largest |rotation - reference| / slenderness angle over a run; the reference is "
-        "housner for single blocks and two-block for stacks. Penetration: how deep a corner was in "
-        "what it stands on, at rest or when it landed. Gained energy: more than "
-        f"{_percent(GROWTH_BOUND)} of what was held at the start, on a still base. Absurd: a "
-        "usable status with a number that is not finite, a rotation beyond pi/2, or a gain of more "
-        f"than {EXPLOSION_BOUND:g} times the energy held and {_percent(BARRIER_SHARE)} of what "
-        "overturns the blocks."
+        f"{reference_engine()} for single blocks and {reference_engine(stacked=True)} for stacks. "
+        "Penetration: how deep a corner was in what it stands on, at rest or when it landed. "
+        f"Gained energy: more than {_percent(GROWTH_BOUND)} of what was held at the start, on a "
+        "still base. Absurd: a usable status with a number that is not finite, a rotation beyond "
+        f"pi/2, or a gain of more than {EXPLOSION_BOUND:g} times the energy held and "
+        f"{_percent(BARRIER_SHARE)} of what overturns the blocks."
     )

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines import reference_engine
+from warprock.engines import preferred_engines, reference_engine
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import StillBase
@@ -52,7 +52,7 @@ OWN_SETTINGS: dict[str, tuple[Any, ...]] = {
 }
 """Settings tried of an engine, from coarse to fine; its defaults where it has none here."""
 
-AGAINST = "event"
+AGAINST = preferred_engines()[0]
 """Engine whose costs the others' are held against."""
 
 LANES_MOST = 2**18

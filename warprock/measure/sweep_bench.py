@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from warprock.case.sampling import MOST_POINTS
+from warprock.engines import preferred_engines, reference_engine
 from warprock.errors import InputError
 
 CASE = "record-sample"
@@ -24,12 +25,10 @@ CASE = "record-sample"
 LANES = (10_000, 1_000_000)
 """Lanes of the sweeps measured: a cost in proportion has the same lanes a second in both."""
 
-ENGINES = ("housner", "event")
+ENGINES = (reference_engine(), preferred_engines()[0])
 
 RESTITUTION = "sample.over.contact.angular_restitution={distribution='uniform', from=0.85, to=0.97}"
-"""What else is drawn for the engines that can be told an angular restitution."""
-
-TOLD = ("housner",)
+"""What else is drawn for the engine whose law it is."""
 
 _BYTES_OF_MAXRSS = 1 if sys.platform == "darwin" else 1024
 
@@ -73,7 +72,9 @@ def run_sweep_bench(
 
 def _measure(engine: str, lanes: int, workers: int | None) -> dict[str, Any]:
     threads = [] if workers is None else ["--workers", str(workers)]
-    drawn = ["-s", f"sample.lanes={lanes}"] + (["-s", RESTITUTION] if engine in TOLD else [])
+    drawn = ["-s", f"sample.lanes={lanes}"] + (
+        ["-s", RESTITUTION] if engine == reference_engine() else []
+    )
     with tempfile.TemporaryDirectory() as place:
         folder = str(pathlib.Path(place) / "sweep")
         begin = time.perf_counter()

@@ -3,8 +3,8 @@
 A block that has not fallen may still do so while its base moves, and while it rocks: it is known to
 stand once it has come to rest on a base whose motion is over. A single block in the plane is known
 to stand earlier. At rest it stays where what is left of its record is too weak to lift a rigid
-block, below g tan(slenderness angle), with less than g on a base that falls (Housner 1963; not in
-`dem`, whose springs can lift it, and not where a tie may pull it). On a base that is still it loses
+block, below g tan(slenderness angle), with less than g on a base that falls (Housner 1963; not on
+springs, which can lift it, and not where a tie may pull it). On a base that is still it loses
 energy in every impact, so that one which has swung back stays up; it falls within its first two
 swings or not at all. A swing takes long only where it comes close to the point of balance, about
 2 ln(2 / e) / p where it misses that by a part e: `SWUNG` / p leaves a part of 1e-6.
@@ -28,9 +28,6 @@ SWUNG = 30.0
 """Time on a base that is still, times the frequency parameter p, after which a single block in the
 plane that rocks stays up."""
 
-SPRINGS = "dem"
-"""Engine whose blocks stand on springs, on which they lift below g tan(slenderness angle)."""
-
 UNDECIDED = "undecided"
 """Column of the lane table that says so."""
 UNDECIDED_TEXT = (
@@ -48,7 +45,12 @@ def cut_short(motions: GroundMotions, duration: Array | float) -> Mask:
 
 
 def undecided(
-    response: Response, lanes: Lanes, motions: GroundMotions, duration: Array | float
+    response: Response,
+    lanes: Lanes,
+    motions: GroundMotions,
+    duration: Array | float,
+    *,
+    springs: bool,
 ) -> Mask:
     """Which lanes have neither fallen nor come to stand, shape [lane].
 
@@ -57,6 +59,7 @@ def undecided(
         lanes: Their blocks.
         motions: Their ground motions.
         duration: Of the run [s], shape [lane] or one for all.
+        springs: Whether blocks stand on springs, on which they lift below g tan(slenderness angle).
     """
     outcome = response["outcome"]
     upright = np.isin(outcome, [Outcome.AT_REST, Outcome.ROCKING])
@@ -65,7 +68,7 @@ def undecided(
     if not (lanes.stacked or lanes.spatial):
         free = (duration - motions.end) * lanes.frequency_parameter
         may_fall = cut | (rocks & (free < SWUNG))
-        if cut.any() and response.engine != SPRINGS and lanes.hold is None:
+        if cut.any() and not springs and lanes.hold is None:
             lifts = uplift_acceleration(lanes.width, lanes.height)
             if lanes.body is not None:
                 lifts = GRAVITY * lanes.uplift_ratios.min(axis=1)

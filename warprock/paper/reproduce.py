@@ -16,6 +16,7 @@ from typing import Any
 
 import pandas as pd
 
+from warprock.engines import reference_engine
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing, write_drawings
 from warprock.paper import conflicts, conflicts_stack, figures
@@ -243,7 +244,7 @@ def _engine_rows(target: str, runs: PaperRuns, name: str) -> list[Row]:
     inputs = lane_set.inputs
     rows: list[Row] = []
     for engine in ENGINES_OF[target][name]:
-        table = compare_with_housner(lane_set, responses[engine], responses[checks.REFERENCE])
+        table = compare_with_housner(lane_set, responses[engine], responses[reference_engine()])
         rows += [
             _row(target, inputs.iloc[lane], engine, found["peak_rotation_ratio"])
             | {column: found[column] for column in ERROR_COLUMNS}

@@ -17,13 +17,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from warprock.errors import InputError
-from warprock.findings.kinds import kinds
+from warprock.findings.kinds import shapes
 from warprock.reading import read_bytes, reason, require_plain
 from warprock.report.columns import require_columns
 from warprock.report.content import Picture
 from warprock.report.earlier import earlier_sources
 from warprock.running.results import PROVENANCE
-from warprock.running.run_file import BODY, read_facts, read_object
+from warprock.running.run_file import read_facts, read_object
 
 MOST_ROWS = 1_000_000
 """Rows of a table that a page is made from; of a longer one the first are read."""
@@ -70,8 +70,7 @@ class ResultFolder:
     @functools.cached_property
     def facts(self) -> dict[str, Any]:
         """What `run.json` holds; empty where there is none."""
-        shapes = {"body": BODY, **{key: kind.shape for key, kind in kinds().items()}}
-        return read_facts(self.path / PROVENANCE, shapes) if self.has(PROVENANCE) else {}
+        return read_facts(self.path / PROVENANCE, shapes()) if self.has(PROVENANCE) else {}
 
     def json(self, name: str) -> dict[str, Any]:
         """What a JSON file holds.

@@ -17,6 +17,7 @@ import pandas as pd
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.errors import InputError
+from warprock.findings.kinds import shapes
 from warprock.findings.lanes import lane_name, needed, peak_ratio, standing
 from warprock.report.folder import ResultFolder
 from warprock.report.scenes import SOME, choose, outlines_of, sampled, scene
@@ -124,7 +125,7 @@ def played_beside(table: pd.DataFrame, path: pathlib.Path, intensity: str) -> di
     numbers = [int(table["lane"].iloc[row]) for row, _ in chosen]
     with contextlib.suppress(InputError):
         if (folder / PROVENANCE).is_file():
-            run = run_of_folder(folder)
+            run = run_of_folder(folder, shapes())
             case, options, engine = run.case, run.options, run.response.engine
             settings = run.settings
             sets = [run.lane_set.alone(lane) for lane in numbers]

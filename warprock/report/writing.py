@@ -10,21 +10,11 @@ from typing import Any
 from warprock import __version__
 from warprock.errors import InputError
 from warprock.findings import asked
-from warprock.findings.kinds import kinds
-from warprock.report.body_chapter import body_chapter
+from warprock.findings.kinds import kinds, kinds_of_files
 from warprock.report.content import Chapter, Page
 from warprock.report.earlier import earlier_scenes
-from warprock.report.finding_chapters import (
-    fragility_chapter,
-    run_chapter,
-    teller,
-)
+from warprock.report.finding_chapters import run_chapter, sweep_chapter, teller
 from warprock.report.folder import Drawn, ResultFolder
-from warprock.report.measured_chapters import (
-    stability_chapter,
-    sweep_chapter,
-    trade_chapter,
-)
 from warprock.report.page import REPORT, write_page
 from warprock.running.lane_table import LANE_TABLE
 from warprock.running.results import CELL_TABLE, PROVENANCE
@@ -42,27 +32,18 @@ def _makers(folder: ResultFolder) -> Iterator[Make]:
     kind = next((kind for key, kind in kinds().items() if key in facts), None)
     if kind is not None:
         yield teller(kind)
-    elif "body" in facts:
-        yield body_chapter
     elif facts and folder.has(LANE_TABLE):
         require_shape(facts, RUN, str(folder.path / PROVENANCE))
         yield run_chapter
     elif folder.has(PLAN):
         yield sweep_chapter
-    for name, make in _BY_FILE.items():
+    for name, of_file in kinds_of_files().items():
         if folder.has(name):
-            yield make
+            yield teller(of_file)
 
 
 FITS = "fragility.csv"
 """Fragility functions, which may lie beside the run that they are of."""
-_BY_FILE: dict[str, Make] = {
-    "fragility-p58.csv": fragility_chapter,
-    "trade.parquet": trade_chapter,
-    "summary.md": stability_chapter,
-}
-"""File of results that may lie beside others, and its chapter."""
-
 _FILES = {
     "reproduce.json": "what was reproduced of the paper: rows, conflicts",
     LANE_TABLE: "every lane with every column: inputs, results, status, estimated errors",

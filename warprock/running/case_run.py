@@ -177,14 +177,15 @@ def _run_again(run: CaseRun, step: float, part: Part, options: RunOptions) -> Re
     return run_batch(*batch, settings=part.settings, **options.of_batch)
 
 
-def require_options(engine: str, options: RunOptions = DEFAULT_OPTIONS) -> None:
-    """Refuses options of a run that are not among those allowed.
+def require_options(engine: str | None, options: RunOptions = DEFAULT_OPTIONS) -> None:
+    """Refuses options of a run that are not among those allowed; no engine is one, too.
 
     Raises:
         InputError: Unknown engine, precision or device, or a number of workers or a tolerance out
             of bounds.
     """
-    require_choice("--engine", engine, tuple(ENGINES))
+    if engine is not None:
+        require_choice("--engine", engine, tuple(ENGINES))
     require_choice("--precision", options.precision, PRECISIONS)
     require_workers(options.workers)
     require_device(options.device)

@@ -21,6 +21,7 @@ from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes, join_responses, take_lanes
 from warprock.running.machine import core_count
 from warprock.running.options import Counted, RunOptions
+from warprock.settings.engines import has_time_step
 
 FEW_LANES = 8
 """Number of lanes below which the plain form is faster: a pack takes as long for one lane as for
@@ -121,8 +122,3 @@ def _parts(
             )
         )
     return parts
-
-
-def has_time_step(settings: Any) -> bool:
-    """Whether an engine with these settings has a time step that an ensemble can spread."""
-    return hasattr(settings, "with_step_scaled")

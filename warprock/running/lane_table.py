@@ -28,6 +28,7 @@ from warprock.model.response import (
 )
 from warprock.model.undecided import UNDECIDED, UNDECIDED_TEXT, undecided
 from warprock.running.parts import FOOTER
+from warprock.settings.engines import on_springs
 
 LANE_TABLE = "lanes.parquet"
 """Name of the file that a run, and a sweep that was merged, keep it in."""
@@ -70,7 +71,8 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
             of_field = {field.block_column(k): v for k, v in enumerate(values.T, 1)}
         columns |= of_field
         meaning |= dict.fromkeys(of_field, (field.unit, field.text))
-    columns[UNDECIDED] = undecided(response, lane_set.lanes, lane_set.motions, lane_set.ends)
+    given = response, lane_set.lanes, lane_set.motions, lane_set.ends
+    columns[UNDECIDED] = undecided(*given, springs=on_springs(response.engine))
     meaning[UNDECIDED] = ("-", UNDECIDED_TEXT)
     ratio = peak_ratio(response, lane_set.lanes)
     ratios = dict(zip(peak_ratio_columns(lane_set), np.atleast_2d(ratio.T), strict=True))

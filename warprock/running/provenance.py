@@ -17,6 +17,7 @@ from warprock.running import machine
 from warprock.running.case_run import CaseRun
 from warprock.running.lane_table import words_of
 from warprock.running.refinement import count_bad, refinement_counts
+from warprock.settings.engines import on_springs
 
 PACKAGES = ("warp-lang", "numpy", "scipy")
 """Distributions whose version can change a number."""
@@ -131,8 +132,10 @@ def count_words(response: Response, name: str) -> dict[str, int]:
 def undecided_counts(lane_set: LaneSet, response: Response) -> dict[str, int]:
     """How many lanes a run left undecided, and of how many it cut the ground motion short."""
     motions, ends = lane_set.motions, lane_set.ends
+    springs = on_springs(response.engine)
+    unknown = undecided(response, lane_set.lanes, motions, ends, springs=springs)
     return {
-        UNDECIDED: int(undecided(response, lane_set.lanes, motions, ends).sum()),
+        UNDECIDED: int(unknown.sum()),
         "motion_cut_short": int(cut_short(motions, ends).sum()),
     }
 

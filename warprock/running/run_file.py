@@ -100,24 +100,6 @@ def banded(*names: str) -> dict[str, Shape]:
     return {f"{name}{end}": (float, None) for name in names for end in ("", "_p05", "_p95")}
 
 
-BODY: dict[Any, Shape] = {
-    "body": {
-        "name": str,
-        "file": str,
-        "unit": str,
-        "up": str,
-        "model": str,
-        "sizes_m": [float],
-        **dict.fromkeys(("mass_kg", "density_kg_m3", "centre_height_m"), float),
-        "direction_deg": (float, None),
-    },
-    "came_out": str,
-    "notes": [str],
-    "sha256": str,
-    "rests": ROWS,
-    "by_tolerance": ROWS,
-}
-"""What a body from a mesh says."""
 NO_SHAPES: Mapping[str, Shape] = {}
 
 

@@ -30,7 +30,7 @@ from warprock.running.case_run import CaseRun, require_options, require_support,
 from warprock.running.lane_table import LANE_TABLE
 from warprock.running.options import RunOptions
 from warprock.running.results import PROVENANCE
-from warprock.running.run_file import RUN, read_facts, require_shape
+from warprock.running.run_file import NO_SHAPES, RUN, Shape, read_facts, require_shape
 from warprock.settings.engines import SETTINGS, judged_settings
 
 Array = npt.NDArray[np.float64]
@@ -226,16 +226,17 @@ def _set_sampling(case: Case, interval: float) -> Case:
     return dataclasses.replace(case, tables=case.tables.model_copy(update={"run": of_run}))
 
 
-def run_of_folder(folder: pathlib.Path) -> CaseRun:
+def run_of_folder(folder: pathlib.Path, shapes: Mapping[str, Shape] = NO_SHAPES) -> CaseRun:
     """A run as its folder tells it, for its lanes to be run again; without their results.
 
     Args:
         folder: What `warprock run -o` wrote: `run.json` and the lane table.
+        shapes: What results of each kind say besides, see `run_file.read_facts`.
 
     Raises:
         InputError: The folder holds no run, or one that cannot be run here.
     """
-    facts, source = _facts(folder), str(folder / PROVENANCE)
+    facts, source = _facts(folder, shapes), str(folder / PROVENANCE)
     case, lane_set = _case_of(facts["case"])
     engine, tolerance = facts["engine"]["name"], facts.get("tolerance")
     options = RunOptions(precision=facts["precision"], device=facts["device"], tolerance=tolerance)
@@ -280,7 +281,7 @@ def _case_of(told: Mapping[str, Any]) -> tuple[Case, LaneSet]:
         raise InputError(error.source, error.key, error.got, allowed) from None
 
 
-def _facts(folder: pathlib.Path) -> dict[str, Any]:
+def _facts(folder: pathlib.Path, shapes: Mapping[str, Shape]) -> dict[str, Any]:
     """What `run.json` says of a run.
 
     Raises:
@@ -292,7 +293,7 @@ def _facts(folder: pathlib.Path) -> dict[str, Any]:
     except OSError:
         allowed = "must be what `warprock run -o DIR` writes"
         raise InputError(str(file), "", "nothing readable", allowed) from None
-    facts = read_facts(file)
+    facts = read_facts(file, shapes)
     require_shape(facts, RUN, str(file))
     return facts
 

@@ -219,6 +219,7 @@ class DemSettings:
     """
 
     drawn: ClassVar[tuple[str, str]] = ("purple", "X")
+    springs: ClassVar[bool] = True
 
     normal_stiffness: Annotated[
         float, SettingKey("normal stiffness of an interface per area", 1e5, 1e14, "N/m^3")
@@ -304,6 +305,20 @@ SETTINGS: dict[str, type[Any]] = {
     "two-block": TwoBlockSettings,
 }
 """Engine name -> settings dataclass."""
+
+
+def has_time_step(settings: Any) -> bool:
+    """Whether an engine with these settings has a time step that an ensemble can spread."""
+    return hasattr(settings, "with_step_scaled")
+
+
+EXACT = tuple(name for name, settings in SETTINGS.items() if not has_time_step(settings))
+"""Engines without a time step: no step adds an error, and their blocks do not slide."""
+
+
+def on_springs(engine: str) -> bool:
+    """Whether the blocks of an engine, or of a program beside it, stand on springs that lift."""
+    return bool(getattr(SETTINGS.get(engine), "springs", False))
 
 
 def declared_settings(settings_type: type[Any]) -> dict[str, SettingKey]:

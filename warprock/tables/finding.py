@@ -52,7 +52,8 @@ def print_sheet(sheet: Sheet, out: Console) -> None:
     for number, heading in enumerate(sheet.headings):
         name = heading.label
         widest = max([LEAST, *(len(row[number]) for row in sheet.rows)])
-        lines = textwrap.wrap(name, max(widest, *map(len, name.split())), break_long_words=False)
+        longest = max([widest, *map(len, name.split())])
+        lines = textwrap.wrap(name, longest, break_long_words=False)
         heads.append("\n".join(lines))
     left = [head for head, words in zip(heads, texts, strict=True) if words]
     table = plain_table(sheet.title, heads, left)

@@ -19,9 +19,9 @@ from warprock.model.drift import drift_text
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
 from warprock.running.case_run import CaseRun
-from warprock.running.lane_parts import has_time_step
 from warprock.running.lane_table import PEAK_RATIO, lane_table
 from warprock.running.provenance import count_words
+from warprock.settings.engines import has_time_step
 from warprock.tables.swept import drawn_inputs, swept_axes
 from warprock.tables.terminal import (
     cell_text,

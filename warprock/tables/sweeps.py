@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import rich.progress
 
-from warprock.findings.refinement import refinement_sentences
+from warprock.findings.refinement import bad_sentences, refinement_sentences
 from warprock.model.undecided import UNDECIDED
 from warprock.model.words import lane_count_text
 from warprock.tables.terminal import plain_console, progress_text
@@ -116,7 +116,7 @@ def print_counts(found: Mapping[str, Any], engine: str, settings: Any) -> None:
         "lanes": found["lanes_done"],
         "engine": {"name": engine, "settings": dataclasses.asdict(settings)},
     }
-    for line in refinement_sentences(facts, mend="plan anew with"):
+    for line in [*refinement_sentences(facts, mend="plan anew with"), *bad_sentences(facts)]:
         _print(f"  {line}")
     left = found["chunks_left"]
     if left:

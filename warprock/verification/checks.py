@@ -11,7 +11,7 @@ import numpy as np
 from warprock.analysis.boundaries import boundaries_at
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
-from warprock.engines import ENGINES
+from warprock.engines import ENGINES, reference_engine
 from warprock.errors import InputError
 from warprock.model.response import Response, Status
 from warprock.programs.table import PROGRAMS, PeerAnswer
@@ -36,9 +36,6 @@ from warprock.verification.plain import plain_row
 from warprock.verification.settings import case_asked, plain_name, require_known
 
 __all__ = ["CHECKS", "ORACLE", "CheckRow", "compare", "compare_with_housner", "run_checks"]
-
-REFERENCE = "housner"
-"""Engine that the others are held against."""
 
 
 class CaseResponses:
@@ -145,7 +142,7 @@ def _check_housner(check: Any, responses: CaseResponses) -> list[CheckRow]:
     """Histories of the selected lanes against Housner's, where Housner holds."""
     lane_set = responses.lane_set
     lanes = np.asarray(lane_set.select(check.where))
-    table = compare_with_housner(lane_set, responses[check.engine], responses[REFERENCE])
+    table = compare_with_housner(lane_set, responses[check.engine], responses[reference_engine()])
     selected = table.iloc[lanes]
     held = selected[selected["holds"]]
     left_out = [
@@ -178,7 +175,7 @@ def _check_housner(check: Any, responses: CaseResponses) -> list[CheckRow]:
                 ok=bool(len(errors) and value <= limit),
                 because=check.because,
                 note="; ".join(note),
-                outside=responses[REFERENCE].count(Status.OUTSIDE_MODEL, lanes),
+                outside=responses[reference_engine()].count(Status.OUTSIDE_MODEL, lanes),
             )
         )
     return rows
@@ -284,7 +281,7 @@ def compare(
         found = compare_with_observed(case, responses.lane_set, engines, responses)
         return found | {"costs": cost_rows(case, responses.answers)}
     stacked, spatial = case.tables.stacked, responses.lane_set.scene.spatial
-    reference = engines[0] if stacked or spatial else REFERENCE
+    reference = engines[0] if stacked or spatial else reference_engine()
     hold = compare_blocks if stacked or spatial else compare_with_housner
     rows: list[dict[str, object]] = []
     for engine in engines:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case.lanes import LaneSet
+from warprock.engines import reference_engine
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import Outcome, Response, Status
 
@@ -64,7 +65,7 @@ def where_housner_holds(
             why.append(f"{NEEDS}: {needed[lane]:.3g} for {friction[lane]:.3g}")
         if slide[lane] > SLIDE_BOUND * lanes.width[lane]:
             why.append(f"slides {1e3 * slide[lane]:.2g} mm")
-        if prescribed[lane] and response.engine != "housner":
+        if prescribed[lane] and response.engine != reference_engine():
             why.append("the case prescribes an angular restitution of its own")
         reasons.append("; ".join(why))
     return reasons

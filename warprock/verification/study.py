@@ -20,7 +20,7 @@ from warprock.case.case import Case
 from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.study import Study, Variation
-from warprock.engines import engine_class
+from warprock.engines import engine_class, reference_engine
 from warprock.engines.launching import Form, Target
 from warprock.errors import InputError
 from warprock.model.ratios import rotation_ratio
@@ -29,7 +29,7 @@ from warprock.running.batch import run_batch
 from warprock.running.case_run import require_options, require_support
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 from warprock.running.provenance import case_facts, surroundings
-from warprock.verification.checks import REFERENCE, compare_with_housner
+from warprock.verification.checks import compare_with_housner
 from warprock.verification.lane_names import lane_name
 from warprock.verification.plain import plain_row
 
@@ -144,13 +144,13 @@ def run_study(
     """
     engines = chosen_engines(case, engine)
     lane_set = expand_lanes(case)
-    require_support(case, lane_set, REFERENCE)
+    require_support(case, lane_set, reference_engine())
     for name in engines:
         require_options(name, options)
         require_support(case, lane_set, name)
     started = time.perf_counter()
     given = (lane_set.lanes, lane_set.motions, lane_set.times)
-    reference = run_batch(REFERENCE, *given, workers=options.workers)
+    reference = run_batch(reference_engine(), *given, workers=options.workers)
     tables, histories = [], {}
     for name in engines:
         baseline = _study(case).baseline[name]

@@ -1,28 +1,30 @@
-"""A body from a mesh: on the terminal, as JSON and as files."""
+"""What a body from a mesh is, what it stands on, and which way it falls."""
 
 from __future__ import annotations
 
 import datetime
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from rich.console import Console
 
 from warprock.bodies.body import Body
 from warprock.bodies.footing import DIRECTIONS
 from warprock.bodies.rests import turns_over as hull_turns_over
-from warprock.findings.finding import Finding
+from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.numbers import three
+from warprock.findings.sheets import Heading, Sheet, declared
 from warprock.running.machine import package_versions
-from warprock.tables.terminal import plain_table, print_table, say, stdout
+from warprock.running.run_file import ROWS
 
 RESTS_SHOWN = 8
 ROLLS_ON = 1.2
 """Lean at which the hull turns over, over that of the base, above which that is said."""
 KEPT = 0.98
 """Part of the slenderness angle that fewer points leave, below which that is said."""
+TABLE = "directions"
 
 _COLUMNS = {
     "direction_deg": ("deg", "From the x axis of the mesh towards y"),
@@ -30,6 +32,58 @@ _COLUMNS = {
     "slenderness_angle_plane_deg": ("deg", "The same in the plane, to the farthest contact point"),
     "turns_over_deg": ("deg", "Lean at which it turns over in that plane, rolling on its points"),
 }
+_SIDE = ("slenderness_angle_deg", "lift_g", "turns_over_deg")
+
+
+def find_body(body: Body) -> Finding:
+    """What a body came to."""
+    return tell_body(body_facts(body), {TABLE: direction_table(body)})
+
+
+def tell_body(facts: Facts, tables: Tables) -> Finding:
+    """What a body came to, of its facts and table."""
+    body = facts["body"]
+    where = f"{body['file']}, lengths in {body['unit']}, {body['up']} upwards"
+    return Finding(
+        kind="Body from a mesh",
+        title=body["name"],
+        facts=facts,
+        tables=tables,
+        sentences=[facts["came_out"], *facts["notes"]],
+        sheets=[_body_sheet(facts), _rest_sheet(facts["rests"])],
+        asked=[
+            ("Mesh", f"{where}; SHA-256 {facts['sha256']}"),
+            ("Model", f"{body['model']}, shaken at {three(body['direction_deg'])} deg from x"),
+        ],
+        pictures=["body.png"],
+    )
+
+
+BODY = Kind(
+    (TABLE,),
+    tell_body,
+    "body",
+    {
+        "body": {
+            **dict.fromkeys(("name", "file", "unit", "up", "model"), str),
+            "sizes_m": [float],
+            **dict.fromkeys(
+                ("mass_kg", "density_kg_m3", "volume_m3", "centre_height_m", "tolerance_m"), float
+            ),
+            **dict.fromkeys(("weakest_deg", "frequency_parameter_rad_s"), float),
+            **{f"{side}_{name}": float for side in ("weakest", "opposite") for name in _SIDE},
+            "inertia_kg_m2": [[float]],
+            "base_m": [[float]],
+            "on_the_ground": int,
+            "direction_deg": (float, None),
+        },
+        "came_out": str,
+        "notes": [str],
+        "sha256": str,
+        "rests": ROWS,
+        "by_tolerance": ROWS,
+    },
+)
 
 
 def direction_table(body: Body) -> pd.DataFrame:
@@ -40,11 +94,7 @@ def direction_table(body: Body) -> pd.DataFrame:
     columns = {
         name: np.round(np.degrees(value), 4) for name, value in zip(_COLUMNS, values, strict=True)
     }
-    table = pd.DataFrame(columns)
-    table.attrs["columns"] = {
-        name: {"unit": unit, "text": text} for name, (unit, text) in _COLUMNS.items()
-    }
-    return table
+    return declared(pd.DataFrame(columns), _COLUMNS)
 
 
 def body_facts(body: Body) -> dict[str, Any]:
@@ -144,93 +194,61 @@ def body_notes(body: Body) -> list[str]:
     return notes
 
 
-def body_report(body: Body, case: str = "CASE") -> Finding:
-    """What a body has to show.
-
-    Args:
-        body: The body.
-        case: Its case, as a command names it.
-    """
-    facts = body_facts(body)
-    return Finding(
-        kind="Body",
-        tables={"directions": direction_table(body)},
-        facts=facts,
-        show=lambda: print_body(body),
-        sentences=[body_sentence(body)],
-        then=f"warprock run {case} -o results",
-    )
-
-
-def print_body(body: Body, console: Console | None = None) -> None:
-    """Prints what a body is, what it stands on, its poses, and what the tolerance changes.
-
-    Args:
-        body: The body.
-        console: Where to; the terminal if not given.
-    """
-    out = console or stdout()
-    x, y, z = (three(size) for size in body.sizes)
-    ways = [three(math.sqrt(value)) for value in np.linalg.eigvalsh(body.inertia)]
-    table = plain_table(body.name, ["", "value"], left=["", "value"])
-    for row in (
+def _body_sheet(facts: Facts) -> Sheet:
+    """Sizes, mass, what the body stands on and what its weakest side and the opposite one bear."""
+    body = facts["body"]
+    x, y, z = map(three, body["sizes_m"])
+    inertia = np.array(body["inertia_kg_m2"]) / body["mass_kg"]
+    ways = [three(math.sqrt(value)) for value in np.linalg.eigvalsh(inertia)]
+    rows = [
         ("size", f"{x} x {y} x {z} m (x, y, z upwards)"),
-        ("volume", f"{three(body.volume)} m^3"),
-        ("mass", f"{three(body.mass)} kg, {three(body.density)} kg/m^3"),
-        ("centre of mass", f"{three(body.base.height)} m above the ground"),
+        ("volume", f"{three(body['volume_m3'])} m^3"),
+        ("mass", f"{three(body['mass_kg'])} kg, {three(body['density_kg_m3'])} kg/m^3"),
+        ("centre of mass", f"{three(body['centre_height_m'])} m above the ground"),
         ("radii of gyration", f"{', '.join(ways)} m"),
         ("contact points", _contacts(body)),
-        *_sides(body),
-        ("base pressed flat", _flat_bases(body)),
-        ("frequency parameter p", f"{three(body.frequency_parameter)} rad/s"),
-    ):
-        table.add_row(*row)
-    print_table(out, table)
-    print_table(out, _rest_table(body))
-    for note in body_notes(body):
-        say(out, note)
+        ("weakest", _side_text(body, "weakest", body["weakest_deg"])),
+        ("opposite", _side_text(body, "opposite", body["weakest_deg"] + 180.0)),
+        ("base pressed flat", _flat_bases(facts["by_tolerance"])),
+        ("frequency parameter p", f"{three(body['frequency_parameter_rad_s'])} rad/s"),
+    ]
+    return Sheet(body["name"], [Heading(""), Heading("value")], rows)
 
 
-def _contacts(body: Body) -> str:
+def _contacts(body: Mapping[str, Any]) -> str:
     """How many contact points, and where."""
-    low, tolerance = len(body.base.polygon), f"{1e3 * body.tolerance:.3g} mm"
-    raised = len(body.points) - low
-    more = f", and {raised} up to {1e3 * body.points[:, 2].max():.3g} mm above" if raised else ""
+    low, tolerance = body["on_the_ground"], f"{1e3 * body['tolerance_m']:.3g} mm"
+    raised, highest = len(body["base_m"]) - low, max(point[2] for point in body["base_m"])
+    more = f", and {raised} up to {1e3 * highest:.3g} mm above" if raised else ""
     return f"{low} within {tolerance} of the ground{more}"
 
 
-def _sides(body: Body) -> list[tuple[str, str]]:
-    """What its weakest side and the opposite one bear."""
-    rows = []
-    for name, direction in (("weakest", body.weakest), ("opposite", body.weakest + math.pi)):
-        side, towards = _side(body, direction), math.remainder(direction, 2.0 * math.pi)
-        rows.append(
-            (
-                name,
-                f"towards {math.degrees(towards):.3g} deg from x, lifts off at "
-                f"{side['lift_g']:.3g} g ({side['slenderness_angle_deg']:.3g} deg), turns over at "
-                f"a lean of {side['turns_over_deg']:.3g} deg",
-            )
-        )
-    return rows
+def _side_text(body: Mapping[str, Any], name: str, direction: float) -> str:
+    """What a side of a body bears."""
+    angle, lift, lean = (body[f"{name}_{what}"] for what in _SIDE)
+    return (
+        f"towards {math.remainder(direction, 360.0):.3g} deg from x, lifts off at {lift:.3g} g "
+        f"({angle:.3g} deg), turns over at a lean of {lean:.3g} deg"
+    )
 
 
-def _rest_table(body: Body) -> Any:
-    """Poses in which it stands."""
-    shown = body.rests[:RESTS_SHOWN]
-    more = f" ({RESTS_SHOWN} of {len(body.rests)})" if len(body.rests) > RESTS_SHOWN else ""
-    headings = ("--pose", "turned by [deg]", "centre of mass at [m]")
-    table = plain_table(f"Poses in which it stands{more}; 0 is the pose of the file", headings)
-    for number, rest in enumerate(shown, start=1):
-        turn, height = three(math.degrees(rest.turn)), three(rest.footing.height)
-        table.add_row(str(number), turn, height)
-    return table
-
-
-def _flat_bases(body: Body) -> str:
+def _flat_bases(rows: list[Mapping[str, Any]]) -> str:
     """What a tolerance makes of a base pressed flat."""
     found = []
-    for tolerance, angle in body.by_tolerance():
-        lean = f"{math.degrees(angle):.3g} deg" if angle > 0.0 else "falls"
-        found.append(f"{lean} within {1e3 * tolerance:.3g} mm")
+    for row in rows:
+        angle = row["slenderness_angle_deg"]
+        lean = f"{angle:.3g} deg" if angle > 0.0 else "falls"
+        found.append(f"{lean} within {row['tolerance_mm']:.3g} mm")
     return ", ".join(found)
+
+
+def _rest_sheet(rests: list[Mapping[str, Any]]) -> Sheet:
+    """Poses in which it stands."""
+    shown = rests[:RESTS_SHOWN]
+    more = f" ({RESTS_SHOWN} of {len(rests)})" if len(rests) > RESTS_SHOWN else ""
+    heads = [Heading("--pose"), Heading("turned by", "deg"), Heading("centre of mass at", "m")]
+    rows = [
+        [str(rest["pose"]), three(rest["turn_deg"]), three(rest["centre_height_m"])]
+        for rest in shown
+    ]
+    return Sheet(f"Poses in which it stands{more}; 0 is the pose of the file", heads, rows)
