@@ -10,8 +10,11 @@ it slides along y. What is tried, in this order:
     3. a flat block slides: what presses its corners is spread as where it sticks;
     4. nothing pushes;
     5. an edge, else a corner, does along x and y of each end what it may: stick, slide to one side
-       or to the other. These are tried one by one, both ends of an edge alike first, see
-       event_space/block_box_friction_slide.py.
+       or to the other. These are tried one by one, see event_space/block_box_friction_slide.py:
+       both ends of an edge alike first, then a corner that sticks.
+
+Where one end of an edge alone would sink without contact, that corner is tried before 2, see
+event_space/block_contact.py.
 
 Steps end where the slip of a corner along x or y ends, so that second order holds through that.
 Other changes at the ends of an edge that slides are not located. So the errors of blocks that rock
@@ -42,13 +45,14 @@ from warprock.kernels.event_space.block_contact import (
     mask_of,
     sinks,
     sticking,
+    sticking_end,
     stuck,
 )
 from warprock.kernels.event_space.block_moves import Course
 from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.vectors import Vector
 
-ALIKE = 9
+WAYS = 9
 """Ways of one end: three along x, stick and slide to either side, times three along y."""
 LOOSELY = by_precision(1.0e6, 10.0)
 """Multiple of round-off within which the law counts as obeyed where nothing else is found."""
@@ -95,20 +99,20 @@ def solve_as_before(
 def solve_any_corner(body: Body, mask: int, v: Vector, w: Vector, dust: real) -> Held:
     """The motion if some edge, or some corner, holds on in any way; whether it obeys the law.
 
-    Both ends of an edge alike come first, then each on its own.
+    Both ends of an edge alike come first, then a corner that sticks, then all other ways.
     """
     best = Held()
-    for number in range(8):
-        c = 7 - number
-        part = mask_of(c)
-        ways = wp.where(c >= EDGE, ALIKE * ALIKE, 0)
-        if (part & mask) == part:
+    for turn in range(2):
+        for number in range(FLAT):
+            c = FLAT - 1 - number
+            part = mask_of(c)
             i, j = ends_of(c)
-            for way in range(ALIKE + ways):
-                if not best.fits:
+            for way in range(wp.where(c >= EDGE, WAYS * WAYS, WAYS)):
+                alike = way % (WAYS + 1) == 0
+                if not best.fits and (part & mask) == part and alike == (turn == 0):
                     sides = Corners()
-                    sides[j] = side_by(wp.where(way < ALIKE, way, (way - ALIKE) // ALIKE))
-                    sides[i] = side_by(way % ALIKE)
+                    sides[j] = side_by(way // WAYS)
+                    sides[i] = side_by(way % WAYS)
                     best = obeying(body, c, mask, sides, v, w, dust)
     return best
 
@@ -129,10 +133,12 @@ def solve(
     slides = (slip | (slip >> 4)) & ALL
     first = solve_as_before(body, stance, slip, start, v, w, dust)
     best = first
+    if not best.fits and stance >= EDGE and stance < FLAT and slip == 0:
+        best = sticking_end(body, stance, v, w, dust)
     for number in range(FLAT - EDGE + 1):
         c = FLAT - number
         part = mask_of(c)
-        if not best.fits and (part & mask) == part and (part & slides) == 0:
+        if not best.fits and c != stance and (part & mask) == part and (part & slides) == 0:
             best = sticking(body, c, mask, v, w, dust)
     if not best.fits and stance == FLAT:
         best = sliding(body, v, w, dust)

@@ -24,6 +24,11 @@ next (4 + k), flat (8), or nowhere (9). What may hold is tried in this order:
 A corner that touches and is not held must not sink. With friction several states may obey the law
 (Painleve): a tall block can slide on an edge as a whole, or turn over one of its ends. The first
 one is taken; it keeps a block that moves in a plane there.
+
+In a plane both ends of an edge do the same. Where they do not, the order is another one, for what
+the search for a way to slide would cost: where one end alone would sink without contact, as when a
+block rolls from corner to corner, that corner sticks if it can; where the friction of one end is
+used up before that of the other, 2 comes last.
 """
 
 import warp as wp
@@ -356,4 +361,19 @@ def sticking(body: Body, stance: int, mask: int, v: Vector, w: Vector, dust: rea
         else:
             h.fits = face_carries(body, p, twist, dust)
     h.fits = h.fits and not sinks(body, h.v, h.w, mask & ~mask_of(stance), dust)
+    return h
+
+
+@wp.func(inline=False)
+def sticking_end(body: Body, stance: int, v: Vector, w: Vector, dust: real) -> Held:
+    """The motion if one end of an edge sticks, where that one alone would sink without contact.
+
+    It does not fit where both ends would, or none.
+    """
+    h = Held()
+    one, other = stance - EDGE, (stance - EDGE + 1) % 4
+    sinks_one = corner_velocity(body, v, w, one)[2] < -dust
+    sinks_other = corner_velocity(body, v, w, other)[2] < -dust
+    if sinks_one != sinks_other:
+        h = sticking(body, wp.where(sinks_one, one, other), mask_of(stance), v, w, dust)
     return h

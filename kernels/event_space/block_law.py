@@ -22,6 +22,7 @@ from warprock.kernels.event_space.block_contact import (
     sinks,
     stance_of,
     sticking,
+    sticking_end,
     stuck,
 )
 from warprock.kernels.event_space.block_moves import Course, stop_event
@@ -135,23 +136,27 @@ def slipping_stance(
 
 @wp.func(inline=False)
 def solve_any_stance(
-    body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
-) -> Held:
-    """The motion that obeys the contact law, see `solve`, tried stance by stance.
+    body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real,
+    turns: bool,
+) -> Held:  # fmt: skip
+    """The motion that obeys the contact law, see `solve`, of all that may be.
 
-    The face and the edges come first, then single corners.
+    What holds the face or an edge as a whole comes before what holds one of its corners alone;
+    where an edge has to let go of one end alone, `turns`, it comes last. What `solve_as_before` has
+    tried is not tried again.
     """
     mask = mask_of(stance)
     best = Held()
     for number in range(FLAT - EDGE + 1):
         c = FLAT - number
         part = mask_of(c)
-        if not best.fits and (part & mask) == part and (part & slip) == 0:
+        if not best.fits and c != stance and (part & mask) == part and (part & slip) == 0:
             best = sticking(body, c, mask, v, w, dust)
     for number in range(FLAT - EDGE + 1):
         c = FLAT - number
         part = mask_of(c)
-        if not best.fits and (part & mask) == part:
+        again = c == stance and slip == mask
+        if not best.fits and not turns and not again and (part & mask) == part:
             best = slipping_stance(body, c, mask, slip, start, v, w, dust)
     for way in range(16):
         part = mask_of(EDGE + way % 4)
@@ -161,9 +166,11 @@ def solve_any_stance(
         c = EDGE - 1 - number
         if not best.fits and (mask_of(c) & mask & ~slip) != 0:
             best = sticking(body, c, mask, v, w, dust)
-    for number in range(EDGE):
-        c = EDGE - 1 - number
-        if not best.fits and (mask_of(c) & mask) != 0:
+    most = wp.where(turns, FLAT, EDGE)
+    for number in range(most):
+        c = most - 1 - number
+        part = mask_of(c)
+        if not best.fits and (part & mask) == part:
             best = slipping_stance(body, c, mask, slip, start, v, w, dust)
     if not best.fits:
         best = Held()
@@ -196,8 +203,10 @@ def solve(
     """
     first = solve_as_before(body, stance, slip, start, v, w, dust)
     best = first
-    if not first.fits:
-        best = solve_any_stance(body, stance, slip, start, v, w, dust)
+    if not best.fits and stance >= EDGE and stance < FLAT and slip == 0:
+        best = sticking_end(body, stance, v, w, dust)
+    if not best.fits:
+        best = solve_any_stance(body, stance, slip, start, v, w, dust, first.turns)
     best.turns = first.turns
     best.spare = first.spare
     return best

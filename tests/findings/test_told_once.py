@@ -11,8 +11,8 @@ import pandas as pd
 import PIL.Image
 import pytest
 
-from tests.shared.commands import invoke, succeed
 import warprock as wr
+from tests.shared.commands import invoke, succeed
 from tests.shared.meshes import l_profile, write
 from warprock.api.found import Found
 from warprock.figures.drawing import Drawing
