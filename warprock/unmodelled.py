@@ -35,8 +35,9 @@ UNMODELLED = (
         "engines.dem.cohesion",
     ),
     Unmodelled(
-        "Isolators, springs and dampers under a block",
+        "Springs and dampers under a block, but for the [support] that moves along x",
         ("isolator", "isolation", "base isolation", "damper", "spring", "bearing", "tmd"),
+        "[support], a linear oscillator between motion and block; "
         "contact stiffness and damping of the engines dem and direct: warprock keys engines.dem",
     ),
     Unmodelled(

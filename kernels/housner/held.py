@@ -518,7 +518,8 @@ def rest(
     side = real(0.0)
     for k in range(2):
         over = real(2 * k - 1)
-        if may_turn(block, over):
+        # In a step without length, to a knot, it has no time to lift.
+        if may_turn(block, over) and h > zero:
             lack = over * block.coupling * cosine(block.slenderness_angle) * a
             lack[0] = spare - outward_moment(block, held, over, a[0])
             if lack[0] <= zero:

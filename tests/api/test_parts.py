@@ -19,6 +19,7 @@ DECLARED = [
     wr.Frame,
     wr.Start,
     wr.Motion,
+    wr.Support,
     wr.Times,
 ]
 

@@ -365,6 +365,7 @@ def test_the_table_of_keys_and_the_models_are_the_same_keys():
     from warprock.case.body import Body, StackedBody
     from warprock.case.hold import Frame, Tie, TopLoad, TransverseWall
     from warprock.case.motion import Motion
+    from warprock.case.support import Support
 
     models = {
         f"{table}.{name}"
@@ -373,6 +374,7 @@ def test_the_table_of_keys_and_the_models_are_the_same_keys():
     }
     models |= {f"motion.{name}" for name in Motion.model_fields if name not in "yz"}
     models |= {f"transverse_wall.{name}" for name in TransverseWall.model_fields}
+    models |= {f"support.{name}" for name in Support.model_fields}
     models |= {f"frame.{name}" for name in Frame.model_fields}
     models |= {f"top_load.{name}" for name in TopLoad.model_fields}
     models |= {f"tie.N.{name}" for name in Tie.model_fields}

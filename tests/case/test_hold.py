@@ -133,6 +133,10 @@ def test_a_case_of_python_is_the_same(write):
         ("tie.1.height=0 m", "tie.1.height"),
         ("tie.2.yield_force=1 kN", "must be more than tie.2.prestress, 1000 N"),
         ('tie.1={ side = "left", slack = "1 m", prestress = "1 N" }', "tie.1.height"),
+        (
+            "tie.2={ height='1 m', side='left', stiffness='1 N/m', slack='1 m', acts='both' }",
+            "tie.2.slack: got 1 m, must be 0 m where tie.2.acts is both",
+        ),
         ("tie.1.side=top", "must be the side of the block that the tie pulls to"),
         ("tie.4.height=1 m", "tie.3: got nothing, must be given: ties are numbered from 1"),
         ("tie.1.ultimate_elongation=0 m", "tie.1.ultimate_elongation"),

@@ -69,5 +69,5 @@ def random_ties(rng: np.random.Generator, lanes: Lanes, count: int) -> Ties:
         prestress=prestress,
         yield_force=np.where(yields, prestress + rng.uniform(0.05, 1.0, shape) * tipping, np.inf),
         ultimate_elongation=np.where(breaks, rng.uniform(0.02, 0.6, shape) * width, np.inf),
-        pushes=rng.random(shape) < 0.4,
+        pushes=~loose & (rng.random(shape) < 0.6),
     )

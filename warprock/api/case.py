@@ -53,6 +53,7 @@ class Case(JudgedCase):
         frame: `Frame` of which the block is a column.
         run: `Times`: length of the run, sampling of histories.
         motion: `Motion` of the base; still without.
+        support: `Support`: a floor or an isolator between the motion and the block.
         start: `Start`: how a single block is released.
         sweep: A `Sweep`, or a list of sweeps that are crossed, the first one slowest; a sweep may
             be a pandas table.
@@ -109,6 +110,7 @@ class Case(JudgedCase):
         frame: Given | None = None,
         run: Given | None = None,
         motion: Given | None = None,
+        support: Given | None = None,
         start: Given | None = None,
         sweep: Given | pd.DataFrame | Sequence[Given | pd.DataFrame] = (),
         sample: Given | None = None,
@@ -137,6 +139,7 @@ class Case(JudgedCase):
                 "tie": ([tie] if isinstance(tie, Mapping) else list(tie)) or None,
                 "start": start,
                 "motion": motion,
+                "support": support,
                 "run": run,
                 "sample": sample,
                 "ensemble": ensemble,

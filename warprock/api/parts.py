@@ -28,6 +28,7 @@ from warprock.case.hold import TransverseWall as TransverseWallTable
 from warprock.case.motion import Motion as MotionTable
 from warprock.case.run import Run as RunTable
 from warprock.case.start import Start as StartTable
+from warprock.case.support import Support as SupportTable
 from warprock.case.sweep_file_columns import swept_columns
 from warprock.case.validation import KeyedError, Table, refusing, unknown_key
 from warprock.quantity import InputKey, Key
@@ -193,6 +194,18 @@ class Frame(_Declared):
     """
 
     _tables = (FrameTable,)
+
+
+class Support(_Declared):
+    """A floor of a building or an isolator under the block: a linear oscillator along x.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.Support(frequency="2.5 Hz", damping=0.05, height_factor=1.3)["damping"]
+        0.05
+    """
+
+    _tables = (SupportTable,)
 
 
 class Start(_Declared):

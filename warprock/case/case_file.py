@@ -18,6 +18,7 @@ from warprock.case.hold import Frame, Ties, TopLoad, TransverseWall
 from warprock.case.motion import Motion
 from warprock.case.run import Run
 from warprock.case.start import Start
+from warprock.case.support import Support
 from warprock.case.validation import KeyedError, Table
 from warprock.case.value_kinds import ProseKey
 from warprock.quantity import Said, TextKey
@@ -52,6 +53,7 @@ class CaseFile(Table):
     frame: Frame | None = None
     start: Start = Start()
     motion: Motion | None = None
+    support: Support | None = None
     run: Run
     engines: dict[str, dict[str, Any]] = pydantic.Field(default_factory=dict)
     peers: dict[str, dict[str, Any]] = pydantic.Field(default_factory=dict)

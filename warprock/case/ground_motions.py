@@ -15,6 +15,7 @@ from warprock.case.input_columns import SPECTRAL, computed, key_column
 from warprock.case.keys import KEYS
 from warprock.case.run import DURATION
 from warprock.case.space import UPWARDS
+from warprock.case.support_lanes import on_support, supported
 from warprock.case.values import LaneValues
 from warprock.case.waveforms import FAMILIES, FAMILY_OF
 from warprock.errors import InputError
@@ -51,6 +52,7 @@ def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[
 
     The columns of the motion across and of the vertical one end in _y and _z.
     """
+    on_floor = supported(values)
     if values.case.tables.motion is None:
         still = StillBase(lanes.lane_count)
         return SpatialMotions(still, still, still) if lanes.spatial else still, {}
@@ -67,6 +69,9 @@ def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[
         columns["normalised_velocity"] = (
             p * np.asarray(columns[_PEAK_VELOCITY]) / (GRAVITY * uplift)
         )
+    if on_floor:
+        along, of_support = on_support(values, along)
+        columns |= of_support
     for table, (_, more, peak) in found.items():
         if table == ACROSS and not lanes.stacked:
             more |= {"normalised_acceleration": peak / (GRAVITY * _uplift(lanes, ACROSS))}

@@ -111,7 +111,7 @@ class Tie(Table):
     slack: Annotated[
         float,
         NumberKey(
-            "the elongation of the tie before it pulls",
+            "the elongation of the tie before it pulls; of one that acts both ways 0",
             "0 m to 1 km",
             swept=True,
             column=Column("tie_slack", "mm"),

@@ -99,13 +99,16 @@ def _tie(values: LaneValues, table: str, lanes: Lanes) -> dict[str, npt.NDArray[
     allowed = f"must be more than {table}.prestress, {prestress[at]:g} N"
     values.refuse(weak, f"{table}.yield_force", allowed)
     names, codes = values.texts(f"{table}.acts")
+    pushes = np.array([name == "both" for name in names])[codes]
+    allowed = f"must be 0 m where {table}.acts is both: such a tie would push a block at rest"
+    values.refuse(pushes & (slack > 0.0), f"{table}.slack", allowed)
     return {
         "side": _sides(values, f"{table}.side"),
         "height": height,
         "stiffness": stiffness,
         "slack": slack,
         "prestress": prestress,
-        "pushes": np.array([name == "both" for name in names])[codes],
+        "pushes": pushes,
         **limits,
     }
 

@@ -42,6 +42,11 @@ _COMPUTED = (
     Column("record_processing", text="What was done to the record before the run"),
     Column("stop", "s", "Time at which the motion stops"),
     Column("peak_acceleration", "m/s^2", "Largest acceleration of the base, velocity steps apart"),
+    Column(
+        "support_peak_acceleration",
+        "m/s^2",
+        "Largest acceleration of the floor or isolator under the block, velocity steps apart",
+    ),
     Column("peak_velocity", "m/s", "Largest velocity of the base, PGV"),
     Column(SPECTRAL, "m/s^2", "Spectral acceleration of the motion, 5 % damping, at sa_period"),
     Column("member", text="Number of the member in its cell"),

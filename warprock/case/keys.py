@@ -15,11 +15,12 @@ from warprock.case.hold import Frame, Tie, TopLoad, TransverseWall
 from warprock.case.motion import Motion
 from warprock.case.run import DURATION, Run
 from warprock.case.start import Start
+from warprock.case.support import Support
 from warprock.case.validation import Table
 from warprock.quantity import NumberKey, TextKey
 
 _TABLES: tuple[type[Table], ...] = (
-    *(Body, Block, Contact, TransverseWall, Tie, TopLoad, Frame, Start, Motion, Run),
+    *(Body, Block, Contact, TransverseWall, Tie, TopLoad, Frame, Start, Motion, Support, Run),
     *(StackedBody, StackedBlock),
 )
 

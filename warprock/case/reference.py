@@ -24,6 +24,7 @@ from warprock.case.settings import ENGINES, PEERS
 from warprock.case.spectrum import SpectrumTable
 from warprock.case.start import Start
 from warprock.case.study import StudyTable
+from warprock.case.support import Support
 from warprock.case.sweep import Grid
 from warprock.case.sweep_file import TableEntry
 from warprock.case.validation import Table
@@ -99,6 +100,7 @@ def sections() -> Iterator[Section]:
     yield _section("[frame]", Frame)
     yield _section("[start]", Start)
     yield _section("[motion], [motion.y], [motion.z]", Motion)
+    yield _section("[support]", Support)
     yield _section("[run]", Run)
     yield _section("[[sweep]] KEY = { ... }", Grid)
     yield _section('[[sweep]] table = "FILE"', TableEntry)

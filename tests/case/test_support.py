@@ -1,0 +1,77 @@
+"""A floor or an isolator between the ground motion and the block, for every engine."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import warprock as wr
+from tests.shared.case_texts import FREE, PULSE, refusal
+from warprock.case.lanes import expand_lanes
+from warprock.case.load import load_case
+from warprock.model.base_path import base_places
+from warprock.model.motion import RecordMotions
+from warprock.running.batch import run_batch
+from warprock.settings.engines import EventSettings
+
+SUPPORTED = (
+    PULSE.replace('"displacement"', '"acceleration"').replace('"8 mm"', '"0.6 g"')
+    + """
+[support]
+frequency = "4 Hz"
+damping = 0.05
+"""
+)
+
+
+def test_a_support_hands_its_motion_on(write):
+    lane_set = expand_lanes(load_case(write(SUPPORTED), ["support.frequency=4 Hz, 0.2 Hz"]))
+    motions = lane_set.motions
+    assert isinstance(motions, RecordMotions)
+    row = lane_set.inputs
+    assert row["support_frequency_hz"].tolist() == [4.0, 0.2]
+    # A floor near the frequency of the pulse, 3 Hz, makes it stronger; an isolator weaker.
+    stronger = row["support_peak_acceleration_m_s2"] / row["peak_acceleration_m_s2"]
+    assert stronger[0] > 1.5
+    assert stronger[1] < 0.2
+    # Peaks and groups of the ground remain those of the ground.
+    np.testing.assert_allclose(row["peak_acceleration_m_s2"], 0.6 * 9.81)
+    assert np.ptp(base_places(motions, 0, np.linspace(0.0, 2.0, 50))[:, 0]) > 0.0
+    # The run does not end before the motion does.
+    assert (motions.end <= 5.0 * (1.0 + 1e-9)).all()
+
+
+def test_engines_follow_a_support_alike(write):
+    lane_set = expand_lanes(load_case(write(SUPPORTED), ["block.width=0.3 m"]))
+    times = dataclasses.replace(lane_set.times, duration=2.0)
+    found = run_batch("housner", lane_set.lanes, lane_set.motions, times)
+    other = run_batch(
+        "event", lane_set.lanes, lane_set.motions, times, settings=EventSettings(time_step=1e-3)
+    )
+    assert found["peak_rotation"][0] > 0.0
+    # `event` follows a block that rocks to order 5.
+    np.testing.assert_allclose(other["peak_rotation"], found["peak_rotation"], rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        ("support.frequency=0 Hz", "support.frequency: got '0 Hz', must be the natural frequency"),
+        ("support.damping=1", "support.damping: got 1, must be the damping ratio"),
+        ("motion.control=velocity", None),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_one_line(write, override, said):
+    if said is not None:
+        assert said in str(refusal(write(SUPPORTED), override))
+        return
+    overrides = [override, "motion.amplitude=0.1 m/s", "motion.cycles=0.75"]
+    expand_lanes(load_case(write(SUPPORTED), overrides))
+    with pytest.raises(wr.InputError, match="must be 1 where the velocity of the ground steps"):
+        expand_lanes(load_case(write(SUPPORTED), [*overrides, "support.height_factor=1.2"]))
+
+
+def test_a_support_needs_a_motion_along_x(write):
+    still = FREE + SUPPORTED[SUPPORTED.index("[support]") :]
+    with pytest.raises(wr.InputError, match=r"must be given: \[support\] stands on a ground"):
+        expand_lanes(load_case(write(still)))
