@@ -30,6 +30,7 @@ from warprock.kernels.shape.stack import (
     lower_face,
     place_block,
     side_of,
+    slide_place,
     three_of,
     turn_block,
     turn_of,
@@ -241,6 +242,24 @@ def find_stop(s: wp.ref[State], t: wp.ref[Trial], k: int, along: real, near: rea
         elif e1 <= wp.where(e0 > zero, reach, zero):
             after = 0
     return cut, after
+
+
+@wp.func
+def find_departure(
+    blocks: wp.ref[Blocks], s: wp.ref[State], t: wp.ref[Trial], k: int, near: real
+) -> real:  # fmt: skip
+    """Length of a step to where a block has slid off the one below, NEVER if not inside it.
+
+    `near` is the time by which that may be missed [s].
+    """
+    low, _height = lower_face(blocks, k)
+    room = low + blocks.half_width[k]
+    first = size(slide_place(blocks, s.pose, k))
+    last = size(slide_place(blocks, t.pose, k))
+    cut = NEVER
+    if first < room and t.d > near and (last - room) * t.d > near * (last - first):
+        cut = t.d * (room - first) / (last - first)
+    return cut
 
 
 @wp.func(inline=False)

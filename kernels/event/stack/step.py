@@ -36,7 +36,7 @@ import warp as wp
 
 from warprock.kernels.event.stack.chain import Contacts, constrain, relative_velocity
 from warprock.kernels.event.stack.contact import RoundOff, Solution, solve
-from warprock.kernels.event.stack.moves import find_stop, glue, lay_down, opening
+from warprock.kernels.event.stack.moves import find_departure, find_stop, glue, lay_down, opening
 from warprock.kernels.event.stack.state import (
     DUST,
     FOUND,
@@ -137,14 +137,15 @@ def keep_touching(
 
 @wp.func
 def mode_of(blocks: wp.ref[Blocks], s: wp.ref[State], near: real) -> int:
-    """Mode of a lane at the end of a step; an overturning may be early by the time `near` [s]."""
+    """Mode of a lane at the end of a step; its end may be early by the time `near` [s]."""
     mode = int(RUNNING)
     for k in range(BLOCKS):
         if CHAINS:
             mode = wp.where(has_left(blocks, s.pose, k), SLID_OFF, mode)
         else:
             low, _height = lower_face(blocks, k)
-            if size(slide_place(blocks, s.pose, k)) >= low + blocks.half_width[k]:
+            room = low + blocks.half_width[k] - near * size(s.rate[3 * k])
+            if size(slide_place(blocks, s.pose, k)) >= room:
                 mode = SLID_OFF
     for k in range(BLOCKS):
         if size(s.pose.theta[k]) >= HALF_PI - near * size(s.swing[k]):
@@ -319,6 +320,9 @@ def end_step(
         u = relative_velocity(g, t.velocity, k)
         stop, after = find_stop(s, t, k, u[0], NEARLY * limits.longest_step)
         cut = smaller(cut, stop)
+        if not CHAINS:
+            leaves = find_departure(blocks, s, t, k, NEARLY * limits.longest_step)
+            cut = smaller(cut, leaves)
         n.slip[k] = after
         n.swing[k] = t.velocity[3 * k + 2]
     if cut < NEVER:
