@@ -117,7 +117,9 @@ def run_lanes(
     base = rows(Base)
     account = rows(Account)
     seen = rows(Seen)
-    bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS // TURNS)  # stay
+    # Variables, not constants: else Warp would write out the loops over them.
+    bodies, points, parts = int(BLOCKS + 1), int(2 * BLOCKS), int(2)
+    sweeps = int(ITERATIONS // TURNS)
     for i in range(LANES):
         lean = sign_of(lanes[first + i].lean)
         lane[i] = start_lane(lanes[first + i])
@@ -199,7 +201,7 @@ def run_lanes(
                     impulse[p, i] = one
                     move[k, i] = u
                     move[low, i] = v
-            for part in range(2):  # Velocities, then poses, which start from what those took.
+            for part in range(parts):  # Velocities, then poses, which start from what those took.
                 for k in range(1, bodies * part):
                     p, q, b = 2 * k - 2, 2 * k - 1, bodies + k
                     r, w = points + p, points + q
