@@ -8,11 +8,11 @@ import pathlib
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
+from tests.shared.commands import invoke
 from warprock.analysis.fragility import curve_rows, fragility_curves
 from warprock.analysis.limits import find_reached, in_doubt, read_limits
-from warprock.cli.main import main
 from warprock.errors import InputError
 
 ALPHA = 0.2
@@ -220,7 +220,7 @@ def test_a_table_without_a_column_that_is_needed_is_refused_in_a_line(
 
 
 def run(*arguments: str) -> Result:
-    return CliRunner().invoke(main, ["fragility", *arguments])
+    return invoke("fragility", *arguments)
 
 
 def test_a_lane_whose_run_ended_too_early_is_in_doubt_of_what_it_had_not_reached():

@@ -8,16 +8,15 @@ import pathlib
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 
 from tests.shared.case_texts import pulse_text
+from tests.shared.commands import invoke, succeed
 from warprock.analysis import sensitivity
 from warprock.analysis.sensitivity import SaltelliSample, indices, run_sensitivity, saltelli_case
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.case.sampling import Sample
-from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import Outcome, Status
@@ -197,15 +196,14 @@ def test_the_command_writes_what_it_prints(
 ):
     out = tmp_path / "out"
     arguments = ["sensitivity", str(tmp_path), "--resamples", "20", "-o", str(out)]
-    result = CliRunner().invoke(main, [*arguments, "--json"])
-    assert result.exit_code == 0, result.output
+    result = succeed(*arguments, "--json")
     found = json.loads(result.stdout)
     table = pd.read_csv(out / "sensitivity.csv")
     assert [row["total"] for row in found["rows"]] == table["total"].tolist()
     assert found["groups"][0]["lanes"] == case.lane_count * 6
     assert (out / "sensitivity.png").read_bytes()[:4] == b"\x89PNG"
     request.getfixturevalue("unrendered")
-    printed = CliRunner().invoke(main, arguments).stdout
+    printed = invoke(*arguments).stdout
     assert f"{table['total'].max():.3f}" in printed
     order = table.sort_values("total", ascending=False, kind="stable")["input"]
     places = [printed.index(f"{name} ") for name in order]
@@ -226,7 +224,7 @@ def test_what_has_no_indices_is_refused(
     arguments: list[str], words: str, case: Case, tmp_path: pathlib.Path
 ):
     out = tmp_path / "out"
-    result = CliRunner().invoke(main, ["sensitivity", str(tmp_path), "-o", str(out), *arguments])
+    result = invoke("sensitivity", tmp_path, "-o", out, *arguments)
     assert result.exit_code == 2
     assert words in result.stderr
     assert result.stderr.count("\n") == 1

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
 from tests.shared.blocks import make_lanes, sines
+from tests.shared.commands import invoke
 from warprock.case.load import load_case
 from warprock.case.text import parse_case
-from warprock.cli.main import main
 from warprock.errors import InputError, list_allowed
 from warprock.model.motion import Control, StillBase
 from warprock.model.response import SampleTimes
@@ -29,7 +29,7 @@ DEEP = 5000
 
 def refused(*arguments: object) -> str:
     """The one line that a command says."""
-    result: Result = CliRunner().invoke(main, [str(argument) for argument in arguments])
+    result: Result = invoke(*arguments)
     assert result.exit_code == 2, result.output
     assert isinstance(result.exception, SystemExit)
     (line,) = result.stderr.splitlines()

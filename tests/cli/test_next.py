@@ -8,9 +8,9 @@ import shlex
 
 import click
 import pytest
-from click.testing import CliRunner
 
 from tests.shared.case_texts import pulse_text
+from tests.shared.commands import invoke
 from warprock.cli.main import main
 
 RECORD = """
@@ -95,7 +95,7 @@ def own(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 def _next(arguments: list[str]) -> list[str]:
     """Arguments of the command to try after another one, which works."""
-    done = CliRunner().invoke(main, arguments)
+    done = invoke(*arguments)
     assert done.exit_code == 0, f"{shlex.join(arguments)}: {done.output}"
     found = re.findall(r"^next: warprock (.*)$", done.stdout, re.M)
     return shlex.split(found[0]) if found else []

@@ -10,12 +10,11 @@ import pathlib
 import pandas as pd
 import PIL.Image
 import pytest
-from click.testing import CliRunner
 
 import warprock as wr
+from tests.shared.commands import invoke, succeed
 from tests.shared.meshes import l_profile, write
 from warprock.api.found import Found
-from warprock.cli.main import main
 from warprock.figures.drawing import Drawing
 from warprock.findings.kinds import kinds
 from warprock.report.folder import ResultFolder
@@ -61,8 +60,7 @@ def functions() -> list[str]:
 
 def told(asked: list[str], out: pathlib.Path) -> list[str]:
     """What a command prints, line by line; its results are in the folder."""
-    result = CliRunner().invoke(main, [*asked, "-o", str(out)])
-    assert result.exit_code == 0, result.output
+    result = succeed(*asked, "-o", out)
     return result.stdout.splitlines()
 
 
@@ -141,7 +139,7 @@ def test_the_weakest_pulse_of_a_map_is_the_same_wherever_it_is_told(tmp_path: pa
 def test_a_page_that_is_written_later_tells_what_the_command_told(tmp_path: pathlib.Path):
     printed = told(ASKED["map"], tmp_path)
     (tmp_path / "report.html").unlink()
-    assert CliRunner().invoke(main, ["report", str(tmp_path)]).exit_code == 0
+    assert invoke("report", tmp_path).exit_code == 0
     page = html.unescape((tmp_path / "report.html").read_text(encoding="utf-8"))
     for begins in ("The weakest pulse that", "The weakest of each group", "Of the 48 pulses"):
         (sentence,) = (line for line in printed if line.startswith(begins))

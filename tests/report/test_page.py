@@ -6,12 +6,11 @@ import pathlib
 from collections.abc import Iterator
 
 import pytest
-from click.testing import CliRunner
 
 from tests.shared.browser import Browser, browser_path
 from tests.shared.case_texts import pulse_text
+from tests.shared.commands import invoke, succeed
 from tests.shared.meshes import l_profile, write
-from warprock.cli.main import main
 
 CASE = (
     pulse_text()
@@ -29,8 +28,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     folder = tmp_path_factory.mktemp("page")
     (folder / "case.toml").write_text(CASE)
     arguments = ["run", str(folder / "case.toml"), "-e", "housner", "-o", str(folder / "out")]
-    result = CliRunner().invoke(main, arguments)
-    assert result.exit_code == 0, result.output
+    succeed(*arguments)
     return folder / "out" / "report.html"
 
 
@@ -145,8 +143,7 @@ def test_it_prints(opened: Browser):
 
 def test_a_page_written_again_keeps_its_drawings_and_its_lanes(page: pathlib.Path):
     before = page.read_text(encoding="utf-8")
-    result = CliRunner().invoke(main, ["report", str(page.parent)])
-    assert result.exit_code == 0, result.output
+    succeed("report", page.parent)
     after = page.read_text(encoding="utf-8")
     assert after.count("data:image/svg+xml") == before.count("data:image/svg+xml") > 0
     marks = ('class="scenes"', "</script>")
@@ -156,7 +153,7 @@ def test_a_page_written_again_keeps_its_drawings_and_its_lanes(page: pathlib.Pat
 
 def test_a_folder_without_results_is_refused(tmp_path: pathlib.Path):
     for folder in (tmp_path, tmp_path / "none"):
-        result = CliRunner().invoke(main, ["report", str(folder)])
+        result = invoke("report", folder)
         assert result.exit_code == 2
         assert "DIR" in result.stderr
         assert result.stderr.count("\n") == 1
@@ -166,7 +163,7 @@ def test_a_folder_without_results_is_refused(tmp_path: pathlib.Path):
 def test_a_fallen_stack_says_that_its_model_ended(browser: Browser, tmp_path: pathlib.Path):
     change = ["-s", "motion.amplitude=6 mm, 60 mm", "-s", "run.duration=2 s"]
     arguments = ["run", "stack-sine-pulse", *change, "-o", str(tmp_path)]
-    assert CliRunner().invoke(main, arguments).exit_code == 0
+    assert invoke(*arguments).exit_code == 0
     browser.open(tmp_path / "report.html")
     lane = "JSON.parse(document.querySelector('script[type=\"application/json\"]').textContent)"
     fallen = browser.run(f"{lane}.lanes.findIndex((each) => each.fell !== undefined)")
@@ -187,7 +184,7 @@ def test_a_fallen_stack_says_that_its_model_ended(browser: Browser, tmp_path: pa
 def test_every_button_of_a_body_is_pressed(browser: Browser, tmp_path: pathlib.Path):
     mesh, out = write(l_profile(), tmp_path, "corbel.stl"), tmp_path / "out"
     arguments = ["body", str(mesh), "--density", "2700 kg/m^3", "-o", str(out)]
-    assert CliRunner().invoke(main, arguments).exit_code == 0
+    assert invoke(*arguments).exit_code == 0
     browser.open(out / "report.html")
     titles = (
         "Array.from(document.querySelectorAll('.sheet figcaption strong')).map(e => e.innerText)"

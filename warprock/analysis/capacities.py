@@ -165,9 +165,9 @@ def capacities(found: Analysis, *, intensity: str, by: Sequence[str]) -> list[Ca
 def fit_capacities(known: Brackets) -> Fit:
     """The lognormal distribution of greatest likelihood of capacities in brackets.
 
-    A lane says nothing of intensities beyond those that it saw: where none fell, none is known to
-    fall up to the least of the strongest motions; where all fell at once, from the greatest of the
-    weakest on.
+    A lane says nothing of intensities beyond those that it saw. Where no lane fell, none falls up
+    to the weakest of their strongest motions. Where all fell at their weakest motion, all fall from
+    the strongest of these on.
     """
     fit = fit_lognormal(known)
     if fit.verdict is FitVerdict.NONE_REACHED:

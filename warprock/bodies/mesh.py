@@ -175,7 +175,7 @@ def _unit_size(source: str, corners: Array, unit: str | None) -> float:
 
 
 def _require_closed(source: str, faces: npt.NDArray[np.int64]) -> None:
-    """Refuses a surface with an edge that as many faces pass one way as the other way only if shut.
+    """Refuses an open surface; a closed one passes each edge as often one way as the other.
 
     Raises:
         InputError: An edge has one face alone, or two that are wound against one another.

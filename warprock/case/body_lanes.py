@@ -113,7 +113,7 @@ def _in_space(values: LaneValues, body: Body) -> Bodies:
 def seen_in_plane(
     values: LaneValues, body: Body | StackedBody
 ) -> tuple[Array, npt.NDArray[np.int32], Array]:
-    """A body in the plane: what can touch there, of a body in space in that of the motion.
+    """A body as the plane sees it: what can touch; of a body in space, in the plane of its motion.
 
     Returns:
         Points from the centre of mass [m], shape [lane, point, 2], how many each lane has, and

@@ -15,6 +15,7 @@ from warprock.case.case_file import CaseFile
 from warprock.case.check import CHECKS
 from warprock.case.contact import Contact
 from warprock.case.ensemble import EnsembleTable
+from warprock.case.hold import Tie, TransverseWall
 from warprock.case.keys import general_key
 from warprock.case.motion import Motion
 from warprock.case.run import Run
@@ -92,6 +93,8 @@ def sections() -> Iterator[Section]:
     yield _section("[block.N]", StackedBlock)
     yield _section("[block.N] of a body", StackedBody)
     yield _section("[contact]", Contact)
+    yield _section("[transverse_wall]", TransverseWall)
+    yield _section("[[tie]]", Tie)
     yield _section("[start]", Start)
     yield _section("[motion], [motion.y], [motion.z]", Motion)
     yield _section("[run]", Run)
@@ -155,7 +158,7 @@ def _row(key: str, declared: Key, default: str | None, required: bool) -> KeyRow
         row = row._replace(needed_by=(), allowed_with=())
     if not isinstance(declared, InputKey):
         return row
-    number = "_N" if table == StackedBlock.place else ""
+    number = "_N" if table in (StackedBlock.place, Tie.place) else ""
     return row._replace(
         swept=declared.swept,
         needs_space=declared.needs_space,
@@ -220,7 +223,7 @@ def reference_page(found: Iterable[Section]) -> str:
     lines = [
         "# Keys of a case file",
         "",
-        'A quantity is text with its unit, such as `"8 mm"`. N is the number of a block.',
+        'A quantity is text with its unit, such as `"8 mm"`. N is the number of a block or a tie.',
     ]
     for section in found:
         lines += ["", f"## {section.title}", "", section.text, ""]

@@ -38,9 +38,9 @@ SUNK = 1e-9
 def release_blocks(values: LaneValues, lanes: Lanes) -> Lanes:
     """Single blocks as the case lets them go: from rest on their bottom, or as it says.
 
-    A box that is thrown is one also where the case describes it as a body, by its eight corners;
-    one with its centre of mass beside its middle is a body. Other bodies are thrown where their
-    points surround their centre of mass: those of a base alone leave nothing to fall on.
+    A body that the case describes by the eight corners of a box is thrown as that box. A box with
+    its centre of mass beside its middle is thrown as a body. Other bodies can be thrown if their
+    points surround their centre of mass; the points of a base alone leave nothing to fall on.
 
     Args:
         values: Values of the case.

@@ -163,6 +163,15 @@ FIELDS: dict[str, Field] = {
             "Friction without which the block would slide; infinite where its base would have to "
             "pull",
         ),
+        Field("peak_tie_force", ("lane",), "N", "Largest force of a tie"),
+        Field(
+            "peak_tie_elongation",
+            ("lane",),
+            "m",
+            "Largest elongation of a tie from the state in which the block rests",
+        ),
+        Field("broken_ties", ("lane",), "-", "Ties that broke"),
+        Field("tie_break_time", ("lane",), "s", "Time at which the first of them broke"),
         Field("peak_rotation_left", ("lane",), "rad", "Largest rotation of a body towards -x"),
         Field("peak_rotation_right", ("lane",), "rad", "Largest rotation of a body towards +x"),
         Field(
@@ -269,11 +278,18 @@ MODEL_FIELDS: tuple[str, ...] = ("friction_needed",)
 """Fields that `housner`, its reference, and `event` of prescribed restitutions answer besides."""
 BODY_FIELDS: tuple[str, ...] = ("peak_rotation_left", "peak_rotation_right")
 """Fields that engines answer besides for bodies in the plane, whose sides may differ."""
+TIE_FIELDS: tuple[str, ...] = (
+    "peak_tie_force",
+    "peak_tie_elongation",
+    "broken_ties",
+    "tie_break_time",
+)
+"""Fields that engines answer besides for blocks with ties."""
 LANE_FIELDS: tuple[str, ...] = tuple(
     n
     for n, f in FIELDS.items()
     if f.dims == ("lane",)
-    and n not in (*ESTIMATE_FIELDS, *MODEL_FIELDS, *BODY_FIELDS)
+    and n not in (*ESTIMATE_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *TIE_FIELDS)
     and not f.spatial
 )
 """Fields that every engine answers."""
@@ -284,7 +300,10 @@ SPATIAL_FIELDS: tuple[str, ...] = tuple(
 HISTORIES: tuple[str, ...] = tuple(n for n, f in FIELDS.items() if f.dims == ("lane", "sample"))
 """Fields with the dimension sample: those in space only for blocks in space, and but for the
 rotations and the yaw only where places were asked for, too."""
-INTEGER_FIELDS: tuple[str, ...] = ("outcome", "status", "impact_count", "step_count")
+INTEGER_FIELDS: tuple[str, ...] = (
+    *("outcome", "status", "impact_count", "step_count"),
+    "broken_ties",
+)
 
 
 MOST_SAMPLES = 2**27

@@ -26,7 +26,7 @@ def unit_of(what: str) -> str:
 
 
 def predict_largest(engine: Judged, what: str, members: int) -> Array:
-    """Largest rotation [rad] or slide [m] that is predicted of each test, shape [said].
+    """Largest rotation [rad] or slide [m] that is predicted of each test, shape [test].
 
     The median over the lanes of the test that stood and have numbers, of a stack the largest of its
     blocks; NaN without such a lane.
