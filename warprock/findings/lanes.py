@@ -31,7 +31,8 @@ def needed(facts: Mapping[str, Any]) -> str:
 
 FAR = 2.0
 """Rotation over the slenderness angle beyond which a block is taken to fall."""
-_DEGREES, _MILLIMETRES = 180.0 / np.pi, 1e3
+DEGREES, MILLIMETRES = 180.0 / np.pi, 1e3
+"""Of a radian and of a metre: what columns of a reader have."""
 
 
 def peak_ratio(table: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -109,9 +110,9 @@ def _columns(
     def of_block(block: str) -> Iterator[tuple[Heading | None, str, float]]:
         of = f" {block[1:]}" if block else ""
         yield Heading(f"peak rotation{of} / slenderness"), f"{PEAK_RATIO}{block}", 1.0
-        yield Heading(f"peak rotation{of}", "deg"), f"peak_rotation{block}_rad", _DEGREES
+        yield Heading(f"peak rotation{of}", "deg"), f"peak_rotation{block}_rad", DEGREES
         yield None, f"peak_time{block}_s", 1.0
-        yield Heading(f"peak slide{of}", "mm"), f"peak_slide{block}_m", _MILLIMETRES
+        yield Heading(f"peak slide{of}", "mm"), f"peak_slide{block}_m", MILLIMETRES
 
     wanted: list[tuple[Heading | None, str, float]] = [(Heading("lane"), "lane", 1.0)]
     wanted += [(None, name, 1.0) for name in (*asked.naming_columns(facts, table), *besides)]
@@ -120,7 +121,7 @@ def _columns(
     for block in blocks:
         of = f" {block[1:]}" if block else ""
         head = Heading(f"error of rotation{of}", "deg")
-        wanted.append((head, f"rotation_error{block}_rad", _DEGREES))
+        wanted.append((head, f"rotation_error{block}_rad", DEGREES))
     for own, name, factor in wanted:
         if name in table:
             told = meanings.get(name, {})

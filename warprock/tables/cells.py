@@ -10,18 +10,18 @@ from typing import Any
 from rich.console import Console
 
 from warprock.case.case import Case
+from warprock.findings.numbers import MISSING
 from warprock.model.undecided import cut_text
 from warprock.model.words import lane_count_text
 from warprock.running.case_run import CaseRun
 from warprock.running.cells import PEAK_RATIO, QUANTILES, cell_table
 from warprock.settings.engines import has_time_step
 from warprock.tables.swept import SweptAxis, swept_axes
-from warprock.tables.terminal import plain_table, print_table, stdout
+from warprock.tables.terminal import number, plain_table, print_table, stdout
 from warprock.units import Dimension
 
 OVERTURNED = "overturned"
 """How a quantile among overturned lanes is printed."""
-MISSING = "-"
 
 
 def cell_names(case: Case) -> list[str]:
@@ -105,9 +105,9 @@ def print_cell_comparison(
                 block,
                 row["engine_b"],
                 *(_ratio_text(row[f"median_{side}{suffix}"]) for side in "ba"),
-                *(_format(row[f"overturned_{side}"], ".1%") for side in "ba"),
-                _format(row[f"statistic{suffix}"], ".3f"),
-                _format(row[f"p_value{suffix}"], ".2g"),
+                *(number(row[f"overturned_{side}"], ".1%") for side in "ba"),
+                number(row[f"statistic{suffix}"], ".3f"),
+                number(row[f"p_value{suffix}"], ".2g"),
                 row[f"meaning{suffix}"],
             )
             last = row["cell"]
@@ -143,8 +143,4 @@ def _ratio_text(value: float | str | None) -> str:
         return value
     if value is not None and math.isinf(value):
         return OVERTURNED
-    return _format(value, ".4f")
-
-
-def _format(value: float | None, form: str) -> str:
-    return MISSING if value is None or math.isnan(value) else format(value, form)
+    return number(value, ".4f")

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.text import Text
 
+from warprock.findings.numbers import MISSING
 from warprock.verification.housner import NEEDS, SLIDE_BOUND
 
 if TYPE_CHECKING:
     from warprock.verification.checks import CheckRow
 
 from warprock.tables.terminal import (
-    MISSING,
     Row,
     number,
     plain_table,

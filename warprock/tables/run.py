@@ -13,6 +13,7 @@ from rich.table import Table
 from warprock.case.axes import lane_indices
 from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
+from warprock.findings.lanes import DEGREES, MILLIMETRES
 from warprock.findings.numbers import three
 from warprock.findings.sheets import heading
 from warprock.model.drift import drift_text
@@ -66,9 +67,6 @@ class Result(NamedTuple):
     text: Callable[[Any], str] = three
     per_block: bool = False
     size: float = 1.0
-
-
-DEGREES, MILLIMETRES = 180.0 / np.pi, 1e3
 
 
 def _slide(value: float) -> str:

@@ -11,8 +11,9 @@ from rich.table import Table
 from warprock.case.case import Case
 from warprock.case.load import load_case
 from warprock.case.study import Study
+from warprock.findings.numbers import MISSING
 from warprock.tables.compare import reasons
-from warprock.tables.terminal import MISSING, number, plain_table, stdout
+from warprock.tables.terminal import number, plain_table, stdout
 from warprock.verification.housner import EARLY_TIME
 from warprock.verification.study import StudyRun
 

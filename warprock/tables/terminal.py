@@ -23,7 +23,7 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from warprock.findings.numbers import three
+from warprock.findings.numbers import MISSING, three
 from warprock.findings.plain import plain
 from warprock.findings.sheets import heading
 
@@ -31,8 +31,6 @@ Row = Mapping[str, Any]
 
 WIDTH = 200
 """Columns of rows that are printed into a file or a pipe."""
-
-MISSING = "-"
 
 
 def plain_console(**more: Any) -> Console:
