@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pathlib
+import re
 import shlex
 import subprocess
 import sys
@@ -23,6 +24,14 @@ def test_every_kind_of_change_has_a_recipe():
     assert {
         recipe.title.removeprefix("Add a").removeprefix("n").strip() for recipe in RECIPES
     } == WANTED
+
+
+def test_files_that_it_names_are_there():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`((?:cases|kernels|tests|tools|warprock)/[\w./-]+)`", text))
+    named = {path for path in named if "NAME" not in path}
+    assert len(named) > 40
+    assert [path for path in sorted(named) if not (ROOT / path).exists()] == []
 
 
 @pytest.mark.parametrize("recipe", RECIPES, ids=lambda recipe: recipe.diff.stem)

@@ -11,9 +11,9 @@ import sys
 
 import click
 import pytest
-from click.testing import CliRunner
 
 import warprock
+from tests.shared.commands import succeed
 from warprock.cli.main import main
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -89,8 +89,7 @@ def test_the_maps_of_the_manual_show_more_than_one_colour():
     assert maps
     for asked in maps:
         bare = [word for n, word in enumerate(asked) if "-o" not in asked[max(n - 1, 0) : n + 1]]
-        result = CliRunner().invoke(main, [*bare, "--json"])
-        assert result.exit_code == 0, result.output
+        result = succeed(*bare, "--json")
         modes = json.loads(result.stdout)["modes"]
         falls = modes["with impact"] + modes["without impact"]
         share = falls / sum(modes.values())

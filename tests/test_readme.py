@@ -12,8 +12,8 @@ import subprocess
 from typing import Any
 
 import trimesh
-from click.testing import CliRunner
 
+from tests.shared.commands import invoke, succeed
 from warprock.cli.main import main
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -99,12 +99,11 @@ def test_the_commands_of_the_readme_run(tmp_path: pathlib.Path, unrendered: None
         for line in text.splitlines():
             words = shlex.split(line.replace("lanes=2000", "lanes=40"), comments=True)
             assert words[0] == "warprock"
-            result = CliRunner().invoke(main, words[1:])
+            result = invoke(*(words[1:]))
             assert result.exit_code == 0, (line, result.output)
 
 
 def test_every_command_explains_itself():
     for name in main.commands:
-        result = CliRunner().invoke(main, [name, "--help"])
-        assert result.exit_code == 0
+        result = succeed(name, "--help")
         assert len(result.output.splitlines()) > 3

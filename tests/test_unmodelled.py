@@ -4,11 +4,10 @@ import json
 import pathlib
 
 import pytest
-from click.testing import CliRunner
 
 import warprock as wr
+from tests.shared.commands import invoke
 from warprock.case.keys import KEYS
-from warprock.cli.main import main
 from warprock.unmodelled import UNMODELLED, unmodelled
 
 README = pathlib.Path(__file__).parents[1] / "README.md"
@@ -17,11 +16,11 @@ WORDS = [word for each in UNMODELLED for word in each.words]
 
 @pytest.mark.parametrize(
     ("word", "what"),
-    [("tie_rod", "Ties"), ("Anchors", "Ties"), ("hazard", "Hazard"), ("wall", "Walls")],
+    [("tie_rod", "Ties"), ("Anchors", "Ties"), ("hazard", "Hazard"), ("wall", "Neighbours")],
 )
 def test_keys_and_errors_say_what_is_nearest(word, what):
     (meant,) = [each for each in UNMODELLED if each.what.startswith(what)]
-    done = CliRunner().invoke(main, ["keys", word])
+    done = invoke("keys", word)
     assert done.exit_code == 2
     assert meant.what in done.output
     assert meant.nearest in done.output
@@ -49,7 +48,7 @@ def test_a_word_is_listed_once_and_found():
 
 
 def test_explain_and_readme_list_them():
-    done = CliRunner().invoke(main, ["explain", "free-b0", "--json"])
+    done = invoke("explain", "free-b0", "--json")
     assert json.loads(done.output)["not_modelled"] == [each.what for each in UNMODELLED]
     text = README.read_text(encoding="utf-8")
     for each in UNMODELLED:

@@ -14,12 +14,12 @@
     run = wr.run(case)
     run.table
 
-Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Contact`, `Start`,
-`Motion`, `Times`, `Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`,
-`Spectrum`, `Study`, `with_unit`, `save_record`. Commands: `run`, `fragility`, `map`, `spectrum`,
-`ida`, `sensitivity`, `sweep`, `compare`, `validate`, `study`, `body`. Bad input is an `InputError`.
-Below them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`,
-`write_run`.
+Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Contact`,
+`TransverseWall`, `Tie`, `Start`, `Motion`, `Times`, `Sweep`, `Grid`, `Sample`, `Uniform`,
+`Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`, `with_unit`, `save_record`. Commands:
+`run`, `fragility`, `map`, `spectrum`, `ida`, `sensitivity`, `sweep`, `compare`, `validate`,
+`study`, `body`. Bad input is an `InputError`. Below them lie the functions that they call:
+`expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
 """
@@ -53,7 +53,9 @@ if TYPE_CHECKING:
     from warprock.api.parts import Start as Start
     from warprock.api.parts import Study as Study
     from warprock.api.parts import Sweep as Sweep
+    from warprock.api.parts import Tie as Tie
     from warprock.api.parts import Times as Times
+    from warprock.api.parts import TransverseWall as TransverseWall
     from warprock.api.parts import Uniform as Uniform
     from warprock.api.plain import with_unit as with_unit
     from warprock.api.record import save_record as save_record
@@ -107,7 +109,9 @@ _HOME = {
     "Status": "model.response",
     "Study": "api.parts",
     "Sweep": "api.parts",
+    "Tie": "api.parts",
     "Times": "api.parts",
+    "TransverseWall": "api.parts",
     "Uniform": "api.parts",
     "body": "api.body",
     "case_names": "case.text",

@@ -47,14 +47,14 @@ def at_the_door(function: Judged) -> Judged:
 
     @functools.wraps(function)
     def door(*args: Any, **kwargs: Any) -> Any:
-        signature, hints = _declared(function)
+        signature, hints = _read_signature(function)
         try:
             given = signature.bind(*args, **kwargs).arguments
         except TypeError as error:
             raise TypeError(_refusal(function.__name__, error, signature, kwargs)) from None
         for name, value in given.items():
             if name in hints and not _fits(value, hints[name]):
-                raise InputError(name, "", value, f"must be {_allowed(hints[name])}")
+                raise InputError(name, "", value, f"must be {_describe_kinds(hints[name])}")
         return function(*args, **kwargs)
 
     return cast("Judged", door)
@@ -70,7 +70,7 @@ def several(given: str | float | Sequence[Any] | None) -> list[Any]:
 
 
 @functools.cache
-def _declared(function: Callable[..., Any]) -> tuple[inspect.Signature, dict[str, Any]]:
+def _read_signature(function: Callable[..., Any]) -> tuple[inspect.Signature, dict[str, Any]]:
     """Signature of a function, and what its named arguments may be."""
     signature = inspect.signature(function)
     rest = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
@@ -121,11 +121,11 @@ def _is_sequence(value: Any) -> bool:
     return isinstance(value, Sequence) or getattr(value, "ndim", None) == 1
 
 
-def _allowed(hint: Any) -> str:
+def _describe_kinds(hint: Any) -> str:
     """The kinds of values that an annotation allows, in words."""
     origin, inner = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
-        words = list(dict.fromkeys(_allowed(each) for each in inner))
+        words = list(dict.fromkeys(_describe_kinds(each) for each in inner))
         return " or ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else words[0]
     if origin is Literal:
         return " or ".join(repr(each) for each in inner)
@@ -145,7 +145,7 @@ def _allowed(hint: Any) -> str:
 def _many(hint: Any) -> str:
     """What a list holds, in words."""
     return {str: "texts", float: "numbers", int: "whole numbers"}.get(hint) or (
-        "values" if hint is Any else _allowed(hint)
+        "values" if hint is Any else _describe_kinds(hint)
     )
 
 

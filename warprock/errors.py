@@ -39,8 +39,8 @@ class InputError(ValueError):
             allowed: What would be allowed, with its unit.
         """
         self.source, self.key, self.got, self.allowed = source, key, got, allowed
-        place = f"{shortened(source)}: {shortened(key)}" if key else shortened(source)
-        super().__init__(f"{place}: got {_written(got)}, {one_line(allowed)}")
+        place = f"{shorten(source)}: {shorten(key)}" if key else shorten(source)
+        super().__init__(f"{place}: got {_quote(got)}, {one_line(allowed)}")
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, str, object, str]]:
         """Makes the error picklable, so that a worker process can hand it on."""
@@ -66,7 +66,7 @@ def is_plain(text: str) -> bool:
     return not any(unicodedata.category(character) in _UNSHOWN for character in text)
 
 
-def shortened(text: str) -> str:
+def shorten(text: str) -> str:
     """Text in one line, its middle left out where it is long."""
     text = one_line(text[: MOST_SHOWN * 10]) + text[MOST_SHOWN * 10 :]
     if len(text) <= MOST_SHOWN:
@@ -75,16 +75,16 @@ def shortened(text: str) -> str:
     return f"{text[:half]} ... {one_line(text[-half:])}"
 
 
-def _written(got: object) -> str:
+def _quote(got: object) -> str:
     """A value as it was written, shortened."""
     try:
-        return shortened(repr(got))
+        return shorten(repr(got))
     except (RecursionError, ValueError):
         # Nested too deep, or a whole number of too many digits, to be written out.
         return f"a {type(got).__name__} that cannot be shown"
 
 
-def listed(got: object, known: Iterable[str]) -> str:
+def list_allowed(got: object, known: Iterable[str]) -> str:
     """Names that are allowed: all if they are few, else those nearest to what was written."""
     names = list(dict.fromkeys(known))
     if len(names) <= MOST_LISTED:

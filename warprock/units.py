@@ -32,6 +32,8 @@ class Dimension(enum.StrEnum):
     DENSITY = "density"
     MASS = "mass"
     INERTIA = "moment of inertia"
+    FORCE = "force"
+    STIFFNESS = "stiffness"
     DIMENSIONLESS = "dimensionless"
 
 
@@ -77,6 +79,14 @@ UNITS: dict[Dimension, dict[str, str]] = {
     Dimension.DENSITY: {"kg/m^3": "1", "g/cm^3": "1000", "t/m^3": "1000"},
     Dimension.MASS: {"kg": "1", "t": "1000"},
     Dimension.INERTIA: {"kg m^2": "1", "t m^2": "1000"},
+    Dimension.FORCE: {"N": "1", "kN": "1000", "MN": "1000000"},
+    Dimension.STIFFNESS: {
+        "N/m": "1",
+        "kN/m": "1000",
+        "N/mm": "1000",
+        "kN/mm": "1000000",
+        "MN/m": "1000000",
+    },
     Dimension.DIMENSIONLESS: {"": "1"},
 }
 
@@ -111,6 +121,8 @@ EXAMPLES: dict[Dimension, str] = {
     Dimension.DENSITY: "2670 kg/m^3",
     Dimension.MASS: "350 kg",
     Dimension.INERTIA: "18 kg m^2",
+    Dimension.FORCE: "12 kN",
+    Dimension.STIFFNESS: "5 kN/mm",
     Dimension.DIMENSIONLESS: "1.0",
 }
 
@@ -171,7 +183,7 @@ def parse_any(text: object, dimensions: Iterable[Dimension]) -> Quantity:
     for dimension in wanted:
         size = UNITS[dimension].get(unit)
         if size is not None:
-            value = float(_scaled(number, size))
+            value = float(_scale(number, size))
             if not math.isfinite(value):
                 raise ValueError(f"{allowed}, and finite")
             return Quantity(value, dimension)
@@ -190,7 +202,7 @@ def bare_number(text: str) -> bool:
     return match is not None and match["unit"] is None
 
 
-def _scaled(number: str, size: str) -> decimal.Decimal | float:
+def _scale(number: str, size: str) -> decimal.Decimal | float:
     """Product of number and size, rounded once; nan and inf pass through."""
     try:
         return decimal.Decimal(number) * decimal.Decimal(size)
@@ -238,6 +250,7 @@ ENDINGS = {
     "kg/m^3": "_kg_m3",
     "rad/s": "_rad_s",
     "1/s": "_per_s",
+    "N/m": "_N_m",
     "m/s": "_m_s",
     "deg": "_deg",
     "rad": "_rad",
@@ -248,6 +261,7 @@ ENDINGS = {
     "m": "_m",
     "s": "_s",
     "J": "_J",
+    "N": "_N",
     "%": "_pct",
 }
 """Unit -> end of the names of columns in it, longer ends before those that they end with."""

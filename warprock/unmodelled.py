@@ -25,13 +25,14 @@ class Unmodelled(NamedTuple):
 
 UNMODELLED = (
     Unmodelled(
-        "Ties, anchors and restraints: blocks are free-standing, and nothing holds them",
+        "Ties, anchors and restraints, but for the horizontal [[tie]] of a single box in the plane",
         (
-            *("tie rod", "tie", "rod", "tendon", "cable", "strap", "bracket", "brace", "dowel"),
+            *("tie rod", "rod", "tendon", "cable", "strap", "bracket", "brace", "dowel"),
             *("anchor", "anchorage", "anchor bolt", "bolt", "restraint", "restrainer", "tether"),
-            *("post tension", "prestress", "fixing", "hook"),
+            *("post tension", "fixing", "hook"),
         ),
-        "a free-standing [block]; dem has joints with cohesion: engines.dem.cohesion",
+        "[[tie]] and [transverse_wall] of a single [block]; joints with cohesion of dem: "
+        "engines.dem.cohesion",
     ),
     Unmodelled(
         "Isolators, springs and dampers under a block",
@@ -39,13 +40,14 @@ UNMODELLED = (
         "contact stiffness and damping of the engines dem and direct: warprock keys engines.dem",
     ),
     Unmodelled(
-        "Walls, neighbours and other obstacles that a block strikes; arches and facades",
+        "Neighbours and other obstacles that a block strikes, but for the [transverse_wall] that a "
+        "single box leans against; arches",
         (
             *("wall", "neighbour", "neighbor", "obstacle", "pounding", "corner wall"),
             *("arch", "vault", "facade", "building", "portal"),
         ),
-        "one [block], or a stack of up to six, [block.1], [block.2], ...; motion of a floor as "
-        "the record of the base",
+        "a [transverse_wall] beside one [block], or a stack of up to six, [block.1], [block.2], "
+        "...; motion of a floor as the record of the base",
     ),
     Unmodelled(
         "Hazard and risk: how often a motion comes is not known here",

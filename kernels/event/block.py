@@ -68,7 +68,7 @@ from warprock.kernels.event.block_rocking import (
     value_after,
 )
 from warprock.kernels.event.block_state import End, Event, Shown, Span, State
-from warprock.kernels.event.lift import held_time
+from warprock.kernels.event.lift import TICK, held_time, round_off
 from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING
 from warprock.kernels.motion import Acceleration, Ground, Motion, acceleration_at, expand, knot_time
 
@@ -76,8 +76,6 @@ NEARLY = by_precision(1.0e-6, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
 GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the half height."""
-TICK = by_precision(1.0e-15, 5.0e-7)
-"""Four roundings of a time, relative: an event that is nearer has come, or no step would end."""
 LEAST = real(0.125)
 """A step in which a force reaches its bound is cut to no less than this part of it at once: the
 force at the end of a step that is far too long says little about when."""
@@ -121,7 +119,7 @@ def look_ahead(block: Block, m: Motion, ground: Ground, end: real, s: State) -> 
         fused(way, a.a0, hold), way * a.a1, way * a.a2, way * a.a3, way * a.a4, way * a.a5,
         way * a.a6, way * a.a7, way * a.a8,
     )  # fmt: skip
-    return held_time(lack, hold, TICK * fused(size(a.a1), s.time, hold), d)
+    return held_time(lack, hold, round_off(lack, hold, s.time), d)
 
 
 @wp.func

@@ -29,7 +29,13 @@ from warprock.kernels.shape.stack_found import BlockResult
 
 @wp.struct
 class Clock:
-    """Time at which a lane's last step began [s]; 1 where its next one may have events, else 0."""
+    """When a lane's last step began, and how it waits for a step with events.
+
+    Attributes:
+        begun: Time [s].
+        due: 0 where the lane waits for none, 1 where it has been declined a step without events,
+            URGENT where it surely needs one with events.
+    """
 
     begun: real
     due: int
@@ -58,6 +64,10 @@ class Found:
 PATIENCE = 5
 """Half rounds without events that lanes may lose, over the lanes that still run, until all that
 wait take a step with events: what such a step costs."""
+
+URGENT = 4
+"""Weight of a round that a lane loses which surely needs a step with events. A lane that slides or
+flies needs nothing else, and its steps are shorter: without that weight the others wait for it."""
 
 
 @wp.func
@@ -116,9 +126,9 @@ def start_lane(block: Block, theta: real, omega: real):
 
 @wp.func
 def waits(s: State) -> int:
-    """1 where a lane's next step may have events: it slides on a corner, flies or is tried anew."""
+    """URGENT where a lane's next step has events: it slides on a corner, flies or is tried anew."""
     drags = s.mode == PIVOTING and s.slip != real(0.0)
-    return wp.where(drags or s.mode == FLYING or s.cap < NEVER, 1, 0)
+    return wp.where(drags or s.mode == FLYING or s.cap < NEVER, URGENT, 0)
 
 
 @kernel
@@ -156,14 +166,16 @@ def run_lanes(
                     live = state[i].mode < OVERTURNED and state[i].time < until
                     here = Place(state[i].slide, state[i].gap, state[i].vx, state[i].vz)
                     place[i] = wp.where(live, here, place[i])
-            busy, waiting, resting = int(0), int(0), int(0)
+            busy, waiting, resting, lost = int(0), int(0), int(0), int(0)
             for i in range(LANES):
                 goes = wp.where(state[i].mode < OVERTURNED and state[i].time < until, 1, 0)
+                stops = wp.where(clock[i].due > 0, goes, 0)
                 busy = busy + goes
-                waiting = waiting + goes * clock[i].due
-                resting = resting + goes * clock[i].due * wp.where(is_at_rest(state[i]), 1, 0)
-            patient = waiting < busy and 2 * (lost_rounds + waiting) < PATIENCE * busy
-            lost_rounds = wp.where(patient, lost_rounds + waiting, 0)
+                waiting = waiting + stops
+                resting = resting + wp.where(is_at_rest(state[i]), stops, 0)
+                lost = lost + goes * clock[i].due
+            patient = waiting < busy and 2 * (lost_rounds + lost) < PATIENCE * busy
+            lost_rounds = wp.where(patient, lost_rounds + lost, 0)
             if patient:
                 for i in range(LANES):
                     m = motion_of[first + i]
@@ -191,7 +203,7 @@ def run_lanes(
                     at = sample_index(m, state[i].segment)
                     ground = Ground(pool[0, at], pool[1, at], real(0.0))
                     most = look_ahead(block_of[first + i], m, ground, end, state[i])
-                    looks = is_at_rest(state[i]) and clock[i].due == 1
+                    looks = is_at_rest(state[i]) and clock[i].due > 0
                     state[i].cap = wp.where(looks, smaller(most, state[i].cap), state[i].cap)
             if waiting > 0 and not patient:
                 for i in range(LANES):
@@ -199,7 +211,7 @@ def run_lanes(
                     at = sample_index(m, state[i].segment)
                     ground = Ground(pool[0, at], pool[1, at], real(0.0))
                     going = state[i].mode < OVERTURNED and state[i].time < until
-                    going = going and clock[i].due == 1
+                    going = going and clock[i].due > 0
                     limit = block_of[first + i].step_limit
                     new, shown, way = step(
                         block_of[first + i], knobs, m, ground, end, going, state[i]

@@ -20,7 +20,7 @@ and packed lanes keep masks for every branch with arithmetic or a field in it.
 
 import warp as wp
 
-from warprock.kernels.event.block import GRAIN, LEAST, NEARLY, TICK, Knobs, Margin
+from warprock.kernels.event.block import GRAIN, LEAST, NEARLY, Knobs, Margin
 from warprock.kernels.event.block_begin import REACH, SLOWEST, base_change, first_root
 from warprock.kernels.event.block_contact import SOON, Contact, Lever, Velocity
 from warprock.kernels.event.block_state import End, Shown, Span, State, is_at_rest
@@ -35,15 +35,14 @@ from warprock.kernels.event.body_contact import (
 )
 from warprock.kernels.event.body_impact import end_step
 from warprock.kernels.event.body_view import View, edge_below, find_contacts
-from warprock.kernels.event.body_weight import Weight, fall_in
-from warprock.kernels.event.lift import held_time
+from warprock.kernels.event.body_weight import Weight, fall_in, nearest_lack
+from warprock.kernels.event.lift import held_time, round_off
 from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING
 from warprock.kernels.motion import (
     LINEAR,
     Acceleration,
     Ground,
     Motion,
-    acceleration_at,
     expand,
     knot_step,
     knot_time,
@@ -116,29 +115,12 @@ def look_ahead(
         knot = smaller(knot, knot_time(above.motion, above.segment))
     d = smaller(body.longest_step, knot - s.time)
     a = expand(m, s.segment, s.time, ground.value, ground.slope)
-    last = acceleration_at(a, d)
-    back, ahead = bounds(body, edge)
-    weight, weight1 = real(gravity), real(gravity)
+    u = Acceleration()
     if VERTICAL:
         u = expand(above.motion, above.segment, s.time, above.value, above.slope)
-        weight = gravity + u.a0
-        weight1 = gravity + acceleration_at(u, d)
-    up = smaller(weight * ahead - a.a0, weight1 * ahead - last) < smaller(
-        weight * back + a.a0, weight1 * back + last
-    )
-    way, part = wp.where(up, real(-1.0), real(1.0)), wp.where(up, ahead, back)
-    lack = Acceleration(
-        fused(way, a.a0, part * weight), way * a.a1, way * a.a2, way * a.a3, way * a.a4,
-        way * a.a5, way * a.a6, way * a.a7, way * a.a8,
-    )  # fmt: skip
-    if VERTICAL:
-        lack = Acceleration(
-            lack.a0, fused(part, u.a1, lack.a1), fused(part, u.a2, lack.a2),
-            fused(part, u.a3, lack.a3), fused(part, u.a4, lack.a4), fused(part, u.a5, lack.a5),
-            fused(part, u.a6, lack.a6), fused(part, u.a7, lack.a7), fused(part, u.a8, lack.a8),
-        )  # fmt: skip
-    bound = part * gravity
-    return held_time(lack, bound, TICK * fused(size(lack.a1), s.time, bound), d)
+    back, ahead = bounds(body, edge)
+    lack, bound = nearest_lack(a, u, gravity, back, ahead, d)
+    return held_time(lack, bound, round_off(lack, bound, s.time), d)
 
 
 @wp.func

@@ -7,7 +7,7 @@ of the base upwards. Where VERTICAL is not set the base keeps its height, and a 
 import warp as wp
 
 from warprock.kernels.event.block_begin import base_change
-from warprock.kernels.motion import expand, knot_step, knot_time
+from warprock.kernels.motion import Acceleration, acceleration_at, expand, knot_step, knot_time
 from warprock.kernels.shape.above import Above
 
 
@@ -58,6 +58,44 @@ def fall_in(weight: Weight, gravity: real, d: real) -> real:
     if VERTICAL:
         fall = fall + weight.gained
     return fall
+
+
+@wp.func
+def nearest_lack(
+    along: Acceleration, up: Acceleration, gravity: real, back: real, ahead: real, d: real
+):  # fmt: skip
+    """What a body at rest lacks until the base lets it go, on the side on which that is less.
+
+    Args:
+        along, up: Acceleration of the base.
+        gravity: [m/s^2].
+        back, ahead: Accelerations of the base to -x and to +x / weight that let it go.
+        d: How far to look ahead [s].
+
+    Returns:
+        The lack, see event/lift.py; the acceleration that lets it go where the base keeps its
+        height [m/s^2].
+    """
+    last = acceleration_at(along, d)
+    weight, weight1 = real(gravity), real(gravity)
+    if VERTICAL:
+        weight = gravity + up.a0
+        weight1 = gravity + acceleration_at(up, d)
+    forward = smaller(weight * ahead - along.a0, weight1 * ahead - last) < smaller(
+        weight * back + along.a0, weight1 * back + last
+    )
+    way, part = wp.where(forward, real(-1.0), real(1.0)), wp.where(forward, ahead, back)
+    lack = Acceleration(
+        fused(way, along.a0, part * weight), way * along.a1, way * along.a2, way * along.a3,
+        way * along.a4, way * along.a5, way * along.a6, way * along.a7, way * along.a8,
+    )  # fmt: skip
+    if VERTICAL:
+        lack = Acceleration(
+            lack.a0, fused(part, up.a1, lack.a1), fused(part, up.a2, lack.a2),
+            fused(part, up.a3, lack.a3), fused(part, up.a4, lack.a4), fused(part, up.a5, lack.a5),
+            fused(part, up.a6, lack.a6), fused(part, up.a7, lack.a7), fused(part, up.a8, lack.a8),
+        )  # fmt: skip
+    return lack, part * gravity
 
 
 @wp.func

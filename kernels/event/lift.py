@@ -1,4 +1,4 @@
-"""When the base lets go of a block that lies on it at rest.
+"""When the base lets go of a block, body or stack that lies on it at rest.
 
 It lies still while the acceleration a of the base stays below a bound: that of friction, or that at
 which the base presses one end of the face alone. What is left up to the bound, on the side s to
@@ -28,6 +28,9 @@ NEAR = real(1.0 / 32.0)
 """Part of a step within which the Taylor polynomial is right to round-off: (1 / 32)^9 / 9! where
 the step is a radian of the motion. A step that would end farther away ends by this part of it
 earlier, and the next one finds the end from there."""
+
+TICK = by_precision(1.0e-15, 5.0e-7)
+"""Four roundings of a time, relative: an event that is nearer has come, or no step would end."""
 
 CREST = by_precision(1.0e-12, 1.0e-6)
 """Part of the bound by which a crest of the base's acceleration must lie beyond it: one that
@@ -84,13 +87,19 @@ def crossing(p: Acceleration, d: real) -> real:
 
 
 @wp.func
+def round_off(p: Acceleration, bound: real, time: real) -> real:
+    """Lack at a time [s] that is round-off [m/s^2]."""
+    return TICK * fused(size(p.a1), time, bound)
+
+
+@wp.func
 def held_time(p: Acceleration, bound: real, slack: real, d: real) -> real:
     """Longest step of a block at rest [s]; NEVER where nothing ends it within d.
 
     Args:
         p: What it lacks until the base lets it go.
         bound: Acceleration that lets it go [m/s^2]; zero where nothing holds it at all.
-        slack: Lack that is round-off [m/s^2].
+        slack: `round_off` of it [m/s^2].
         d: How far to look ahead [s].
     """
     zero = real(0.0)

@@ -10,11 +10,12 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 from scipy.optimize import minimize
 from scipy.special import ndtr
 from scipy.stats import norm
 
+from tests.shared.commands import invoke
 from tests.shared.fragility_studies import stripes
 from warprock.analysis.fragility import (
     component_rows,
@@ -23,7 +24,6 @@ from warprock.analysis.fragility import (
 )
 from warprock.analysis.limits import read_limits
 from warprock.analysis.lognormal import Verdict, fit_lognormal, observe
-from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.figures.fragility import draw_curves, gathered
 from warprock.findings.fits import fit_cells
@@ -216,7 +216,7 @@ def test_limits_that_are_none_are_refused(limits: list[str], words: str):
 
 
 def run(*arguments: str) -> Result:
-    return CliRunner().invoke(main, ["fragility", *arguments])
+    return invoke("fragility", *arguments)
 
 
 def many_groups(groups: int) -> pd.DataFrame:

@@ -9,8 +9,9 @@ import pathlib
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
+from tests.shared.commands import invoke
 from warprock.analysis import incremental
 from warprock.analysis.capacities import (
     FRACTILES,
@@ -28,7 +29,6 @@ from warprock.analysis.incremental import (
 )
 from warprock.case.case import Case
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.findings.incremental import find_analysis
 from warprock.model import rocking
@@ -252,7 +252,7 @@ def test_groups_and_curves_hold_every_lane(case: Case):
 
 
 def command(*arguments: object) -> Result:
-    return CliRunner().invoke(main, ["ida", *map(str, arguments)])
+    return invoke("ida", *arguments)
 
 
 @pytest.mark.usefixtures("pages_bare")

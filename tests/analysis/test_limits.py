@@ -8,11 +8,11 @@ import pathlib
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
+from tests.shared.commands import invoke
 from warprock.analysis.fragility import curve_rows, fragility_curves
-from warprock.analysis.limits import in_doubt, reached, read_limits
-from warprock.cli.main import main
+from warprock.analysis.limits import find_reached, in_doubt, read_limits
 from warprock.errors import InputError
 
 ALPHA = 0.2
@@ -181,8 +181,8 @@ def test_a_stack_slides_with_its_worst_block():
     )
     table["peak_slide_2_m"] = 0.5
     (limit,) = read_limits([], ["20 cm"])
-    assert reached(table, limit).all()
-    assert not reached(table.assign(peak_slide_2_m=0.0), limit).any()
+    assert find_reached(table, limit).all()
+    assert not find_reached(table.assign(peak_slide_2_m=0.0), limit).any()
 
 
 @pytest.mark.parametrize("text", ["10", "0 mm", "-3 mm", "3 s", "far"])
@@ -220,7 +220,7 @@ def test_a_table_without_a_column_that_is_needed_is_refused_in_a_line(
 
 
 def run(*arguments: str) -> Result:
-    return CliRunner().invoke(main, ["fragility", *arguments])
+    return invoke("fragility", *arguments)
 
 
 def test_a_lane_whose_run_ended_too_early_is_in_doubt_of_what_it_had_not_reached():

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from tests.shared.commands import invoke, succeed
 from warprock.analysis import boundaries as overturning_boundaries
 from warprock.analysis.boundaries import refine
 from warprock.analysis.overturning import Mode, OverturningMap, modes, run_grid
@@ -228,8 +229,7 @@ def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path, request: pyte
     written(tmp_path, count=15)
     out = tmp_path / "out"
     arguments = ["map", str(tmp_path), "-o", str(out), "--accuracy", "1e-3"]
-    result = CliRunner().invoke(main, [*arguments, "--json"])
-    assert result.exit_code == 0, result.output
+    result = succeed(*arguments, "--json")
     found = json.loads(result.stdout)
     boundaries = pd.read_parquet(out / "boundaries.parquet")
     assert len(boundaries) == found["boundaries"] == len(found["rows"]) > 4
@@ -239,7 +239,7 @@ def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path, request: pyte
     assert json.loads((out / "run.json").read_text())["boundary_accuracy"] == 1e-3
     assert (out / "map.png").read_bytes()[:4] == b"\x89PNG"
     request.getfixturevalue("unrendered")
-    printed = CliRunner().invoke(main, arguments).stdout
+    printed = invoke(*arguments).stdout
     assert (
         f"{boundaries['acceleration_ratio'].iloc[0]:.4f} {boundaries['above'].iloc[0]}" in printed
     )
@@ -259,7 +259,7 @@ def test_what_makes_no_map_is_refused(
 ):
     written(tmp_path)
     out = tmp_path / "out"
-    result = CliRunner().invoke(main, ["map", str(tmp_path), "-o", str(out), *arguments])
+    result = invoke("map", tmp_path, "-o", out, *arguments)
     assert result.exit_code == 2
     assert all(word in result.stderr for word in words), result.stderr
     assert result.stderr.count("\n") == 1

@@ -8,38 +8,23 @@ import pathlib
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 
+from tests.shared.case_texts import pulse_text
+from tests.shared.commands import invoke, succeed
 from warprock.analysis import sensitivity
 from warprock.analysis.sensitivity import SaltelliSample, indices, run_sensitivity, saltelli_case
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.case.sampling import Sample
-from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import Outcome, Status
 from warprock.running.case_run import run_case
 
-CASE = """
-title = "a sample"
-source = "a test"
-[block]
-width = "0.17 m"
-height = "1 m"
-depth = "0.5 m"
-density = "2400 kg/m^3"
-[contact]
-friction = 1.0
-[motion]
-waveform = "sine"
-control = "acceleration"
-amplitude = "2.6 m/s^2"
-frequency = "3 Hz"
-cycles = 1
-[run]
-duration = "5 s"
+CASE = (
+    pulse_text(width="0.17 m", amplitude="2.6 m/s^2", frequency="3 Hz", duration="5 s")
+    + """
 [sample]
 lanes = 128
 [sample.over]
@@ -48,6 +33,7 @@ motion.amplitude = { distribution = "uniform", from = "2.5 m/s^2", to = "2.7 m/s
 block.density = { distribution = "loguniform", from = "1000 kg/m^3", to = "3000 kg/m^3" }
 contact.angular_restitution = [0.9, 0.95]
 """
+)
 INPUTS = ("block.depth", "block.density", "motion.amplitude", "contact.angular_restitution")
 
 
@@ -157,30 +143,16 @@ def test_a_result_that_does_not_vary_has_no_indices(case: Case):
     assert found.rows["total"].isna().all()
 
 
-FALLING = """
-title = "pulses that fell some blocks and not others"
-source = "a test"
-[block]
-width = "0.3 m"
-height = "1 m"
-depth = "0.5 m"
-density = "2400 kg/m^3"
-[contact]
-friction = 10.0
-[motion]
-waveform = "sine"
-control = "acceleration"
-amplitude = "3 m/s^2"
-frequency = "3 Hz"
-cycles = 1
-[run]
-duration = "12 s"
+FALLING = (
+    pulse_text(width="0.3 m", friction=10.0, amplitude="3 m/s^2", frequency="3 Hz", duration="12 s")
+    + """
 [sample]
 lanes = 64
 [sample.over]
 block.width = { distribution = "uniform", from = "0.1 m", to = "0.3 m" }
 block.depth = { distribution = "uniform", from = "0.4 m", to = "0.6 m" }
 """
+)
 """Every slender block falls, few of the others: the ratio of 90 degrees is that of the width."""
 
 
@@ -224,15 +196,14 @@ def test_the_command_writes_what_it_prints(
 ):
     out = tmp_path / "out"
     arguments = ["sensitivity", str(tmp_path), "--resamples", "20", "-o", str(out)]
-    result = CliRunner().invoke(main, [*arguments, "--json"])
-    assert result.exit_code == 0, result.output
+    result = succeed(*arguments, "--json")
     found = json.loads(result.stdout)
     table = pd.read_csv(out / "sensitivity.csv")
     assert [row["total"] for row in found["rows"]] == table["total"].tolist()
     assert found["groups"][0]["lanes"] == case.lane_count * 6
     assert (out / "sensitivity.png").read_bytes()[:4] == b"\x89PNG"
     request.getfixturevalue("unrendered")
-    printed = CliRunner().invoke(main, arguments).stdout
+    printed = invoke(*arguments).stdout
     assert f"{table['total'].max():.3f}" in printed
     order = table.sort_values("total", ascending=False, kind="stable")["input"]
     places = [printed.index(f"{name} ") for name in order]
@@ -253,7 +224,7 @@ def test_what_has_no_indices_is_refused(
     arguments: list[str], words: str, case: Case, tmp_path: pathlib.Path
 ):
     out = tmp_path / "out"
-    result = CliRunner().invoke(main, ["sensitivity", str(tmp_path), "-o", str(out), *arguments])
+    result = invoke("sensitivity", tmp_path, "-o", out, *arguments)
     assert result.exit_code == 2
     assert words in result.stderr
     assert result.stderr.count("\n") == 1

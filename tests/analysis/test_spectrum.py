@@ -10,13 +10,12 @@ import pathlib
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 
+from tests.shared.commands import invoke, succeed
 from warprock.analysis.spectrum import Spectrum, run_spectrum
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.findings.spectrum import find_spectrum
 from warprock.model import rocking
@@ -150,8 +149,7 @@ def test_axes_of_the_sweep_are_panels(tmp_path: pathlib.Path):
 def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
     written(tmp_path)
     out = tmp_path / "out"
-    result = CliRunner().invoke(main, ["spectrum", str(tmp_path), "-o", str(out), "--json"])
-    assert result.exit_code == 0, result.output
+    result = succeed("spectrum", tmp_path, "-o", out, "--json")
     found = json.loads(result.stdout)
     table = pd.read_parquet(out / "spectrum.parquet")
     assert len(table) == found["lanes"] == len(found["rows"]) == 50
@@ -159,7 +157,7 @@ def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
     assert table["period_s"].between(1.5 - 1e-9, 6.0 + 1e-9).all()
     assert (out / "spectrum.png").read_bytes()[:4] == b"\x89PNG"
     assert json.loads((out / "run.json").read_text())["curves"] == ["8 deg", "16 deg"]
-    printed = CliRunner().invoke(main, ["spectrum", str(tmp_path)]).stdout
+    printed = invoke("spectrum", tmp_path).stdout
     last = table["peak_rotation_ratio"].iloc[-1]
     assert f"{last:.4f}" in printed
 

@@ -6,11 +6,10 @@ import json
 import pathlib
 
 import pytest
-from click.testing import CliRunner
 from matplotlib.figure import Figure
 
 import warprock as wr
-from warprock.cli.main import main
+from tests.shared.commands import succeed
 from warprock.tables.terminal import plain
 
 pytestmark = pytest.mark.usefixtures("nothing_rendered")
@@ -35,8 +34,7 @@ TIMES = {"wall_time_s", "finished", "warnings", "table"}
 def of_command(folder: pathlib.Path, name: str, case: wr.Case, *options: str) -> dict:
     file = folder / "case.toml"
     file.write_text(case.to_toml(), encoding="utf-8")
-    done = CliRunner().invoke(main, [name, str(file), "-e", "housner", "--json", *options])
-    assert done.exit_code == 0, done.stderr
+    done = succeed(name, file, "-e", "housner", "--json", *options)
     return json.loads(done.stdout)
 
 

@@ -10,7 +10,7 @@ import warprock as wr
 from warprock.api.parts import Part, _Declared
 from warprock.case.reference import find_sections
 
-DECLARED = [wr.Block, wr.Contact, wr.Start, wr.Motion, wr.Times]
+DECLARED = [wr.Block, wr.Contact, wr.TransverseWall, wr.Tie, wr.Start, wr.Motion, wr.Times]
 
 
 @pytest.mark.parametrize("part", DECLARED)

@@ -5,10 +5,9 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 
 import warprock as wr
-from warprock.cli.main import main
+from tests.shared.commands import succeed
 from warprock.running.case_run import run_case, run_lane
 
 pytestmark = pytest.mark.usefixtures("nothing_rendered")
@@ -20,8 +19,7 @@ def run() -> wr.Run:
 
 
 def test_a_run_has_the_numbers_of_the_command(run, tmp_path):
-    done = CliRunner().invoke(main, ["run", "free-b0", "-o", str(tmp_path / "cli")])
-    assert done.exit_code == 0
+    succeed("run", "free-b0", "-o", tmp_path / "cli")
     of_command = pd.read_parquet(tmp_path / "cli/lanes.parquet")
     pd.testing.assert_frame_equal(run.table, of_command, check_exact=True, check_categorical=False)
     assert run.table.attrs["columns"]["height_m"]["unit"] == "m"

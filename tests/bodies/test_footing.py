@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from warprock.bodies.footing import Footing, footing_of, hull_of, thinned
+from warprock.bodies.footing import Footing, footing_of, hull_of, thin_polygon
 
 RECTANGLE = np.array([(-0.1, -0.3), (0.2, -0.3), (0.2, 0.3), (-0.1, 0.3)])
 
@@ -61,7 +61,7 @@ def test_points_on_a_line_and_in_one_place_have_no_polygon():
 def test_a_round_base_is_thinned_evenly_and_by_what_that_costs():
     around = 2.0 * np.pi * np.arange(96) / 96
     base = Footing(np.column_stack([np.cos(around), np.sin(around)]), 1.0)
-    few = Footing(thinned(base.polygon, 24), 1.0)
+    few = Footing(thin_polygon(base.polygon, 24), 1.0)
     assert len(few.polygon) == 24
     # An inscribed polygon of 24 corners has its edges at cos(pi / 24).
     np.testing.assert_allclose(few._edges()[1], np.cos(np.pi / 24.0), rtol=1e-9)
@@ -69,7 +69,7 @@ def test_a_round_base_is_thinned_evenly_and_by_what_that_costs():
 
 def test_corners_on_straight_edges_go_and_others_stay():
     sides = np.array([(0, 0), (0.5, 0), (1, 0), (1, 0.3), (1, 1), (0, 1), (0, 0.5)], dtype=float)
-    np.testing.assert_array_equal(thinned(sides, 24), [(0, 0), (1, 0), (1, 1), (0, 1)])
+    np.testing.assert_array_equal(thin_polygon(sides, 24), [(0, 0), (1, 0), (1, 1), (0, 1)])
 
 
 def test_what_a_body_turns_about_in_a_direction_of_shaking_stays():
@@ -81,7 +81,7 @@ def test_what_a_body_turns_about_in_a_direction_of_shaking_stays():
         polygon = hull_of(sizes * np.column_stack([np.cos(around), np.sin(around)]))
         direction = float(random.uniform(-np.pi, np.pi))
         most = int(random.integers(4, 24))
-        few = Footing(thinned(polygon, most, direction), 1.0)
+        few = Footing(thin_polygon(polygon, most, direction), 1.0)
         assert len(few.polygon) <= most
         both = np.array([direction, direction + np.pi])
         np.testing.assert_array_equal(few.in_plane(both), Footing(polygon, 1.0).in_plane(both))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from warprock.bodies.footing import footing_of
-from warprock.bodies.raised import AROUND, LEANS, flat_points, raised_points
+from warprock.bodies.raised import AROUND, LEANS, flat_points, raise_points
 from warprock.bodies.rests import heights_at
 
 TOLERANCE = 1e-3
@@ -24,7 +24,7 @@ def test_a_skirt_above_the_foot_touches_as_the_body_leans():
     """Foot of 0.1 m, skirt of 0.2 m at a height of 20 mm: it touches at a lean of atan(0.2)."""
     hull = np.vstack([_ring(FOOT, 0.0), _ring(SKIRT, 0.02), _ring(TOP, 1.0)])
     footing = footing_of(hull, np.zeros(3), TOLERANCE)
-    found = raised_points(hull, footing, 24, TOLERANCE)
+    found = raise_points(hull, footing, 24, TOLERANCE)
     np.testing.assert_allclose(np.sort(found[:, 2]), np.repeat([-0.5, -0.48], 8))
     # With all that can touch, the centre is as high as on the whole hull, however it leans.
     np.testing.assert_allclose(
@@ -38,7 +38,7 @@ def test_few_points_are_those_that_matter_most():
     footing = footing_of(hull, np.zeros(3), TOLERANCE)
     errors = []
     for most in (8, 12, 16):
-        found = raised_points(hull, footing, most, TOLERANCE)
+        found = raise_points(hull, footing, most, TOLERANCE)
         assert len(found) == most
         error = heights_at(hull, AROUND, LEANS) - heights_at(found, AROUND, LEANS)
         assert error.min() >= 0.0
@@ -49,5 +49,5 @@ def test_few_points_are_those_that_matter_most():
 def test_a_flat_base_has_none_above_it():
     box = np.array([(x, y, z) for x in (-0.2, 0.2) for y in (-0.3, 0.3) for z in (-0.6, 0.6)])
     footing = footing_of(box, np.zeros(3), TOLERANCE)
-    found = raised_points(box, footing, 24, TOLERANCE)
+    found = raise_points(box, footing, 24, TOLERANCE)
     assert sorted(map(tuple, found)) == sorted(map(tuple, box[box[:, 2] < 0.0]))

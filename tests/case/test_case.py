@@ -68,6 +68,7 @@ def test_a_template_is_a_commented_case_that_loads(kind, write):
 def test_the_kinds_of_templates():
     kinds = [
         "ensemble",
+        "facade",
         "free",
         "map",
         "pulse",
@@ -81,7 +82,7 @@ def test_the_kinds_of_templates():
     ]
     assert template_kinds() == kinds
     with pytest.raises(
-        InputError, match=r"KIND: got 'fre', must be one of ensemble, free, .* mean free\?"
+        InputError, match=r"KIND: got 'fre', must be one of ensemble, facade, free, .* mean free\?"
     ):
         template_text("fre")
 
@@ -362,6 +363,7 @@ def test_engine_settings_of_a_case_and_defaults(write):
 def test_the_table_of_keys_and_the_models_are_the_same_keys():
     from warprock.case.block import Block, StackedBlock
     from warprock.case.body import Body, StackedBody
+    from warprock.case.hold import Tie, TransverseWall
     from warprock.case.motion import Motion
 
     models = {
@@ -370,6 +372,8 @@ def test_the_table_of_keys_and_the_models_are_the_same_keys():
         for name in CaseFile.model_fields[table].annotation.model_fields
     }
     models |= {f"motion.{name}" for name in Motion.model_fields if name not in "yz"}
+    models |= {f"transverse_wall.{name}" for name in TransverseWall.model_fields}
+    models |= {f"tie.N.{name}" for name in Tie.model_fields}
     lists = {"base", "centre", "inertia", "top"}
     models |= {f"block.{name}" for name in Body.model_fields if name not in lists}
     models |= {f"block.N.{name}" for name in StackedBody.model_fields if name not in lists}

@@ -171,7 +171,7 @@ def test_a_block_stands_on_its_lowest_corner(tmp_path: pathlib.Path):
     starts = ('start.rotation="3 deg"', 'start.rotation_across="-5 deg"', 'start.yaw="20 deg"')
     lanes = in_space(PLANAR, tmp_path, *starts, 'start.gap="7 mm"', 'block.centre_offset_x="4 mm"')
     position, attitude = pose.start_poses(lanes)
-    corners = position[:, None] + pose.turned(attitude[:, None], pose.bottom_corners(lanes))
+    corners = position[:, None] + pose.rotate(attitude[:, None], pose.bottom_corners(lanes))
     lowest = int(np.argmin(corners[0, :, 2]))
     # Towards its own +x and -y it leans: the corner there is the lowest, where it would stand flat.
     yaw = np.deg2rad(20.0)
@@ -181,7 +181,7 @@ def test_a_block_stands_on_its_lowest_corner(tmp_path: pathlib.Path):
         7e-3,
     )
     np.testing.assert_allclose(corners[0, lowest], expected, atol=1e-15)
-    axis = pose.turned(attitude, np.array([[0.0, 0.0, 1.0]]))[0]
+    axis = pose.rotate(attitude, np.array([[0.0, 0.0, 1.0]]))[0]
     lean = np.deg2rad(np.hypot(3.0, 5.0))
     assert np.arccos(axis[2]) == pytest.approx(lean)
     assert pose.rotations(attitude)[2][0] == pytest.approx(yaw)
@@ -201,7 +201,7 @@ def test_blocks_of_a_stack_start_flat_on_one_another(tmp_path: pathlib.Path):
     # The middle of the upper box is 20 mm to +x and 30 mm to -y; turned by 90 degrees its own +x
     # is +y.
     np.testing.assert_allclose(position[0], [(0.0, 0.0, 0.25), (0.02, -0.025, 0.85)], atol=1e-15)
-    corners = position[0, 1] + pose.turned(attitude[0, 1, None], pose.bottom_corners(lanes)[0, 1])
+    corners = position[0, 1] + pose.rotate(attitude[0, 1, None], pose.bottom_corners(lanes)[0, 1])
     np.testing.assert_allclose(corners[:, 2], 0.5)
     assert np.ptp(corners[:, 0]) == pytest.approx(0.48)
     assert np.ptp(corners[:, 1]) == pytest.approx(0.28)

@@ -4,12 +4,11 @@ import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
+from tests.shared.commands import succeed
 from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.model.stacking import contact_ends, uplift_ratio
 from warprock.oracle.pair import rock_two_blocks
@@ -196,8 +195,7 @@ def test_the_oracle_answers_for_a_stack(write):
 
 def test_a_stack_runs_without_naming_an_engine(write):
     file = write(STACK + PEAKS.replace("values = [0.1]", "values = [0.1]\nblock = 1"))
-    done = CliRunner().invoke(main, ["run", str(file), "--no-estimate", "--json"])
-    assert done.exit_code == 0, done.output
+    done = succeed("run", file, "--no-estimate", "--json")
     found = json.loads(done.stdout)
     assert found["engine"]["name"] == "event"
     assert {"peak_rotation_1_rad", "peak_rotation_2_rad", "peak_rotation_ratio_2"} <= set(

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
 from tests.shared.blocks import make_lanes, sines
+from tests.shared.commands import invoke
 from warprock.case.load import load_case
 from warprock.case.text import parse_case
-from warprock.cli.main import main
-from warprock.errors import InputError, listed
+from warprock.errors import InputError, list_allowed
 from warprock.model.motion import Control, StillBase
 from warprock.model.response import SampleTimes
 from warprock.records.loading import read_channels
@@ -29,7 +29,7 @@ DEEP = 5000
 
 def refused(*arguments: object) -> str:
     """The one line that a command says."""
-    result: Result = CliRunner().invoke(main, [str(argument) for argument in arguments])
+    result: Result = invoke(*arguments)
     assert result.exit_code == 2, result.output
     assert isinstance(result.exception, SystemExit)
     (line,) = result.stderr.splitlines()
@@ -96,10 +96,10 @@ def test_more_lanes_than_memory_holds_are_a_sweep():
 
 def test_the_nearest_names_are_listed():
     known = [f"name_{letter}" for letter in "abcdefghijkl"] + ["width", "motion.frequency"]
-    assert listed("widht", known).startswith("width, ")
-    assert listed("motion.freqency", known).startswith("motion.frequency, ")
-    assert listed("x", known).endswith(" and 9 more")
-    assert listed("x", "abc") == "a, b, c"
+    assert list_allowed("widht", known).startswith("width, ")
+    assert list_allowed("motion.freqency", known).startswith("motion.frequency, ")
+    assert list_allowed("x", known).endswith(" and 9 more")
+    assert list_allowed("x", "abc") == "a, b, c"
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes that are files")

@@ -6,11 +6,10 @@ import json
 import pathlib
 
 import pytest
-from click.testing import CliRunner
 
+from tests.shared.commands import invoke, succeed
 from tests.shared.meshes import l_profile, write
 from warprock.case.load import load_case
-from warprock.cli.main import main
 
 DENSITY = ("--density", "2700 kg/m^3")
 
@@ -23,8 +22,7 @@ def mesh(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
 @pytest.mark.usefixtures("pages_bare")
 def test_a_case_a_figure_and_a_page_lie_in_the_folder(mesh: pathlib.Path, tmp_path: pathlib.Path):
     folder = tmp_path / "corbel"
-    done = CliRunner().invoke(main, ["body", str(mesh), *DENSITY, "-o", str(folder)])
-    assert done.exit_code == 0, done.output
+    done = succeed("body", mesh, *DENSITY, "-o", folder)
     names = {path.name for path in folder.iterdir() if not path.name.startswith(".")}
     tables = {"directions.csv", "directions.parquet"}
     assert names == {"case.toml", "run.json", "body.png", "report.html", *tables}
@@ -34,14 +32,14 @@ def test_a_case_a_figure_and_a_page_lie_in_the_folder(mesh: pathlib.Path, tmp_pa
     assert "corbel is weakest towards 180 deg from x" in page
     assert "Poses in which it stands" in page
     assert f"next: warprock run {folder} -o results" in done.output
-    again = CliRunner().invoke(main, ["body", str(mesh), *DENSITY, "-o", str(folder)])
+    again = invoke("body", mesh, *DENSITY, "-o", folder)
     assert again.exit_code == 2
     assert "--output: got" in again.stderr
     assert "must not exist already" in again.stderr
 
 
 def test_json_says_what_was_found_and_nothing_is_written(mesh: pathlib.Path):
-    done = CliRunner().invoke(main, ["body", str(mesh), "--mass", "30 kg", "--json"])
+    done = invoke("body", mesh, "--mass", "30 kg", "--json")
     found = json.loads(done.stdout)
     assert found["body"]["mass_kg"] == 30.0
     assert found["body"]["volume_m3"] == pytest.approx(0.014, rel=1e-6)
@@ -63,7 +61,7 @@ def test_what_cannot_be_used_ends_with_2_in_one_line(
     mesh: pathlib.Path, options: tuple[str, ...], said: str, tmp_path: pathlib.Path
 ):
     folder = tmp_path / "none"
-    done = CliRunner().invoke(main, ["body", str(mesh), *options, "-o", str(folder)])
+    done = invoke("body", mesh, *options, "-o", folder)
     assert done.exit_code == 2, done.output
     assert said in done.stderr
     assert done.stderr.count("\n") == 1

@@ -8,10 +8,9 @@ import re
 import numpy as np
 import pytest
 import rich.progress
-from click.testing import CliRunner
 
 import warprock as wr
-from warprock.cli.main import main
+from tests.shared.commands import succeed
 from warprock.tables import terminal
 
 NAME = "vase [draft]"
@@ -62,8 +61,7 @@ def out(case: pathlib.Path) -> pathlib.Path:
 
 def printed(*arguments: object) -> str:
     """What a command prints, without the breaks of its lines."""
-    result = CliRunner().invoke(main, [str(argument) for argument in arguments])
-    assert result.exit_code == 0, result.output
+    result = succeed(*arguments)
     return re.sub(r"\s+", " ", result.stdout)
 
 

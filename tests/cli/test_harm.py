@@ -18,10 +18,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 
 import warprock as wr
-from warprock.cli.main import main
+from tests.shared.commands import invoke, succeed
 from warprock.running.files import replacing_together
 
 CASE = """
@@ -41,7 +40,7 @@ COLUMNS: list[Any] = ["x", np.nan, None, -1e300, pd.Timestamp(0), b"\xff"]
 
 
 def ends_in_one_line(*arguments: object) -> None:
-    result = CliRunner().invoke(main, [str(argument) for argument in arguments])
+    result = invoke(*arguments)
     if result.exit_code:
         assert isinstance(result.exception, SystemExit), result.exception
         assert result.exit_code in (1, 2)
@@ -65,7 +64,7 @@ def whole(case: pathlib.Path, tmp_path_factory: pytest.TempPathFactory) -> pathl
     before = pathlib.Path.cwd()
     os.chdir(case.parent)
     try:
-        made = CliRunner().invoke(main, ["run", case.name, "-e", "event", "-o", str(folder)])
+        made = invoke("run", case.name, "-e", "event", "-o", folder)
     finally:
         os.chdir(before)
     assert made.exit_code == 0, made.output
@@ -159,12 +158,11 @@ def test_a_lane_is_run_again_from_any_folder(
 ):
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")
-    result = CliRunner().invoke(main, ["animate", str(folder), "-o", str(tmp_path / "lane.glb")])
-    assert result.exit_code == 0, result.output
+    result = succeed("animate", folder, "-o", tmp_path / "lane.glb")
     facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     facts["case"]["folder"] = str(tmp_path / "gone")
     (folder / "run.json").write_text(json.dumps(facts), encoding="utf-8")
-    result = CliRunner().invoke(main, ["animate", str(folder), "-o", str(tmp_path / "lane.glb")])
+    result = invoke("animate", folder, "-o", tmp_path / "lane.glb")
     assert result.exit_code == 2
     assert f"the case is no longer in {tmp_path / 'gone'}" in result.stderr
 
@@ -172,7 +170,7 @@ def test_a_lane_is_run_again_from_any_folder(
 @pytest.mark.parametrize("text", ["abc", "0", "-1", "1.5", "2,x", ","])
 def test_threads_of_the_environment_are_numbers(text: str, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("OMP_NUM_THREADS", text)
-    result = CliRunner().invoke(main, ["list"])
+    result = invoke("list")
     assert result.exit_code == 2
     assert result.stderr.startswith("error: OMP_NUM_THREADS: got ")
     assert result.stderr.count("\n") == 1
@@ -180,7 +178,7 @@ def test_threads_of_the_environment_are_numbers(text: str, monkeypatch: pytest.M
 
 def test_the_first_of_several_levels_of_threads_is_taken(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "4,2")
-    assert CliRunner().invoke(main, ["list"]).exit_code == 0
+    assert invoke("list").exit_code == 0
     assert os.environ["OMP_NUM_THREADS"] == "4"
 
 
@@ -190,7 +188,7 @@ def test_a_mesh_whose_name_is_no_text_is_one_line(tmp_path: pathlib.Path):
     except OSError:
         pytest.skip("names of files are text here")
     given = ["body", str(tmp_path / "m\udcff.ply"), "--density", "1 kg/m^3", "-o", str(tmp_path)]
-    result = CliRunner().invoke(main, given)
+    result = invoke(*given)
     assert result.exit_code == 2
     assert "must have a name that is text" in result.stderr
 

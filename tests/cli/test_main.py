@@ -21,10 +21,11 @@ import click
 import pandas as pd
 import pytest
 from click.shell_completion import ShellComplete
-from click.testing import CliRunner, Result
+from click.testing import Result
 
 import warprock.cli
 from tests.shared.blocks import single_block_engines
+from tests.shared.commands import invoke
 from tests.shared.shipped import RUNNABLE_CASES
 from warprock.case.case import Case
 from warprock.case.text import case_names, template_kinds
@@ -56,10 +57,6 @@ waveform = "record"
 record = "shake.csv"
 """
 HEAVY = ("warp", "newton", "matplotlib", "pandas", "scipy", "pydantic", "numpy", "pyarrow", "rich")
-
-
-def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 @pytest.fixture

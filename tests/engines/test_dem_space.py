@@ -20,7 +20,7 @@ from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import Control, HarmonicMotions, SpatialMotions, StillBase, no_motion
 from warprock.model.pose import product
 from warprock.model.response import LANE_FIELDS, SPATIAL_FIELDS, Outcome, SampleTimes, Status
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 from warprock.running.batch import run_batch
 from warprock.running.machine import cpu_vector_flags
 from warprock.settings.engines import DemSettings
@@ -235,9 +235,9 @@ def test_rotation_in_flight_keeps_angular_momentum_and_energy(
     turn = 2.0 * np.arcsin(np.linalg.norm(apart[:, :3], axis=1))
     rate = turn[:, None] / interval * apart[:, :3] / np.linalg.norm(apart[:, :3], axis=1)[:, None]
     middle = (first + then) / np.linalg.norm(first + then, axis=1)[:, None]
-    own = turned(middle * [-1.0, -1.0, -1.0, 1.0], rate)
+    own = rotate(middle * [-1.0, -1.0, -1.0, 1.0], rate)
     inertia = np.array([0.3**2 + 0.6**2, 0.5**2 + 0.6**2, 0.5**2 + 0.3**2]) / 12.0
-    momentum, energy = turned(middle, inertia * own), (inertia * own**2).sum(axis=1)
+    momentum, energy = rotate(middle, inertia * own), (inertia * own**2).sum(axis=1)
     assert np.linalg.norm(rate, axis=1).max() > 0.5
     # A mean over 1 ms for the value in its middle, and the split's own second order in the step:
     # (w dt)^2 of some rad/s in 1 ms.

@@ -15,7 +15,7 @@ from tests.shared.space_bodies import (
 from warprock.engines.dem import Dem
 from warprock.engines.dem_bodies_space import PointSprings, base_area
 from warprock.engines.dem_springs_space import spatial_frequencies, start_in_space
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 
@@ -43,7 +43,7 @@ def test_a_body_at_rest_is_borne_where_its_weight_is():
     lanes = body_lanes(ROCK_POINTS, ROCK_TENSOR, 1, yaw_start=0.7)
     springs = PointSprings.of(lanes, CORNERS)
     place, attitude = springs.start()
-    arms = turned(attitude[:, None], springs.body.points_in_block_axes)[0]
+    arms = rotate(attitude[:, None], springs.body.points_in_block_axes)[0]
     # Heights are over that of the rigid body at rest; the sixth point hangs 5 cm above the base.
     depth = -(place[0, 2] + springs.body.centre_height[0] + arms[:, 2])
     force = springs.stiffness[0] * np.maximum(depth, 0.0)

@@ -10,19 +10,11 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tests.shared import closed_forms
-from tests.shared.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
-from tests.shared.speed import require_gain
-from warprock.engines.launching import Form
+from tests.shared.blocks import Array, free_lanes, make_lanes, sines
 from warprock.kernels.instance import kernel_module, module_options
-from warprock.measure import bench
-from warprock.model import rocking
-from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, StillBase
-from warprock.model.response import Outcome, SampleTimes, Status
-from warprock.records import load_record, record_motions
+from warprock.model.motion import Control, StillBase
+from warprock.model.response import SampleTimes, Status
 from warprock.running.batch import run_batch
-from warprock.running.machine import cpu_vector_flags
 from warprock.settings.engines import DirectSettings
 from warprock.units import GRAVITY
 
@@ -220,30 +212,6 @@ def test_drop_restitution_converges_to_the_closed_form() -> None:
     assert np.all((ratios > 1.6) & (ratios < 2.5))
 
 
-def errors(
-    lanes: Lanes, motions: GroundMotions, times: SampleTimes, settings: DirectSettings
-) -> Array:
-    """Largest |rotation - housner| / slenderness angle of each lane."""
-    reference = run_batch("housner", lanes, motions, times)
-    response = run_batch("direct", lanes, motions, times, settings=settings)
-    assert np.all(response["status"] == Status.OK)
-    gap = np.abs(response["rotation"] - reference["rotation"]).max(axis=1)
-    return np.asarray(gap / lanes.slenderness_angle)
-
-
-def test_free_rocking_converges_to_housner_at_first_order() -> None:
-    lanes, times = free_lanes(), SampleTimes(5.0, 0.01)
-    substeps = np.array([6, 20, 63, 200])
-    found = [errors(lanes, StillBase(9), times, DirectSettings(substeps=int(n))) for n in substeps]
-    assert np.max(found[1]) <= 3e-3
-    assert np.max(found[3]) <= 5e-4
-    # Each impact falls somewhere inside its step, so one lane's error scatters about its trend;
-    # the mean of nine lanes over a factor of 30 in the step shows the order.
-    step = 1.0 / (240.0 * (substeps + 1.0))
-    slope = np.polyfit(np.log(step), np.log(np.mean(found, axis=1)), 1)[0]
-    assert 0.8 <= slope <= 1.3
-
-
 def test_stiff_contacts_converge_to_rigid_ones() -> None:
     lanes, times = free_lanes(), SampleTimes(3.0, 0.01)
     rigid = run_batch("direct", lanes, StillBase(9), times)["rotation"]
@@ -291,23 +259,6 @@ def test_energy_never_grows(stiffness: float, relaxation: float, box: int) -> No
     assert np.all(np.abs(response["rotation"]) <= (1.0 + 1e-3) * height + 2.0 * sunk[:, None])
 
 
-def test_block_slides_by_the_closed_form() -> None:
-    # Friction below tan(alpha): the block slides and does not rock. Under a velocity step v it
-    # slides v^2 / (2 mu g), against the step of the base; with a box, too.
-    friction = np.array([0.05, 0.1, 0.2])
-    speed = np.array([0.3, -0.2, 0.4])
-    lanes = make_lanes(np.full(3, 1.0), 1.0, friction=friction)
-    motions = velocity_steps(speed, np.zeros(3), np.full(3, 10.0))
-    expected = -np.sign(speed) * speed**2 / (2.0 * friction * GRAVITY)
-    for box in (0, 1):
-        settings = DirectSettings(friction_box=box)
-        response = run_batch("direct", lanes, motions, SampleTimes(2.0), settings=settings)
-        # First order: the last step may be off by v dt.
-        assert np.all(np.abs(response["residual_slide"] - expected) <= np.abs(speed) / 5040.0)
-        assert np.all(response["outcome"] == Outcome.AT_REST)
-        np.testing.assert_allclose(response["energy_lost"], 0.5 * lanes.mass * speed**2, rtol=2e-3)
-
-
 def test_box_slips_at_impacts_and_the_cone_does_not() -> None:
     lanes, times = free_lanes(), SampleTimes(3.0, 0.01)
     wide = dataclasses.replace(lanes, friction=np.full(9, 1e4))
@@ -320,63 +271,3 @@ def test_box_slips_at_impacts_and_the_cone_does_not() -> None:
     assert np.max(box["peak_slide"]) >= 1e-4
     # A box that is never reached is no box.
     np.testing.assert_array_equal(wide_box["rotation"], cone["rotation"])
-
-
-def test_sticking_block_does_not_slide() -> None:
-    lanes = make_lanes(np.full(1, 0.2), 1.0, friction=1.0)
-    motions = sines(Control.ACCELERATION, 0.25 * GRAVITY, 3.0, 1.0)
-    response = run_batch("direct", lanes, motions, SampleTimes(3.0))
-    assert response["outcome"][0] != Outcome.OVERTURNED
-    assert response["peak_rotation"][0] > 0.05 * lanes.slenderness_angle[0]
-    # The pivot moves on an arc that the step follows along its tangent: (omega dt)^2 R a step.
-    assert response["peak_slide"][0] < 1e-4
-
-
-@pytest.mark.thorough
-def test_record_is_followed_in_time_and_size() -> None:
-    record = load_record("ridgecrest-2019-ccc-090")
-    lanes = make_lanes(np.full(2, 0.4), 2.0, friction=2.0)
-    motions = record_motions(
-        [record], index=np.zeros(2, np.int64), scale=np.array([0.6, 0.6]), start=np.zeros(2)
-    )
-    times = SampleTimes(22.0, 0.01)
-    found = errors(lanes, motions, times, DirectSettings(substeps=200))
-    peak = run_batch("housner", lanes, motions, times)["peak_rotation"] / lanes.slenderness_angle
-    assert np.all(peak > 0.02)
-    # First order through some twenty impacts: a few per cent of the largest swing.
-    assert np.max(found) <= 0.05 * np.max(peak)
-
-
-def test_quarter_period_within_a_step() -> None:
-    lanes = make_lanes(np.full(3, 0.5), np.array([0.75, 1.0, 1.25]), 0.5)
-    quarter = rocking.quarter_period(lanes.width, lanes.height, lanes.rotation_start)
-    step = DirectSettings().time_step
-    response = run_batch("direct", lanes, StillBase(3), SampleTimes(1.0, step))
-    below = np.argmax(response["rotation"] <= 1e-6, axis=1) * step
-    # The landing shows in the step that reaches the base, or in the one after.
-    assert np.all(np.abs(below - quarter) <= 2.0 * step)
-
-
-def test_overturning_velocity_step_at_its_limit() -> None:
-    limit = float(closed_forms.overturning_velocity_step(0.3, 1.0))
-    settings = DirectSettings(substeps=200)
-    # The step is felt over half a time step: the limit moves by about p dt = 1e-4 of itself.
-    speed = limit * np.array([1.0 - 5e-4, 1.0 + 5e-4])
-    lanes = make_lanes(np.full(2, 0.3), 1.0, friction=10.0)
-    motions = velocity_steps(speed, np.zeros(2), np.full(2, 30.0))
-    response = run_batch("direct", lanes, motions, SampleTimes(5.0), settings=settings)
-    np.testing.assert_array_equal(response["outcome"] == Outcome.OVERTURNED, [False, True])
-
-
-@pytest.mark.speed
-@pytest.mark.parametrize("precision", ["float64", "float32"])
-def test_packed_kernel_is_vectorised(precision: str) -> None:
-    # A ratio within one run: without vector code the packed form is no faster than the plain one.
-    wide = any(flag.startswith("avx512f") for flag in cpu_vector_flags())
-    expected = {"float64": 4.0, "float32": 8.0} if wide else {"float64": 2.0, "float32": 4.0}
-
-    def cost(form: Form) -> float:
-        measured = bench.measure("direct", 0.4, precision=precision, form=form)
-        return measured.cpu_s_per_simulated_s
-
-    require_gain(lambda: cost(Form.PLAIN), lambda: cost(Form.PACKED), expected[precision])

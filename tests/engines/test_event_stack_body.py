@@ -250,5 +250,5 @@ def test_an_estimate_bounds_the_error() -> None:
     assert np.all(found["status"] == Status.OK)
     exact = run(lanes, motions, step=2e-4)
     error = np.abs(found["rotation"] - exact["rotation"]).max(axis=2)
-    assert error.max() > 1e-7
+    assert error.max() > 1e-8
     assert np.all(error <= found["rotation_error"])

@@ -313,7 +313,7 @@ def test_random_bodies_lose_what_they_held_above_the_edge_they_rest_on() -> None
     ends = found["rotation"][:, -1]
     # Some come to rest on another edge than that of their base.
     assert np.sum(rests & (np.abs(ends) > 0.01)) >= 3
-    heights = together.rolled(np.stack([lanes.rotation_start, ends], axis=1))[1]
+    heights = together.roll_centres(np.stack([lanes.rotation_start, ends], axis=1))[1]
     held = 100.0 * GRAVITY * (heights[:, 0] - heights[:, 1])
     np.testing.assert_allclose(found["energy_lost"][rests], held[rests], rtol=1e-6, atol=1e-6)
 

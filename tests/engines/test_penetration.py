@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tests.shared.blocks import at_rest, free_lanes, make_lanes
+from tests.shared.blocks import at_rest, free_lanes, make_lanes, two_equal
 from warprock.engines.bodies import box_bodies
 from warprock.model import rocking
-from warprock.model.lanes import Lanes, as_stacks
+from warprock.model.lanes import Lanes
 from warprock.model.motion import StillBase
 from warprock.model.response import USABLE, SampleTimes
 from warprock.running.batch import run_batch
@@ -18,17 +18,6 @@ from warprock.settings.engines import DemSettings, DirectSettings, EventSettings
 from warprock.units import GRAVITY
 
 FIRST_ORDER = ("impulse", "direct", "xpbd")
-
-
-def two_equal(lanes: Lanes) -> Lanes:
-    """Two flat blocks of each lane, one on the other."""
-    stacks = as_stacks(lanes)
-    parts = {
-        name: np.repeat(each, 2, axis=1)
-        for name, each in stacks.arrays.items()
-        if name != "angular_restitution"
-    }
-    return dataclasses.replace(stacks, **parts)
 
 
 def settled(engine: str, lanes: Lanes) -> np.ndarray:

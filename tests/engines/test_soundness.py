@@ -13,7 +13,7 @@ from tests.shared.blocks import Array, at_rest, make_lanes, two_equal
 from warprock.engines.decoding import respond
 from warprock.engines.energy import stack_energy_held
 from warprock.engines.soundness import BARRIER_SHARE, toppled_from_nothing
-from warprock.measure.atlas_lanes import AtlasSize, stack_energy, stacked
+from warprock.measure.atlas_lanes import AtlasSize, stack_energy, stack_pairs
 from warprock.measure.atlas_maps import at_step, at_stiffness
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, as_stacks
@@ -48,7 +48,7 @@ def block(height: float, slenderness: float, start: float) -> Lanes:
 
 def two_blocks(height: float, mass_ratio: float, start: float, turned: str = "both") -> Lanes:
     """A stack of the atlas, let go from a part of the slenderness angle of its blocks."""
-    lanes = stacked(AtlasSize(points=2)).lanes.take(slice(0, 1))
+    lanes = stack_pairs(AtlasSize(points=2)).lanes.take(slice(0, 1))
     factor = math.sqrt(mass_ratio)
     turn = {"both": [1.0, 1.0], "upper": [0.0, 1.0], "against": [1.0, -1.0]}[turned]
     return dataclasses.replace(
@@ -182,7 +182,7 @@ def test_dem_beyond_its_stable_step_says_so():
 
 
 def test_what_a_stack_holds_is_what_statics_says():
-    lanes = stacked(AtlasSize(points=3)).lanes
+    lanes = stack_pairs(AtlasSize(points=3)).lanes
     expected = stack_energy(lanes)
     # Differences of heights, of which 1e-16 is round-off and 1e-4 what is left.
     np.testing.assert_allclose(stack_energy_held(lanes), expected, rtol=1e-9)

@@ -37,7 +37,7 @@ from warprock.model.motion import (
 )
 from warprock.model.pose import bottom_corners, start_poses
 from warprock.model.response import USABLE, SampleTimes, Status
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 from warprock.records import load_record, record_motions
 from warprock.running.batch import run_batch
 from warprock.settings.engines import build_settings
@@ -111,8 +111,8 @@ def test_no_way_to_lean_takes_less_energy():
             rotation_start=tilt * np.cos(way), rotation_across_start=tilt * np.sin(way),
         )  # fmt: skip
         _at, attitude = start_poses(lanes)
-        axis = turned(attitude, np.array([0.0, 0.0, 1.0]))
-        low = turned(attitude[:, None, :], bottom_corners(lanes))[..., 2].min(axis=1)
+        axis = rotate(attitude, np.array([0.0, 0.0, 1.0]))
+        low = rotate(attitude[:, None, :], bottom_corners(lanes))[..., 2].min(axis=1)
         held = GRAVITY * lanes.mass * (-low - 0.5 * lanes.height)
         least = energy_to_tilt(lanes, np.arccos(axis[:, 2]))
         assert np.all(held >= least - 1e-9 * held.max())

@@ -23,7 +23,7 @@ from warprock.errors import InputError
 from warprock.model.lanes import SpatialLanes
 from warprock.model.pose import product, quaternion
 from warprock.model.response import Outcome, Response, SampleTimes
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 from warprock.settings.engines import DemSettings, EventSettings, ImpulseSettings
 
 TIMES = SampleTimes(1.0, 0.02, True)
@@ -197,4 +197,4 @@ def test_kernels_have_room_for_64_points():
 
 def test_points_are_told_along_the_principal_axes():
     body = bodies_of(ROCK_POINTS, ROCK_TENSOR, 1)
-    np.testing.assert_allclose(turned(body.axes[0], body.points[0]), ROCK_POINTS, atol=1e-15)
+    np.testing.assert_allclose(rotate(body.axes[0], body.points[0]), ROCK_POINTS, atol=1e-15)

@@ -6,13 +6,12 @@ import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from tests.shared.blocks import make_lanes
 from tests.shared.case_texts import FREE
+from tests.shared.commands import invoke
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.model import rocking
 from warprock.model.motion import StillBase
@@ -28,7 +27,7 @@ def test_the_case_is_accepted_and_housner_alone_declines_it(write):
     assert expand_lanes(load_case(file)).scene.angular_restitution == pytest.approx(
         1.0 - 1.5 * 2.25 / 3.25
     )
-    found = json.loads(CliRunner().invoke(main, ["explain", str(file), "--json"]).stdout)
+    found = json.loads(invoke("explain", file, "--json").stdout)
     declines = {row["name"]: row["declines"] for row in found["engines"]}
     assert "width below 1.414 times the height" in declines["housner"]
     assert all(declines[name] is None for name in ("event", "impulse", "direct", "xpbd", "dem")), (

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.shared.case_texts import pulse_text
 from warprock.case.load import load_case
 from warprock.figures import histories
 from warprock.figures import run as plots_run
@@ -21,25 +22,9 @@ from warprock.model.response import Outcome, Status
 from warprock.running.case_run import CaseRun, run_case
 from warprock.tables.swept import lanes_at, spread, swept_axes
 
-BLOCK = """
-title = "Made up"
-source = "Made up."
-[block]
-width = "0.4 m"
-height = "2.0 m"
-depth = "0.5 m"
-density = "2670 kg/m^3"
-[contact]
-friction = 0.7
-[motion]
-waveform = "sine"
-control = "acceleration"
-frequency = "2 Hz"
-amplitude = "0.7 g"
-cycles = 1
-[run]
-duration = "4 s"
-"""
+BLOCK = pulse_text(
+    title="Made up", width="0.4 m", height="2 m", friction=0.7, amplitude="0.7 g", duration="4 s"
+)
 SAMPLED = 'sample_interval = "10 ms"\n'
 AMPLITUDES = '[[sweep]]\nmotion.amplitude = { from = "0.11 g", to = "1.9 g", count = %d }\n'
 FREQUENCIES = '[[sweep]]\nmotion.frequency = { from = "1 Hz", to = "5 Hz", count = %d }\n'

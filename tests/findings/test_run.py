@@ -7,6 +7,7 @@ import pathlib
 import pandas as pd
 import pytest
 
+from tests.shared.case_texts import pulse_text
 from warprock.case.load import load_case
 from warprock.findings.run import peak_sentences, run_sentences
 from warprock.model.response import Outcome
@@ -14,32 +15,14 @@ from warprock.running.case_run import run_case
 from warprock.running.lane_table import lane_table
 from warprock.running.provenance import provenance
 
-SLIDING = """
-title = "a block on ice"
-source = "a test"
-[block]
-width = "{width}"
-height = "1 m"
-depth = "0.5 m"
-density = "2400 kg/m^3"
-[contact]
-friction = {friction}
-[motion]
-waveform = "sine"
-control = "acceleration"
-amplitude = "2 m/s^2"
-frequency = "1 Hz"
-cycles = 1
-[run]
-duration = "0.8 s"
-"""
-
 
 @pytest.mark.parametrize(("width", "friction"), [("0.5 m", 0.0), ("0.8 m", 0.001), ("1 m", 0.01)])
 def test_a_block_that_slides_and_never_lifts_did_not_rock(
     tmp_path: pathlib.Path, width: str, friction: float
 ):
-    text = SLIDING.format(width=width, friction=friction)
+    text = pulse_text(
+        width=width, friction=friction, amplitude="2 m/s^2", frequency="1 Hz", duration="0.8 s"
+    )
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
     run = run_case(load_case(tmp_path), "event", histories=False)
     response = run.response

@@ -9,9 +9,8 @@ import pathlib
 import pandas as pd
 import PIL.Image
 import pytest
-from click.testing import CliRunner
 
-from warprock.cli.main import main
+from tests.shared.commands import invoke, succeed
 
 SHORT = ["-s", "run.duration=4 s"]
 GRID = ["-s", "motion.frequency=1 Hz, 2 Hz", "-s", "motion.amplitude=0.01 g to 1 g, 8"]
@@ -32,8 +31,7 @@ ASKED = {
 
 def told(asked: list[str], out: pathlib.Path) -> list[str]:
     """What a command prints, line by line; its results are in the folder."""
-    result = CliRunner().invoke(main, [*asked, "-o", str(out)])
-    assert result.exit_code == 0, result.output
+    result = succeed(*asked, "-o", out)
     return result.stdout.splitlines()
 
 
@@ -74,7 +72,7 @@ def test_the_weakest_pulse_of_a_map_is_the_same_wherever_it_is_told(tmp_path: pa
 def test_a_page_that_is_written_later_tells_what_the_command_told(tmp_path: pathlib.Path):
     printed = told(ASKED["map"], tmp_path)
     (tmp_path / "report.html").unlink()
-    assert CliRunner().invoke(main, ["report", str(tmp_path)]).exit_code == 0
+    assert invoke("report", tmp_path).exit_code == 0
     page = html.unescape((tmp_path / "report.html").read_text(encoding="utf-8"))
     for begins in ("The weakest pulse that", "The weakest of each group", "Of the 48 pulses"):
         (sentence,) = (line for line in printed if line.startswith(begins))

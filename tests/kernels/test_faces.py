@@ -9,7 +9,7 @@ import warp as wp
 
 from warprock.kernels.instance import BRANCHES, kernel_module, module_options
 from warprock.model.pose import quaternion
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 
 Array = npt.NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def shared(pairs: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
 
 def pair(middle: Array, turn: Array, upper: Array, lower: Array) -> Array:
     """One row of `find`: the middle and the turn of the upper face, full sizes of both."""
-    axes = turned(quaternion(np.asarray(turn)), np.eye(3))
+    axes = rotate(quaternion(np.asarray(turn)), np.eye(3))
     return np.concatenate(
         [middle, axes[0], axes[1], 0.5 * np.asarray(upper), 0.5 * np.asarray(lower)]
     )

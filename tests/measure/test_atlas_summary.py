@@ -10,9 +10,8 @@ import struct
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 
-from warprock.cli.main import main
+from tests.shared.commands import invoke, succeed
 from warprock.figures import atlas as plots_stability
 from warprock.measure.atlas import supported_lanes
 from warprock.measure.atlas_lanes import AtlasSize
@@ -109,8 +108,7 @@ def test_the_command_writes_maps_figures_and_a_summary(
     tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ):
     options = ["-e", "housner", "--map", "step", "--points", "3", "--steps", "50"]
-    result = CliRunner().invoke(main, ["stability", *options, "-o", str(tmp_path), "--json"])
-    assert result.exit_code == 0, result.output
+    result = succeed("stability", *options, "-o", tmp_path, "--json")
     found = json.loads(result.stdout)
     assert [entry["engine"] for entry in found["engines"]] == ["housner", "housner"]
     # Blocks too wide to rock over are none of Housner's.
@@ -122,7 +120,7 @@ def test_the_command_writes_maps_figures_and_a_summary(
     assert "Free rocking, no time step" in (tmp_path / "summary.md").read_text()
     # The figures are not drawn a second time.
     monkeypatch.setattr(plots_stability, "draw_maps", lambda *_: [])
-    printed = CliRunner().invoke(main, ["stability", *options, "-o", str(tmp_path)])
+    printed = invoke("stability", *options, "-o", tmp_path)
     assert "Atlas of extremes" in printed.stdout
 
 
@@ -137,7 +135,7 @@ def test_the_command_writes_maps_figures_and_a_summary(
     ],
 )
 def test_bad_options_are_refused(options: list[str], tmp_path: pathlib.Path):
-    result = CliRunner().invoke(main, ["stability", *options, "-o", str(tmp_path / "x")])
+    result = invoke("stability", *options, "-o", tmp_path / "x")
     assert result.exit_code == 2
     assert options[0] in result.stderr
     assert not (tmp_path / "x").exists()

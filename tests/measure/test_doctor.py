@@ -10,17 +10,12 @@ import subprocess
 import sys
 
 import pytest
-from click.testing import CliRunner, Result
 
-from warprock.cli.main import main
+from tests.shared.commands import invoke
 from warprock.engines import ENGINES
 from warprock.errors import InputError
 from warprock.kernels.instance import kernel_module
 from warprock.running.devices import keeping_kernels
-
-
-def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 def test_doctor_reports_this_machine():

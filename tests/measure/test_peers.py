@@ -6,10 +6,9 @@ import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
+from tests.shared.commands import succeed
 from tests.shared.programs import PACKAGES, absent, present
-from warprock.cli.main import main
 from warprock.measure import bench, peers, price
 from warprock.model.motion import StillBase
 from warprock.programs.loops import plain_loop
@@ -81,8 +80,7 @@ def test_bench_prints_all_kinds_of_row(monkeypatch: pytest.MonkeyPatch) -> None:
     # Of the other engines other tests measure what they need.
     monkeypatch.setattr(bench, "ENGINES", ("housner", "event"))
     for flags in (["--json"], []):
-        result = CliRunner().invoke(main, ["bench", "--seconds", "0", *flags])
-        assert result.exit_code == 0, result.output
+        result = succeed("bench", "--seconds", "0", *flags)
         if not flags:
             assert "not installed: numba: " in result.stdout
             assert "met by no setting tried in its time: scipy loop at 0.01" in result.stdout

@@ -12,12 +12,11 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 
 from tests.shared.blocks import free_lanes, make_lanes
+from tests.shared.commands import invoke, succeed
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.engines import ENGINES, engine_class
 from warprock.errors import InputError
 from warprock.figures import trade as plots_trade
@@ -402,10 +401,7 @@ def test_shipped_errors_are_those_of_today(engine: str) -> None:
 
 def test_run_takes_the_cheapest_within_its_tolerance(tmp_path: pathlib.Path) -> None:
     arguments = ["run", "free-b1-b3", "-s", "run.duration=2 s", "--cheapest", "--tolerance", "1e-3"]
-    result = CliRunner().invoke(
-        main, [*arguments, "-e", "event", "--precision", "float64", "--json", "-o", str(tmp_path)]
-    )
-    assert result.exit_code == 0, result.output
+    result = succeed(*arguments, "-e", "event", "--precision", "float64", "--json", "-o", tmp_path)
     found = json.loads(result.stdout)
     assert found["engine"]["name"] == found["choice"]["engine"] == "event"
     assert found["engine"]["settings"] == found["choice"]["settings"]
@@ -413,22 +409,20 @@ def test_run_takes_the_cheapest_within_its_tolerance(tmp_path: pathlib.Path) -> 
     assert "the cheapest of" in found["choice"]["why"]
     written = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
     assert written["engine"] == found["engine"]
-    refused = CliRunner().invoke(main, [*arguments, "-s", "engines.event.time_step=0.1"])
+    refused = invoke(*arguments, "-s", "engines.event.time_step=0.1")
     assert refused.exit_code == 2
     assert "chooses the settings itself" in refused.stderr
-    bare = CliRunner().invoke(main, [*arguments[:4], "--cheapest", "--no-estimate"])
+    bare = invoke(*arguments[:4], "--cheapest", "--no-estimate")
     assert bare.exit_code == 2
     assert "--no-estimate" in bare.stderr
-    printed = CliRunner().invoke(main, arguments)
-    assert printed.exit_code == 0
+    printed = succeed(*arguments)
     assert "CPU s a simulated second" in printed.stdout
 
 
 @pytest.mark.usefixtures("pages_bare")
 def test_trade_writes_what_it_prints(tmp_path: pathlib.Path) -> None:
     arguments = ["trade", "--scene", "free", "-e", "housner", "-o", str(tmp_path)]
-    result = CliRunner().invoke(main, arguments)
-    assert result.exit_code == 0, result.output
+    result = succeed(*arguments)
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {"trade.parquet", "trade.csv", "trade.png", "report.html"}
     assert "free: blocks B1 to B3" in result.stdout
@@ -436,7 +430,7 @@ def test_trade_writes_what_it_prints(tmp_path: pathlib.Path) -> None:
     assert list(shipped_form) == list(shipped_trade())
     assert shipped_form["precision"].tolist() == ["float64", "float32"]
     for bad in (["--scene", "moon"], ["-e", "moon"]):
-        assert CliRunner().invoke(main, [*arguments, *bad]).exit_code == 2
+        assert invoke(*arguments, *bad).exit_code == 2
 
 
 def test_choice_becomes_overrides_that_a_case_reads() -> None:

@@ -10,7 +10,7 @@ import pytest
 from warprock.model import rocking
 from warprock.model.bodies import Bodies, planar_bodies
 from warprock.model.hull import lower_hull, rounded_centres
-from warprock.model.turning import principal_axes, turned
+from warprock.model.turning import principal_axes, rotate
 from warprock.units import GRAVITY
 
 STEPPED = np.array([[-0.14, -0.3], [0.1, -0.3], [0.16, -0.285], [0.2, -0.25]])
@@ -23,7 +23,7 @@ def in_space(points: np.ndarray, tensor: np.ndarray, mass: float = 100.0) -> Bod
     return Bodies(
         mass=np.array([mass]),
         gyration=moments[None] / mass,
-        points=turned(back, points)[None],
+        points=rotate(back, points)[None],
         count=np.array([len(points)], np.int32),
         corner_radius=np.zeros(1),
         axes=axes[None],
@@ -76,7 +76,7 @@ def test_arcs_touch_both_edges_that_meet_in_a_corner():
 def test_the_centre_of_mass_moves_as_of_a_body_that_rolls():
     body = planar_bodies(mass=300.0, inertia=12.0, points=STEPPED, corner_radius=0.02)
     turn = np.linspace(-1.2, 1.2, 10_001)[None]
-    x, z = body.rolled(turn)
+    x, z = body.roll_centres(turn)
     # What the centre moves along is its height times the turn; the rule errs by (1e-4)^2.
     moved = np.cumsum(0.5 * (z[0, 1:] + z[0, :-1]) * np.diff(turn[0]))
     np.testing.assert_allclose(x[0, 1:] - x[0, 0], moved, atol=1e-8)
@@ -87,7 +87,7 @@ def test_the_centre_of_mass_moves_as_of_a_body_that_rolls():
 def test_the_highest_centre_is_that_of_the_slenderness_angle():
     body = planar_bodies(mass=300.0, inertia=12.0, points=STEPPED, corner_radius=0.01)
     turn = np.linspace(-1.5, 1.5, 300_001)
-    _, z = body.rolled(turn[None])
+    _, z = body.roll_centres(turn[None])
     left, right = turn <= 0.0, turn >= 0.0
     highest = [-turn[left][np.argmax(z[0, left])], turn[right][np.argmax(z[0, right])]]
     np.testing.assert_allclose(body.slenderness_angles[0], highest, atol=1e-5)

@@ -12,7 +12,7 @@ import warp as wp
 from tests.shared.spatial_blocks import spatial_lanes, spatial_stack
 from warprock.kernels.instance import kernel_module, module_options
 from warprock.model.pose import Array, bottom_corners, product, quaternion, rotations, start_poses
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 
 real = wp.float64
 turn_freely = kernel_module("shape_space/block", precision="float64").turn_freely
@@ -62,7 +62,7 @@ def flown(start: Array, momentum: Array, inverse: Array, step: Array, steps: Any
 
 def energy(attitude: Array, momentum: Array, inverse: Array) -> Array:
     """Kinetic energy of a rotation, for unit mass."""
-    body = turned(attitude * np.array([-1.0, -1.0, -1.0, 1.0]), momentum)
+    body = rotate(attitude * np.array([-1.0, -1.0, -1.0, 1.0]), momentum)
     return np.asarray(0.5 * np.sum(body * body * inverse, axis=-1))
 
 
@@ -81,7 +81,7 @@ def test_quaternions_turn_as_rotation_matrices_do() -> None:
     c, s, k, t = np.cos(yaw), np.sin(yaw), np.cos(pitch), np.sin(pitch)
     matrix = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ [[k, 0, t], [0, 1, 0], [-t, 0, k]]
     both = product(quaternion(np.array([0.0, 0.0, yaw])), quaternion(np.array([0.0, pitch, 0.0])))
-    np.testing.assert_allclose(turned(both, np.eye(3)), matrix.T, atol=EPS)
+    np.testing.assert_allclose(rotate(both, np.eye(3)), matrix.T, atol=EPS)
 
 
 def test_rotations_of_a_lean_and_a_yaw() -> None:
@@ -109,7 +109,7 @@ def test_a_block_starts_with_its_lowest_corner_where_it_stands_flat() -> None:
         centre_offset_y=np.array([0.0, 0.05, -0.04]),
     )
     position, attitude = start_poses(lanes)
-    corners = position[:, None] + turned(attitude[:, None], bottom_corners(lanes))
+    corners = position[:, None] + rotate(attitude[:, None], bottom_corners(lanes))
     np.testing.assert_allclose(corners[..., 2].min(axis=1), lanes.gap_start, atol=EPS)
     flat = 0.5 * np.stack([lanes.face_width, lanes.face_depth], axis=-1)[:, None] * [
         (-1, -1), (1, -1), (1, 1), (-1, 1),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from warprock.model.turning import principal_axes, turned
+from warprock.model.turning import principal_axes, rotate
 
 
 def test_principal_axes_turn_back_to_the_tensor():
@@ -12,7 +12,7 @@ def test_principal_axes_turn_back_to_the_tensor():
     cloud = rng.normal(size=(20, 3)) * [1.0, 2.0, 4.0]
     tensor = np.sum(cloud**2) * np.eye(3) - cloud.T @ cloud
     moments, axes = principal_axes(tensor)
-    turn = turned(axes[None], np.eye(3)).T
+    turn = rotate(axes[None], np.eye(3)).T
     np.testing.assert_allclose(turn @ np.diag(moments) @ turn.T, tensor, rtol=1e-12, atol=1e-9)
     # Axes that are principal stay where they are, in their order.
     moments, axes = principal_axes(np.diag([5.0, 3.0, 4.0]))

@@ -10,15 +10,14 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner, Result
 
 from tests.shared.blocks import make_lanes, sines
 from tests.shared.case_texts import FREE, PULSE
+from tests.shared.commands import succeed
 from tests.shared.spatial_blocks import along, in_space
 from warprock.analysis.overturning import Mode, run_grid
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.model.motion import Control, StillBase
 from warprock.model.response import Outcome, SampleTimes
 from warprock.model.rocking import frequency_parameter
@@ -48,13 +47,6 @@ motion.amplitude = ["20 mm", "60 mm", "300 mm", "900 mm"]
 [[sweep]]
 motion.frequency = ["1 Hz", "2 Hz"]
 """
-
-
-def invoke(*arguments: object) -> Result:
-    """What a command prints; it must not fail."""
-    result = CliRunner().invoke(main, [str(each) for each in arguments])
-    assert result.exit_code == 0, result.output
-    return result
 
 
 def flat(text: str) -> str:
@@ -125,20 +117,20 @@ def test_a_block_at_rest_stays_where_the_rest_of_its_record_cannot_lift_it(write
 def test_a_run_that_cuts_its_motion_says_so(write: Write, tmp_path: pathlib.Path, unrendered: None):
     file, short = write(RECORD), "run.duration=3 s"
     said = "the run ends at 3 s, before the ground motion of 1 of 1 lane (70 s)"
-    run = invoke("run", file, "-e", "housner", "-s", short, "--no-estimate", "-o", tmp_path / "o")
+    run = succeed("run", file, "-e", "housner", "-s", short, "--no-estimate", "-o", tmp_path / "o")
     assert said in flat(run.output)
-    assert said in flat(invoke("explain", file, "-s", short).output)
+    assert said in flat(succeed("explain", file, "-s", short).output)
     table = pd.read_parquet(tmp_path / "o" / "lanes.parquet")
     assert table["undecided"].tolist() == [True]
     facts = json.loads((tmp_path / "o" / "run.json").read_text(encoding="utf-8"))
     assert (facts["undecided"], facts["motion_cut_short"]) == (1, 1)
-    fits = invoke("fragility", tmp_path / "o", "--limit", "overturning", "--max-doubt", 1)
+    fits = succeed("fragility", tmp_path / "o", "--limit", "overturning", "--max-doubt", 1)
     assert "Undecided: 1 of 1 lane" in flat(fits.output)
-    whole = invoke("run", file, "-e", "housner", "-s", "run.duration=75 s", "--json")
+    whole = succeed("run", file, "-e", "housner", "-s", "run.duration=75 s", "--json")
     found = json.loads(whole.output)
     assert (found["undecided"], found["motion_cut_short"]) == (0, 0)
     ladder = ("--from", "0.1", "--to", "0.2", "--count", "2")
-    capacities = invoke("ida", file, "-e", "housner", "-s", short, *ladder)
+    capacities = succeed("ida", file, "-e", "housner", "-s", short, *ladder)
     assert "Undecided: 2 runs" in flat(capacities.output)
 
 
@@ -152,6 +144,6 @@ def test_a_map_has_no_safe_lanes_before_its_pulses_are_over(write: Write):
     assert np.all(modes["0.4 s"] != Mode.SAFE)
     assert set(modes["20 s"]) >= {Mode.SAFE, Mode.WITH_IMPACT}
     assert not np.any(modes["20 s"] == Mode.UNDECIDED)
-    said = invoke("map", file, "-e", "housner", "-s", "run.duration=1 ms").output
+    said = succeed("map", file, "-e", "housner", "-s", "run.duration=1 ms").output
     assert "8 pulses of the grid 8 are undecided" in flat(said)
     assert "safe" not in said.partition("grid of")[2].partition("next:")[0]

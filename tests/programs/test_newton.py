@@ -15,11 +15,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from click.testing import CliRunner
 
 from tests.shared.blocks import make_lanes, sines
+from tests.shared.commands import succeed
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import Control, SpatialMotions, StillBase, no_motion
@@ -130,8 +129,7 @@ def test_compare_runs_a_stack_in_newton() -> None:
     case = ("stack-sine-pulse", "-s", "run.duration=0.15 s", "-s", "motion.frequency=5 Hz")
     knob = "peers.newton-xpbd.steps_per_second=1200"
     options = ("-e", "event", "-e", "newton-xpbd", "-s", knob, "--json")
-    result = CliRunner().invoke(main, ["compare", *case, *options])
-    assert result.exit_code == 0, result.output
+    result = succeed("compare", *case, *options)
     found = json.loads(result.stdout)
     assert found["costs"][0]["steps_per_s"] == pytest.approx(1200)
     rows = [row for row in found["rows"] if row["engine"] == "newton-xpbd"]

@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from click.testing import CliRunner
 
 from tests.shared.blocks import make_lanes, sines
+from tests.shared.commands import invoke, succeed
 from tests.shared.programs import PACKAGES, absent, present
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.engines import ENGINES
 from warprock.errors import InputError
 from warprock.model.lanes import Lanes, SpatialLanes
@@ -75,7 +74,7 @@ def test_an_absent_program_is_one_line_that_says_how_to_install_it(
         assert "\n" not in text
         assert PACKAGES[program] in text
         assert PROGRAMS[program].install in text
-    result = CliRunner().invoke(main, ["list", "--json"])
+    result = invoke("list", "--json")
     rows = {row["name"]: row for row in json.loads(result.stdout)["programs"]}
     assert not rows[program]["installed"]
     assert rows[program]["needs"] == PROGRAMS[program].install
@@ -243,8 +242,7 @@ def test_compare_runs_a_stack_in_a_program(program: str) -> None:
         "-s",
         f"peers.{program}.steps_per_second=2400",
     )
-    result = CliRunner().invoke(main, ["compare", *case, *options, "--json"])
-    assert result.exit_code == 0, result.output
+    result = succeed("compare", *case, *options, "--json")
     found = json.loads(result.stdout)
     (cost,) = found["costs"]
     assert cost["engine"] == program
@@ -267,7 +265,7 @@ def test_a_blender_that_fails_is_one_line(monkeypatch: pytest.MonkeyPatch, tmp_p
     with pytest.raises(ChildProcessError, match="code 1: out of order") as caught:
         run("blender", make_lanes(0.5, 1.0, 0.5), StillBase(1), SHORT)
     assert "\n" not in str(caught.value)
-    result = CliRunner().invoke(main, ["compare", "free-b0", "-e", "blender"])
+    result = invoke("compare", "free-b0", "-e", "blender")
     assert result.exit_code == 1
     assert result.stderr.strip().endswith("out of order")
 
@@ -316,8 +314,7 @@ sample_interval = "10 ms"
 def test_compare_holds_blocks_in_space_against_the_engine_named_first(tmp_path: Any) -> None:
     file = tmp_path / "case.toml"
     file.write_text(CORNER, encoding="utf-8")
-    result = CliRunner().invoke(main, ["compare", str(file), "-e", "event", "-e", "impulse"])
-    assert result.exit_code == 0, result.output
+    result = succeed("compare", file, "-e", "event", "-e", "impulse")
     assert "against event" in result.output
     found = compare(load_case(file), ["event", "impulse"])
     assert found["spatial"]

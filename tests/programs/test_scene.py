@@ -27,7 +27,7 @@ from warprock.model.motion import (
 )
 from warprock.model.pose import product, quaternion, start_poses
 from warprock.model.response import LANE_FIELDS, SPATIAL_FIELDS, Outcome, SampleTimes, Status
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 from warprock.programs.response import FLAT_RATIO, REST_TIME, peer_response
 from warprock.programs.scene import PeerRun, multiplied_frictions, peer_scenes
 from warprock.programs.table import require_scenes, run_program
@@ -48,7 +48,7 @@ def test_a_block_starts_on_the_corner_to_its_side(ratio: float) -> None:
     lanes = make_lanes(0.5, 0.75, ratio)
     (block,) = peer_scenes(lanes, StillBase(1), TIMES)[0].blocks
     corners = np.array([(x, 0.0, -0.375) for x in (-0.25, 0.25)])
-    seen = block.position + turned(np.array(block.attitude), corners)
+    seen = block.position + rotate(np.array(block.attitude), corners)
     standing = int(ratio > 0.0)
     np.testing.assert_allclose(seen[standing], (0.25 * (2 * standing - 1), 0.0, 0.0), atol=1e-15)
     rise = 0.5 * np.sin(abs(lanes.rotation_start[0]))
@@ -68,11 +68,11 @@ def test_stacks_in_the_plane_start_with_their_corners_on_the_faces_below() -> No
     low, high = scene.blocks
     first, second = quaternion(np.array([[0.0, 0.02, 0.0], [0.0, 0.05, 0.0]]))
     np.testing.assert_allclose([low.attitude, high.attitude], [first, second], atol=1e-15)
-    corner = low.position + turned(first, np.array([0.095, 0.0, -0.3]))
+    corner = low.position + rotate(first, np.array([0.095, 0.0, -0.3]))
     np.testing.assert_allclose(corner, [0.095, 0.0, 0.0], atol=1e-15)
     # The upper face is 0.14 m wide about 0.01 m beside the middle of the lower one's 0.19 m.
-    touched = low.position + turned(first, np.array([0.08, 0.0, 0.3]))
-    touching = high.position + turned(second, np.array([0.07, 0.0, -0.3]))
+    touched = low.position + rotate(first, np.array([0.08, 0.0, 0.3]))
+    touching = high.position + rotate(second, np.array([0.07, 0.0, -0.3]))
     np.testing.assert_allclose(touched, touching, atol=1e-15)
     assert low.chamfered
     np.testing.assert_allclose(low.touching_size, (0.19, 0.4, 0.6))
@@ -207,7 +207,7 @@ def replayed(lanes: Any, motion: Any, times: SampleTimes) -> tuple[Any, Any]:
         attitude = quaternion(np.stack([0 * turn, turn, 0 * turn], axis=-1))
         foot = np.where(turn < 0.0, -0.5, 0.5) * lanes.width[lane]
         corner = np.stack([foot, 0 * turn, np.full_like(turn, -0.5 * lanes.height[lane])], axis=-1)
-        position = -turned(attitude, corner)
+        position = -rotate(attitude, corner)
         position[:, 0] += foot
         if scene.base is not None:
             position += scene.base.displacement(scene.times)

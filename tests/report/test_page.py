@@ -6,38 +6,19 @@ import pathlib
 from collections.abc import Iterator
 
 import pytest
-from click.testing import CliRunner
 
 from tests.shared.browser import Browser, browser_path
-from warprock.cli.main import main
+from tests.shared.case_texts import pulse_text
+from tests.shared.commands import invoke, succeed
 
-CASE = """
-title = "A block under pulses"
-source = "Made for this test."
-
-[block]
-width = "0.2 m"
-height = "1 m"
-depth = "0.5 m"
-density = "2400 kg/m^3"
-
-[contact]
-friction = 1.0
-
-[motion]
-waveform = "sine"
-control = "acceleration"
-frequency = "2 Hz"
-amplitude = "0.3 g"
-cycles = 1
-
-[run]
-duration = "3 s"
+CASE = (
+    pulse_text()
+    + """
 sample_interval = "20 ms"
-
 [[sweep]]
 motion.amplitude = ["0.25 g", "0.3 g", "0.4 g", "0.9 g"]
 """
+)
 PHONE = 360
 
 
@@ -46,8 +27,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     folder = tmp_path_factory.mktemp("page")
     (folder / "case.toml").write_text(CASE)
     arguments = ["run", str(folder / "case.toml"), "-e", "housner", "-o", str(folder / "out")]
-    result = CliRunner().invoke(main, arguments)
-    assert result.exit_code == 0, result.output
+    succeed(*arguments)
     return folder / "out" / "report.html"
 
 
@@ -162,8 +142,7 @@ def test_it_prints(opened: Browser):
 
 def test_a_page_written_again_keeps_its_drawings_and_its_lanes(page: pathlib.Path):
     before = page.read_text(encoding="utf-8")
-    result = CliRunner().invoke(main, ["report", str(page.parent)])
-    assert result.exit_code == 0, result.output
+    succeed("report", page.parent)
     after = page.read_text(encoding="utf-8")
     assert after.count("data:image/svg+xml") == before.count("data:image/svg+xml") > 0
     marks = ('class="scenes"', "</script>")
@@ -173,7 +152,7 @@ def test_a_page_written_again_keeps_its_drawings_and_its_lanes(page: pathlib.Pat
 
 def test_a_folder_without_results_is_refused(tmp_path: pathlib.Path):
     for folder in (tmp_path, tmp_path / "none"):
-        result = CliRunner().invoke(main, ["report", str(folder)])
+        result = invoke("report", folder)
         assert result.exit_code == 2
         assert "DIR" in result.stderr
         assert result.stderr.count("\n") == 1
@@ -183,7 +162,7 @@ def test_a_folder_without_results_is_refused(tmp_path: pathlib.Path):
 def test_a_fallen_stack_says_that_its_model_ended(browser: Browser, tmp_path: pathlib.Path):
     change = ["-s", "motion.amplitude=6 mm, 60 mm", "-s", "run.duration=2 s"]
     arguments = ["run", "stack-sine-pulse", *change, "-o", str(tmp_path)]
-    assert CliRunner().invoke(main, arguments).exit_code == 0
+    assert invoke(*arguments).exit_code == 0
     browser.open(tmp_path / "report.html")
     lane = "JSON.parse(document.querySelector('script[type=\"application/json\"]').textContent)"
     fallen = browser.run(f"{lane}.lanes.findIndex((each) => each.fell !== undefined)")

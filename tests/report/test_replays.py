@@ -11,42 +11,23 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 
+from tests.shared.case_texts import pulse_text
+from tests.shared.commands import invoke, succeed
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.tables.stack import print_stack_comparison
 from warprock.tables.terminal import plain_console
 
 pytestmark = pytest.mark.usefixtures("nothing_rendered")
 
-CASE = """
-title = "A block under pulses"
-source = "Made for this test."
-
-[block]
-width = "0.2 m"
-height = "1 m"
-depth = "0.5 m"
-density = "2400 kg/m^3"
-
-[contact]
-friction = 1.0
-
-[motion]
-waveform = "sine"
-control = "acceleration"
-frequency = "2 Hz"
-amplitude = "0.3 g"
-cycles = 1
-
-[run]
-duration = "3 s"
-
+CASE = (
+    pulse_text()
+    + """
 [[sweep]]
 motion.amplitude = {from = "0.2 g", to = "1.5 g", count = 30}
 """
+)
 
 
 STATUE = """
@@ -74,8 +55,7 @@ duration = "0.2 s"
 
 
 def command(*arguments: object) -> str:
-    result = CliRunner().invoke(main, [str(each) for each in arguments])
-    assert result.exit_code == 0, result.output
+    result = succeed(*arguments)
     return result.output
 
 
@@ -151,7 +131,7 @@ def test_the_csv_of_a_merged_sweep_has_the_rows_of_the_parquet_file(
 def test_a_lane_of_a_sweep_is_a_moving_picture(sweep: pathlib.Path):
     command("animate", sweep, "--lane", 7, "--rate", 2, "--speed", 1)
     assert (sweep / "lane-7.gif").stat().st_size > 0
-    result = CliRunner().invoke(main, ["animate", str(sweep), "--lane", "30"])
+    result = invoke("animate", sweep, "--lane", "30")
     assert result.exit_code == 2
     assert "must be a lane from 0 to 29" in result.output
 

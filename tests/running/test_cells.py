@@ -12,13 +12,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import scipy.stats
-from click.testing import CliRunner, Result
 
+from tests.shared.commands import invoke
 from tests.shared.ensembles import STACK, write_pulse
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.model.response import (
     INTEGER_FIELDS,
     LANE_FIELDS,
@@ -260,10 +259,6 @@ def test_lanes_that_may_not_be_used_are_left_out_of_a_comparison(write):
     assert found["statistic"][0] == pytest.approx(expected, rel=1e-12)
     assert math.isnan(found["statistic"][1])
     assert list(found["meaning"]) == [SAME, "", SAME]
-
-
-def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 ENSEMBLE = ("-s", "ensemble.members=40", "-s", 'ensemble.spread.contact.friction="5 %"')

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,8 +12,18 @@ import pytest
 from warprock.engines import ENGINES, engine_class
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, as_stacks
-from warprock.model.motion import Control, HarmonicMotions, StillBase, Waveform, harmonic_motions
+from warprock.model.motion import (
+    Control,
+    GroundMotions,
+    HarmonicMotions,
+    StillBase,
+    Waveform,
+    harmonic_motions,
+)
+from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import scene_kind
+from warprock.running.batch import run_batch
+from warprock.settings.engines import SETTINGS
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -42,11 +53,13 @@ def make_stacks(
     rotation: npt.ArrayLike = 0.0,
     friction: npt.ArrayLike = 10.0,
     density: npt.ArrayLike = 2000.0,
+    chamfer: npt.ArrayLike = 0.0,
     offset: npt.ArrayLike = 0.0,
 ) -> Lanes:
     """Stacks from values that broadcast to [lane, block]; with this friction nothing slides."""
     parts = np.broadcast_arrays(
-        *(np.atleast_2d(v) for v in (width, height, 0.5, density, friction, 0.0, offset, rotation))
+        *(np.atleast_2d(v) for v in (width, height, 0.5, density, friction, chamfer, offset)),
+        np.atleast_2d(rotation),
     )
     arrays = [np.array(part, dtype=np.float64) for part in parts]
     return Lanes(*arrays, angular_restitution=np.ones(len(arrays[0])))
@@ -115,6 +128,18 @@ def velocity_steps(first: Array, second: Array, interval: Array) -> HarmonicMoti
         phase=zero,
         velocity_offset=first,
     )
+
+
+def errors_to_housner(
+    engine: str, lanes: Lanes, motions: GroundMotions, times: SampleTimes, **settings: Any
+) -> Array:
+    """Largest |rotation - housner| / slenderness angle of each lane; no lane fails."""
+    reference = run_batch("housner", lanes, motions, times)
+    given = SETTINGS[engine](**settings)
+    response = run_batch(engine, lanes, motions, times, settings=given)
+    assert np.all(response["status"] == Status.OK)
+    gap = np.abs(response["rotation"] - reference["rotation"]).max(axis=1)
+    return np.asarray(gap / lanes.slenderness_angle)
 
 
 def at_rest(count: int) -> HarmonicMotions:

@@ -36,6 +36,38 @@ cycles = 1
 )
 
 
+def pulse_text(
+    *,
+    title: str = "A block under pulses",
+    width: str = "0.2 m",
+    height: str = "1 m",
+    friction: float = 1.0,
+    amplitude: str = "0.3 g",
+    frequency: str = "2 Hz",
+    duration: str = "3 s",
+) -> str:
+    """A block under one cycle of sine; more keys of its last table, [run], may follow."""
+    return f"""
+title = "{title}"
+source = "Made for this test."
+[block]
+width = "{width}"
+height = "{height}"
+depth = "0.5 m"
+density = "2400 kg/m^3"
+[contact]
+friction = {friction}
+[motion]
+waveform = "sine"
+control = "acceleration"
+amplitude = "{amplitude}"
+frequency = "{frequency}"
+cycles = 1
+[run]
+duration = "{duration}"
+"""
+
+
 def refusal(file: pathlib.Path | str, *overrides: str) -> InputError:
     """The error, of one line, with which a case is refused."""
     with pytest.raises(InputError) as caught:

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import pathlib
 
-from click.testing import CliRunner, Result
-
 from warprock.case.case import Case
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.sweeps.chunks import merge
 from warprock.sweeps.plan import Plan, make_plan, write_plan
 from warprock.sweeps.run import Shard, chunks_to_run, run_here
@@ -73,8 +70,3 @@ def merged_bytes(
     plan = planned(load_case(file), folder, chunk_lanes)
     run_all(plan, folder, shards=shards, workers=workers)
     return merge(plan, folder).read_bytes()
-
-
-def invoke(*arguments: object) -> Result:
-    """Runs a command in this process."""
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])

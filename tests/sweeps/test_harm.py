@@ -19,7 +19,8 @@ from collections.abc import Iterator
 import pyarrow.parquet as pq
 import pytest
 
-from tests.shared.sweeps import invoke, planned, run_all
+from tests.shared.commands import invoke
+from tests.shared.sweeps import planned, run_all
 from warprock.case.load import load_case
 from warprock.cli.sweep import EXIT_RESUMABLE
 from warprock.errors import InputError

@@ -11,7 +11,8 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
-from tests.shared.sweeps import CASE, LANES, invoke, merged_bytes, planned, run_all, write_case
+from tests.shared.commands import invoke
+from tests.shared.sweeps import CASE, LANES, merged_bytes, planned, run_all, write_case
 from warprock.case.load import load_case
 from warprock.errors import InputError
 from warprock.model.response import Status

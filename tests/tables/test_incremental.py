@@ -8,39 +8,20 @@ import pathlib
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 
+from tests.shared.case_texts import pulse_text
+from tests.shared.commands import succeed
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.model.response import Outcome
 from warprock.running.case_run import run_case
 
-CASE = """
-title = "a block under one cycle"
-source = "a test"
-[block]
-width = "0.2 m"
-height = "1 m"
-depth = "0.5 m"
-density = "2400 kg/m^3"
-[contact]
-friction = 2.0
-[motion]
-waveform = "sine"
-control = "acceleration"
-amplitude = "3 m/s^2"
-frequency = "2 Hz"
-cycles = 1
-[run]
-duration = "10 s"
-"""
+CASE = pulse_text(friction=2.0, amplitude="3 m/s^2", duration="10 s")
 
 
 def _asked(folder: pathlib.Path, *arguments: str) -> str:
     (folder / "case.toml").write_text(CASE, encoding="utf-8")
     asked = ["ida", str(folder), "-e", "housner", "-o", str(folder / "out"), *arguments]
-    result = CliRunner().invoke(main, asked)
-    assert result.exit_code == 0, result.output
+    result = succeed(*asked)
     return result.stdout
 
 

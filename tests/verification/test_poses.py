@@ -17,7 +17,7 @@ from warprock.verification.poses import (
     compare_poses,
     face_up,
     histories_of_errors,
-    interpolated,
+    interpolate,
     read_poses,
     rotation_between,
 )
@@ -43,7 +43,7 @@ def seen(case, lane_set):
 def echo(seen, times, *, shift=0.0, turn=0.0):
     """A response that repeats what was seen, moved along x and turned about z."""
     place, attitude = zip(
-        *(interpolated(np.minimum(times, s.times[-1]), s.times, s.position, s.attitude)
+        *(interpolate(np.minimum(times, s.times[-1]), s.times, s.position, s.attitude)
           for s in seen), strict=True,
     )  # fmt: skip
     moved = np.array(place) + np.array([shift, 0.0, 0.0])

@@ -7,10 +7,9 @@ import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
+from tests.shared.commands import invoke, succeed
 from warprock.case.load import load_case
-from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.verification.checks import compare
 from warprock.verification.settings import case_asked, plain_name
@@ -108,12 +107,11 @@ def test_mujoco_comes_to_event_when_its_step_is_halved_twice() -> None:
 def test_compare_prints_what_each_setting_comes_to() -> None:
     fine = "impulse@substeps=83"
     command = ["compare", "space-free", *SWAYING, "-e", fine, "-e", "impulse"]
-    printed = CliRunner().invoke(main, command)
-    assert printed.exit_code == 0, printed.output
+    printed = succeed(*command)
     assert f"engines against {fine}" in printed.stdout
     summary = printed.stdout.partition("largest over all lanes")[2]
     lines = {line.split()[0]: line.split()[1:] for line in summary.splitlines() if "e-0" in line}
-    rows = json.loads(CliRunner().invoke(main, [*command, "--json"]).stdout)["rows"]
+    rows = json.loads(invoke(*command, "--json").stdout)["rows"]
     for place, name in enumerate(DIFFERENCES):
         worst = max(row[name] for row in rows if row["engine"] == "impulse")
         assert lines["impulse"][place] == format(worst, ".1e")

@@ -9,11 +9,10 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
-from click.testing import CliRunner
 
+from tests.shared.commands import invoke
 from warprock.case.load import load_case
 from warprock.case.text import case_names
-from warprock.cli.main import main
 from warprock.engines.launching import Form
 from warprock.errors import InputError
 from warprock.running.batch import run_batch
@@ -74,10 +73,6 @@ def case(file):
 @pytest.fixture(scope="module")
 def study(case):
     return run_study(case)
-
-
-def invoke(*arguments: object):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 def printed(rows, case, width: int = 80) -> str:

@@ -109,7 +109,9 @@ def _ends(whole: Array, without: Array) -> tuple[Array, Array]:
 
 
 def without_one(records: int) -> Array:
-    """Weights of records in samples that lack a part of them each, shape [part, record].
+    """Weights of records in the samples of a jackknife, shape [part, record].
+
+    Each sample lacks one part of the records.
 
     A part is one record; of more than `MOST_PARTS` records several, shared out by a fixed draw.
     """
@@ -127,8 +129,8 @@ def band_of(
 ) -> Band:
     """The band from the fits without a part each.
 
-    Without one of few records nothing may be left that a function could be fitted to. One step of
-    Newton's method from the fit to all records, in the logarithms, then stands for it.
+    Where records are few, a sample without one of them may have no fit. One step of Newton's method
+    from the fit to all records, in the logarithms, then stands for it.
 
     Args:
         median: Of the fit to all records.

@@ -89,7 +89,7 @@ def refine(
         if not len(brackets.lane):
             break
         middle = 0.5 * (brackets.low + brackets.high)
-        given_up, brackets = _halved(brackets, middle, _middle_modes(found, brackets, middle))
+        given_up, brackets = _halve(brackets, middle, _middle_modes(found, brackets, middle))
         stages, lanes_run = stages + 1, lanes_run + len(middle)
         ready.append(given_up)
         if progress is not None:
@@ -152,22 +152,22 @@ def _first_brackets(found: OverturningMap, chosen: npt.NDArray[np.bool_] | None)
     return _Brackets(*(np.array(c, t) for c, t in zip(columns, types, strict=True)))
 
 
-def _halved(brackets: _Brackets, middle: Array, mode: Codes) -> tuple[_Brackets, _Brackets]:
+def _halve(brackets: _Brackets, middle: Array, mode: Codes) -> tuple[_Brackets, _Brackets]:
     """Brackets whose middle has no number, as they are, and the halves that the others leave."""
     known = mode != Mode.NO_NUMBER
     lower = dataclasses.replace(brackets, high=middle, above=mode)
     upper = dataclasses.replace(brackets, low=middle, below=mode)
     left = [half.take(known & (half.below != half.above)) for half in (lower, upper)]
-    return brackets.take(~known), _joined(left)
+    return brackets.take(~known), _join(left)
 
 
-def _joined(parts: list[_Brackets]) -> _Brackets:
+def _join(parts: list[_Brackets]) -> _Brackets:
     names = [field.name for field in dataclasses.fields(_Brackets)]
     return _Brackets(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def _boundary_table(found: OverturningMap, ready: list[_Brackets]) -> pd.DataFrame:
-    brackets = _joined(ready)
+    brackets = _join(ready)
     brackets = brackets.take(np.lexsort((brackets.low, brackets.column, brackets.group)))
     inputs = found.run.lane_set.inputs.iloc[brackets.lane]
     middle = 0.5 * (brackets.low + brackets.high)

@@ -24,7 +24,7 @@ from warprock.analysis.lognormal import Verdict as FitVerdict
 from warprock.case.case import Case
 from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import expand_lanes
-from warprock.errors import InputError, listed
+from warprock.errors import InputError, list_allowed
 from warprock.model.response import USABLE, Outcome, Response, Status
 from warprock.model.undecided import undecided
 
@@ -112,7 +112,7 @@ def _require(inputs: pd.DataFrame, intensity: str, by: Sequence[str]) -> None:
         raise InputError("--im", "", intensity, allowed)
     for name in by:
         if name not in inputs:
-            columns = listed(name, map(str, inputs.columns))
+            columns = list_allowed(name, map(str, inputs.columns))
             raise InputError("--by", "", name, f"must be an input of the lanes: {columns}")
 
 
@@ -164,9 +164,9 @@ def capacities(found: Analysis, *, intensity: str, by: Sequence[str]) -> list[Ca
 def fit_capacities(known: Brackets) -> Fit:
     """The lognormal distribution of greatest likelihood of capacities in brackets.
 
-    A lane says nothing of intensities beyond those that it saw: where none fell, none is known to
-    fall up to the least of the strongest motions; where all fell at once, from the greatest of the
-    weakest on.
+    A lane says nothing of intensities beyond those that it saw. Where no lane fell, none falls up
+    to the weakest of their strongest motions. Where all fell at their weakest motion, all fall from
+    the strongest of these on.
     """
     fit = fit_lognormal(known)
     if fit.verdict is FitVerdict.NONE_REACHED:

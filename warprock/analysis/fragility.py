@@ -30,9 +30,9 @@ from warprock.analysis.groups import fit_columns, group_text, lane_groups, recor
 from warprock.analysis.lane_tables import require_lane_table
 from warprock.analysis.limits import (
     Limit,
+    find_reached,
     in_doubt,
     ratio_errors,
-    reached,
     require_slides,
     slide_errors,
 )
@@ -142,7 +142,7 @@ def _curve(
     """One limit state of a group: its lanes, and those of them that can be used."""
     at = usable[intensity].to_numpy(dtype=np.float64)
     record = record_numbers(usable)
-    hit, doubt = reached(usable, limit), in_doubt(usable, limit)
+    hit, doubt = find_reached(usable, limit), in_doubt(usable, limit)
     # Of those in doubt as they are, all, or none.
     seen, most, least = (observe(at, each, record) for each in (hit, hit | doubt, hit & ~doubt))
     fits = [fit_lognormal(each.brackets) for each in (seen, most, least)]
@@ -175,8 +175,8 @@ def _too_many(
         why = why.mask(usable["undecided"].astype(bool) & (why == "ok"), "undecided")
     doubted = why[in_doubt(usable, curve.limit)].value_counts()
     counts = {str(name): int(count) for name, count in doubted.items() if count}
-    parts = [f"in doubt: {_counted(counts)}"] if counts else []
-    parts += [f"left out: {_counted(curve.left_out)}"] if curve.left_out else []
+    parts = [f"in doubt: {_count_statuses(counts)}"] if counts else []
+    parts += [f"left out: {_count_statuses(curve.left_out)}"] if curve.left_out else []
     where = f" of {curve.group_text}" if curve.group else ""
     got = f"{bad} of {len(lanes)} lanes{where} ({'; '.join(parts)})"
     allowed = (
@@ -186,7 +186,7 @@ def _too_many(
     return InputError(source, "status", got, allowed)
 
 
-def _counted(counts: dict[str, int]) -> str:
+def _count_statuses(counts: dict[str, int]) -> str:
     """Statuses and how many lanes have them, in words."""
     return ", ".join(f"{name} {count:,}" for name, count in counts.items())
 
@@ -237,7 +237,7 @@ def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:
                 "limit_state": curve.limit.name,
                 "lanes": int(curve.seen.count.sum()),
                 "left_out": sum(curve.left_out.values()),
-                "left_out_as": _counted(curve.left_out),
+                "left_out_as": _count_statuses(curve.left_out),
                 "in_doubt": curve.in_doubt,
                 "records": curve.seen.record_count,
                 "reached": int(curve.seen.reached.sum()),

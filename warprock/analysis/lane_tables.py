@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.analysis.groups import RECORD
-from warprock.errors import InputError, listed, written_as
+from warprock.errors import InputError, list_allowed, written_as
 from warprock.model.response import USABLE, Outcome, Status
 from warprock.model.undecided import UNDECIDED
 from warprock.reading import reason, require_plain
@@ -84,7 +84,7 @@ def require_lane_table(table: pd.DataFrame, source: str, intensity: str, by: Seq
     for option, asked, known in (("--by", by, names), ("--im", [intensity], numbers)):
         for name in asked:
             if name not in known:
-                allowed = f"must be a column of {source}: {listed(name, known)}"
+                allowed = f"must be a column of {source}: {list_allowed(name, known)}"
                 raise InputError(option, "", name, allowed)
     if table.empty:
         raise InputError(source, "", "0 rows", "must have at least one lane")

@@ -124,7 +124,7 @@ def require_slides(table: pd.DataFrame, source: str, limits: Sequence[Limit]) ->
             raise InputError(source, name, str(table[name].dtype), "must be a column of numbers")
 
 
-def reached(lanes: pd.DataFrame, limit: Limit) -> Mask:
+def find_reached(lanes: pd.DataFrame, limit: Limit) -> Mask:
     """Whether every lane reached a limit state by its own numbers, shape [lane]."""
     fell = np.asarray(lanes["outcome"].isin(["overturned", "slid_off"]), dtype=np.bool_)
     if limit.name == OVERTURNING:
@@ -144,7 +144,7 @@ def in_doubt(lanes: pd.DataFrame, limit: Limit) -> Mask:
     """
     doubt = _unsure(lanes, limit)
     if "undecided" in lanes:
-        doubt = doubt | (lanes["undecided"].to_numpy(dtype=np.bool_) & ~reached(lanes, limit))
+        doubt = doubt | (lanes["undecided"].to_numpy(dtype=np.bool_) & ~find_reached(lanes, limit))
     return np.asarray(doubt)
 
 

@@ -90,7 +90,7 @@ class Scores:
 
     @property
     def right(self) -> int:
-        """Tests whose outcome was said."""
+        """Tests whose outcome was predicted rightly."""
         return self.hits + self.correct_rejections
 
 

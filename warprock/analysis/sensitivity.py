@@ -25,7 +25,7 @@ from warprock.analysis.incremental import FALLEN
 from warprock.case.axes import Axis, crossed_labels
 from warprock.case.case import Case
 from warprock.case.sampling import Sample
-from warprock.errors import InputError, listed
+from warprock.errors import InputError, list_allowed
 from warprock.model.response import USABLE, Outcome
 from warprock.quantity import NOTHING, Said
 from warprock.running.case_run import CaseRun, run_case
@@ -190,7 +190,9 @@ def _values(run: CaseRun, of: str) -> tuple[Array, Mask]:
     known = [str(name) for name in table.select_dtypes("number").columns]
     known = [name for name in known if name not in {"lane", *map(str, lane_set.inputs.columns)}]
     if of not in known:
-        raise InputError("--of", "", of, f"must be {OVERTURNED} or one of {listed(of, known)}")
+        raise InputError(
+            "--of", "", of, f"must be {OVERTURNED} or one of {list_allowed(of, known)}"
+        )
     values = table[of].to_numpy(dtype=np.float64)
     fell = np.isin(response["outcome"], FALLEN)
     if of == PEAK and fell.any():

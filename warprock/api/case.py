@@ -47,6 +47,8 @@ class Case(JudgedCase):
     Args:
         block: One `Block`; a list of them is a stack, the lowest first.
         contact: `Contact`: friction, and what an impact leaves.
+        transverse_wall: `TransverseWall` that the block leans against; without, it has none.
+        tie: One `Tie`, or a list of them.
         run: `Times`: length of the run, sampling of histories.
         motion: `Motion` of the base; still without.
         start: `Start`: how a single block is released.
@@ -99,6 +101,8 @@ class Case(JudgedCase):
         *,
         block: Given | Sequence[Given] | None = None,
         contact: Given | None = None,
+        transverse_wall: Given | None = None,
+        tie: Given | Sequence[Given] = (),
         run: Given | None = None,
         motion: Given | None = None,
         start: Given | None = None,
@@ -123,6 +127,8 @@ class Case(JudgedCase):
                 "model": model,
                 "block": block,
                 "contact": contact,
+                "transverse_wall": transverse_wall,
+                "tie": ([tie] if isinstance(tie, Mapping) else list(tie)) or None,
                 "start": start,
                 "motion": motion,
                 "run": run,

@@ -21,6 +21,8 @@ from warprock.case.block import StackedBlock
 from warprock.case.body import Body as BodyTable
 from warprock.case.body import StackedBody
 from warprock.case.contact import Contact as ContactTable
+from warprock.case.hold import Tie as TieTable
+from warprock.case.hold import TransverseWall as TransverseWallTable
 from warprock.case.motion import Motion as MotionTable
 from warprock.case.run import Run as RunTable
 from warprock.case.start import Start as StartTable
@@ -141,6 +143,30 @@ class Contact(_Declared):
     """
 
     _tables = (ContactTable,)
+
+
+class TransverseWall(_Declared):
+    """A wall at one side of a single block: the block can rock to the other side alone.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.TransverseWall(side="left", rebound="plastic")
+        TransverseWall(side='left', rebound='plastic')
+    """
+
+    _tables = (TransverseWallTable,)
+
+
+class Tie(_Declared):
+    """A tie of a single block, horizontal, to a point far away.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.Tie(height="4.5 m", side="left", stiffness="2 kN/mm", yield_force="12 kN")["side"]
+        'left'
+    """
+
+    _tables = (TieTable,)
 
 
 class Start(_Declared):

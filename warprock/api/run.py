@@ -25,7 +25,6 @@ from warprock.figures.axes import plot_history, plot_peaks, require_axes
 from warprock.figures.run import draw_run
 from warprock.findings.finding import Finding
 from warprock.findings.run import find_run
-from warprock.measure.trade_choice import Choice, choose
 from warprock.model.response import Response
 from warprock.quantity import Said
 from warprock.report.scenes import scenes_of
@@ -43,6 +42,7 @@ from warprock.tables.run import print_run
 
 if TYPE_CHECKING:
     from warprock.figures.axes import Axes
+    from warprock.measure.trade_choice import Choice
 
 SAMPLES = 1000
 """Samples of a history where neither the case nor the caller says how many."""
@@ -273,6 +273,9 @@ def _choose(
     Raises:
         InputError: No tolerance, or settings were given as well, or nothing met the tolerance.
     """
+    # The oracle behind the trade table wants SciPy, which no other run does.
+    from warprock.measure.trade_choice import choose
+
     overrides = how["overrides"]
     keys = overrides if isinstance(overrides, Mapping) else list(overrides)
     with python_names():

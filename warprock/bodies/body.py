@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from warprock.bodies.footing import Footing, hull_of
 from warprock.bodies.mesh import Solid, read_solid
-from warprock.bodies.raised import flat_points, lifted, raised_points, touching_points
+from warprock.bodies.raised import flat_points, lift_base, raise_points, touching_points
 from warprock.bodies.rests import (
     DOWN,
     STEADY,
@@ -252,12 +252,12 @@ def find_body(path: pathlib.Path, asked: Asked) -> Body:
     hull = points @ pose.rotation.T
     most = asked.points or POINTS[asked.model]
     raised = asked.base == "hull"
-    touching = touching_points(hull, footing, tolerance) if raised else lifted(footing)
+    touching = touching_points(hull, footing, tolerance) if raised else lift_base(footing)
     weakest = _weakest(touching, footing)
     shaken = weakest if asked.direction is None else asked.direction
     contacts = flat_points(footing, most, shaken)
     if raised:
-        contacts = raised_points(hull, footing, most, tolerance, shaken)
+        contacts = raise_points(hull, footing, most, tolerance, shaken)
     low = contacts[contacts[:, 2] <= -footing.height]
     base = Footing(hull_of(low[:, :2]), footing.height)
     if base.arm <= 0.0:

@@ -11,7 +11,7 @@ from warprock.case.load import build_case
 from warprock.case.template import Start, TakenRecord, take_record
 from warprock.case.text import parse_case
 from warprock.case.writing import toml_text
-from warprock.errors import is_plain, shortened
+from warprock.errors import is_plain, shorten
 
 CASE_FILE = "case.toml"
 
@@ -49,8 +49,8 @@ def _case_text(body: Body, taken: TakenRecord | None) -> str:
     name = body.file.name if is_plain(body.file.name) else "a mesh"
     pose = f"pose {asked.pose}" if asked.pose else "as scanned"
     shaken = "a pulse" if taken is None else "a record"
-    title = shortened(f"{body.name if is_plain(body.name) else 'A body'} on {shaken}")
-    source = f"Mesh {shortened(name)}, {pose}; mass, inertia and base by warprock body."
+    title = shorten(f"{body.name if is_plain(body.name) else 'A body'} on {shaken}")
+    source = f"Mesh {shorten(name)}, {pose}; mass, inertia and base by warprock body."
     lines = [
         f"# A body from a mesh, made by `warprock body`: what it is stands in [block]. {_LEGEND}",
         "",

@@ -122,7 +122,7 @@ def hull_of(points: Array) -> Array:
     return points[[int(np.argmin(ends)), int(np.argmax(ends))]]
 
 
-def thinned(polygon: Array, most: int, direction: float | None = None) -> Array:
+def thin_polygon(polygon: Array, most: int, direction: float | None = None) -> Array:
     """A polygon with fewer corners, of the corners that it has.
 
     The corner that takes the least area goes first, after M. Visvalingam and J. D. Whyatt (1993),

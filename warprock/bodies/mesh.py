@@ -71,7 +71,7 @@ def read_solid(path: pathlib.Path, unit: str | None = None) -> Solid:
     """
     source = str(path)
     content = _content(path)
-    corners, faces = _joined(_mesh(path, content))
+    corners, faces = _join_vertices(_mesh(path, content))
     if not len(faces):
         allowed = "must hold a mesh of triangles, as PLY, OBJ or STL: a cloud of points is none"
         raise InputError(source, "", Said("no faces that can be used"), allowed)
@@ -135,7 +135,7 @@ def _mesh(path: pathlib.Path, content: bytes) -> Any:
         raise InputError(str(path), "", Said("a file that is no mesh"), allowed) from None
 
 
-def _joined(mesh: Any) -> tuple[Array, npt.NDArray[np.int64]]:
+def _join_vertices(mesh: Any) -> tuple[Array, npt.NDArray[np.int64]]:
     """Vertices and faces, with one vertex a place: STL repeats them, OBJ for its textures.
 
     A triangle of which two corners then are one has no area and closes nothing. No faces are left
@@ -175,7 +175,7 @@ def _unit_size(source: str, corners: Array, unit: str | None) -> float:
 
 
 def _require_closed(source: str, faces: npt.NDArray[np.int64]) -> None:
-    """Refuses a surface with an edge that as many faces pass one way as the other way only if shut.
+    """Refuses an open surface; a closed one passes each edge as often one way as the other.
 
     Raises:
         InputError: An edge has one face alone, or two that are wound against one another.

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from warprock.bodies.footing import Footing, thinned
+from warprock.bodies.footing import Footing, thin_polygon
 from warprock.bodies.rests import heights_at, turns_over
 
 Array = npt.NDArray[np.float64]
@@ -37,7 +37,7 @@ def touching_points(hull: Array, footing: Footing, tolerance: float) -> Array:
     Returns:
         From the centre of mass [m], shape [point, 3].
     """
-    return np.vstack([lifted(footing), hull[hull[:, 2] > tolerance - footing.height]])
+    return np.vstack([lift_base(footing), hull[hull[:, 2] > tolerance - footing.height]])
 
 
 def flat_points(footing: Footing, most: int, direction: float | None = None) -> Array:
@@ -46,12 +46,12 @@ def flat_points(footing: Footing, most: int, direction: float | None = None) -> 
     Args:
         footing: All that touches.
         most: Points that there may be.
-        direction: Of shaking, see `footing.thinned` [rad].
+        direction: Of shaking, see `footing.thin_polygon` [rad].
     """
-    return lifted(Footing(thinned(footing.polygon, most, direction), footing.height))
+    return lift_base(Footing(thin_polygon(footing.polygon, most, direction), footing.height))
 
 
-def raised_points(
+def raise_points(
     hull: Array,
     footing: Footing,
     most: int,
@@ -65,7 +65,7 @@ def raised_points(
         footing: What touches the ground at rest.
         most: Points that there may be.
         tolerance: Height over the ground up to which points are pressed to it [m].
-        direction: Of shaking, see `footing.thinned` [rad].
+        direction: Of shaking, see `footing.thin_polygon` [rad].
 
     Returns:
         From the centre of mass [m], shape [point, 3], those on the ground first.
@@ -86,7 +86,7 @@ def raised_points(
     return found[np.argsort(found[:, 2], kind="stable")]
 
 
-def lifted(footing: Footing) -> Array:
+def lift_base(footing: Footing) -> Array:
     """What a body stands on from its centre of mass [m], shape [point, 3]."""
     return np.column_stack([footing.polygon, np.full(len(footing.polygon), -footing.height)])
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from warprock.bodies.footing import Footing, footing_of, thinned
+from warprock.bodies.footing import Footing, footing_of, thin_polygon
 from warprock.bodies.mesh import Solid
 
 Array = npt.NDArray[np.float64]
@@ -133,7 +133,7 @@ def rolls(points: Array, footing: Footing) -> bool:
 
 def _across(footing: Footing) -> Array:
     """Directions across the edges of a base, or of the largest of them [rad]."""
-    return Footing(thinned(footing.polygon, EDGES), footing.height).edge_directions()
+    return Footing(thin_polygon(footing.polygon, EDGES), footing.height).edge_directions()
 
 
 def heights_at(points: Array, directions: Array, leans: Array) -> Array:

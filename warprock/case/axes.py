@@ -123,13 +123,13 @@ class Axis:
             return dict.fromkeys(self.columns, positions)
         points = self.sample.points(positions).T
         return {
-            key: drawn if isinstance(column, Distribution) else _dealt(drawn, column.length)
+            key: drawn if isinstance(column, Distribution) else _deal(drawn, column.length)
             for drawn, (key, column) in zip(points, self.columns.items(), strict=True)
         }
 
 
-def _dealt(drawn: npt.NDArray[np.float64], length: int) -> npt.NDArray[np.intp]:
-    """Positions in a list of which each is as likely."""
+def _deal(drawn: npt.NDArray[np.float64], length: int) -> npt.NDArray[np.intp]:
+    """Positions in a list, all equally likely."""
     return np.floor(drawn * length).astype(np.intp)
 
 

@@ -140,7 +140,7 @@ class Stack(pydantic.RootModel[dict[str, StackedBlock | StackedBody]]):
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _numbered(cls, blocks: Any) -> Any:
+    def _require_numbers(cls, blocks: Any) -> Any:
         """Judges the numbers of the blocks before what is in them."""
         known = [str(number) for number in range(1, MOST_BLOCKS + 1)]
         numbered = "blocks are numbered from 1, the lowest"
@@ -162,7 +162,7 @@ class Stack(pydantic.RootModel[dict[str, StackedBlock | StackedBody]]):
             if lower not in blocks:
                 allowed = f"must be given below block.{highest}: {numbered}"
                 raise KeyedError(lower, NOTHING, allowed)
-        return {name: _stacked(str(name), table) for name, table in blocks.items()}
+        return {name: _read_stacked(str(name), table) for name, table in blocks.items()}
 
     @pydantic.model_validator(mode="after")
     def _all_but_the_highest_carry(self) -> Self:
@@ -178,7 +178,7 @@ OfBody = TypeVar("OfBody", bound=Table)
 OfBox = TypeVar("OfBox", bound=Table)
 
 
-def _stacked(number: str, table: object) -> object:
+def _read_stacked(number: str, table: object) -> object:
     """A block of a stack as it is read: a body where it has a key that only bodies have."""
     with below(number):
         return validated(_kind(table, StackedBody, StackedBlock), table)

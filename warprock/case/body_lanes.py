@@ -14,7 +14,7 @@ from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.hull import LEVEL, lower_hulls
 from warprock.model.lanes import Lanes
-from warprock.model.turning import principal_axes, turned
+from warprock.model.turning import principal_axes, rotate
 from warprock.quantity import Said
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def _in_space(values: LaneValues, body: Body) -> Bodies:
     return Bodies(
         mass=mass,
         gyration=moments / mass[:, None],
-        points=turned(conjugate, points),
+        points=rotate(conjugate, points),
         count=np.full(count, len(body.points), np.int32),
         corner_radius=np.zeros(count),
         axes=np.tile(axes, (count, 1)),
@@ -113,7 +113,7 @@ def _in_space(values: LaneValues, body: Body) -> Bodies:
 def seen_in_plane(
     values: LaneValues, body: Body | StackedBody
 ) -> tuple[Array, npt.NDArray[np.int32], Array]:
-    """A body in the plane: what can touch there, of a body in space in that of the motion.
+    """A body as the plane sees it: what can touch; of a body in space, in the plane of its motion.
 
     Returns:
         Points from the centre of mass [m], shape [lane, point, 2], how many each lane has, and

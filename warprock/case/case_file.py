@@ -14,6 +14,7 @@ from warprock.case.block import Block, Stack, read_block
 from warprock.case.body import Body
 from warprock.case.check import CheckSpec, read_check
 from warprock.case.contact import Contact
+from warprock.case.hold import Ties, TransverseWall
 from warprock.case.motion import Motion
 from warprock.case.run import Run
 from warprock.case.start import Start
@@ -45,6 +46,8 @@ class CaseFile(Table):
     model: Annotated[str | None, TextKey(MODEL_TEXT, (PLANAR, SPATIAL))] = None
     block: Annotated[Block | Stack | Body, pydantic.PlainValidator(read_block)]
     contact: Contact
+    transverse_wall: TransverseWall | None = None
+    tie: Ties | None = None
     start: Start = Start()
     motion: Motion | None = None
     run: Run
@@ -86,6 +89,6 @@ class CaseFile(Table):
         """Value of a dotted key, SI units or rad; None where the case does not give it."""
         found: Any = self
         for name in key.split("."):
-            stack = isinstance(found, Stack)
-            found = found.root.get(name) if stack else getattr(found, name, None)
+            numbered = isinstance(found, Stack | Ties)
+            found = found.root.get(name) if numbered else getattr(found, name, None)
         return found

@@ -138,13 +138,13 @@ def columns_of(key: str) -> set[str]:
     if key.startswith(LABEL):
         return {key.removeprefix(LABEL)}
     table, part = key.split(".")[0], key.split(".")[1]
-    number = f"_{part}" if table == "block" and part.isdecimal() else ""
+    number = f"_{part}" if table in ("block", "tie") and part.isdecimal() else ""
     direction = f"_{part}" if table == "motion" and part in ("y", "z") else ""
     return {column.named(number) + direction for column in KEYS[general_key(key)].columns}
 
 
 def input_meaning(column: str) -> tuple[str, str]:
-    """Unit and meaning of an input column; a block's number in its name does not matter."""
+    """Unit and meaning of an input column; the number of a block or of a tie does not matter."""
     known = INPUTS.get(column)
     if known is not None:
         return known.unit or "-", known.text
@@ -157,4 +157,4 @@ def input_meaning(column: str) -> tuple[str, str]:
     if number is None or general not in INPUTS:
         return "-", "Label of the case"
     unit, text = input_meaning(general)
-    return unit, f"{text}, block {number[1]}"
+    return unit, f"{text}, {'tie' if column.startswith('tie_') else 'block'} {number[1]}"

@@ -11,6 +11,7 @@ from warprock.case.block import Block, StackedBlock
 from warprock.case.body import Body, StackedBody
 from warprock.case.case_file import CaseFile
 from warprock.case.contact import Contact
+from warprock.case.hold import Tie, TransverseWall
 from warprock.case.motion import Motion
 from warprock.case.run import DURATION, Run
 from warprock.case.start import Start
@@ -18,7 +19,7 @@ from warprock.case.validation import Table
 from warprock.quantity import NumberKey, TextKey
 
 _TABLES: tuple[type[Table], ...] = (
-    *(Body, Block, Contact, Start, Motion, Run),
+    *(Body, Block, Contact, TransverseWall, Tie, Start, Motion, Run),
     *(StackedBody, StackedBlock),
 )
 
@@ -30,7 +31,7 @@ def _keys() -> dict[str, NumberKey | TextKey]:
 
 
 KEYS: dict[str, NumberKey | TextKey] = _keys()
-"""Dotted key -> how its value is read; N stands for the number of a block in a stack."""
+"""Dotted key -> how its value is read; N stands for the number of a block or of a tie."""
 
 SWEEP_KEYS: tuple[str, ...] = tuple(key for key, declared in KEYS.items() if declared.swept)
 """Keys that may differ from lane to lane."""
@@ -39,16 +40,17 @@ DRAWN_KEYS: tuple[str, ...] = tuple(key for key in SWEEP_KEYS if key != DURATION
 """Keys that may be drawn or spread: lanes of one duration run together, so that it should have few
 values."""
 
-_BLOCK_NUMBER = re.compile(r"^block\.[1-9][0-9]*\.")
+_NUMBER = re.compile(r"^(block|tie)\.[1-9][0-9]*\.")
 _DIRECTION = re.compile(r"^motion\.[yz]\.")
 
 
 def general_key(key: str) -> str:
     """The key of `KEYS` that says how a key is read.
 
-    block.2.width is an instance of block.N.width, motion.y.scale is read as motion.scale.
+    block.2.width is an instance of block.N.width, tie.1.slack of tie.N.slack, motion.y.scale is
+    read as motion.scale.
     """
-    return _DIRECTION.sub("motion.", _BLOCK_NUMBER.sub("block.N.", key))
+    return _DIRECTION.sub("motion.", _NUMBER.sub(r"\1.N.", key))
 
 
 def _rivals() -> dict[str, frozenset[str]]:

@@ -21,9 +21,10 @@ from warprock.case.case import Case
 from warprock.case.check import PeaksCheck
 from warprock.case.ensemble import CELL_COLUMNS
 from warprock.case.ground_motions import lane_motions
+from warprock.case.hold_lanes import held, refuse_elsewhere
 from warprock.case.input_columns import computed, key_column, lane_columns
 from warprock.case.keys import general_key
-from warprock.case.release import release_columns, released
+from warprock.case.release import release_blocks, release_columns
 from warprock.case.round_base import refuse_in_space, round_keys
 from warprock.case.run import DURATION
 from warprock.case.space import optional, spatial_because, spatial_columns, spatial_lanes
@@ -263,6 +264,14 @@ def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions,
     """Blocks, ground motions, and the columns of both in the table of inputs."""
     stacked = values.case.tables.stacked
     body = body_of(values)
+    beyond = (
+        in_space and "has blocks in space",
+        stacked and "has a stack",
+        body is not None and "has a body (block.base)",
+        values.case.tables.constant("motion.z") and "moves its base upwards (motion.z)",
+    )
+    for place in filter(None, beyond):
+        refuse_elsewhere(values, str(place))
     if body is not None:
         blocks = body_lanes(values, body, in_space=in_space)
     else:
@@ -282,8 +291,10 @@ def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions,
     if isinstance(blocks, SpatialLanes):
         columns |= spatial_columns(blocks)
     if not blocks.stacked:
-        blocks = released(values, blocks)
+        blocks = release_blocks(values, blocks)
         columns |= release_columns(values)
+        blocks, of_hold = held(values, blocks)
+        columns |= of_hold
     motions, more = lane_motions(values, blocks)
     if values.swept(DURATION):
         more |= key_column(DURATION, values.numbers(DURATION))

@@ -19,6 +19,7 @@ from warprock.case.case import Case
 from warprock.case.case_file import APART, CaseFile
 from warprock.case.check import CheckSpec, HousnerCheck, PeaksCheck
 from warprock.case.ensemble import read_ensemble
+from warprock.case.hold import number_ties
 from warprock.case.keys import KEYS, rivals
 from warprock.case.sample import read_sample
 from warprock.case.spectrum import read_spectrum
@@ -72,6 +73,7 @@ def override_tables(raw: dict[str, Any], overrides: Overrides) -> frozenset[str]
         InputError: One of them is of no such form, lies below what is no table, or is a grid that
             cannot be read.
     """
+    number_ties(raw)
     if isinstance(overrides, Mapping):
         for key, value in overrides.items():
             put(raw, key, value, value)
@@ -79,6 +81,7 @@ def override_tables(raw: dict[str, Any], overrides: Overrides) -> frozenset[str]
     else:
         keys = [override(raw, text) for text in overrides]
     overridden = frozenset(keys)
+    number_ties(raw)
     fix_keys(raw, overridden.union(*map(rivals, overridden)))
     with refusing(lambda _key: OVERRIDE):
         sweep_overrides(raw, keys)
@@ -94,6 +97,8 @@ def build_case(
 ) -> Case:
     """A case from what was written, judged as by `load_case`; arguments as in `Case`."""
     source_of = functools.partial(source_name, file=file, overridden=overridden)
+    raw = {**raw}
+    number_ties(raw)
     if isinstance(raw.get("sweep"), Mapping):
         raw = {**raw, "sweep": sweep_entries(raw)}
     with refusing(source_of):

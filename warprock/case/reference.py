@@ -15,6 +15,7 @@ from warprock.case.case_file import CaseFile
 from warprock.case.check import CHECKS
 from warprock.case.contact import Contact
 from warprock.case.ensemble import EnsembleTable
+from warprock.case.hold import Tie, TransverseWall
 from warprock.case.keys import general_key
 from warprock.case.motion import Motion
 from warprock.case.run import Run
@@ -27,7 +28,7 @@ from warprock.case.sweep import Grid
 from warprock.case.sweep_file import TableEntry
 from warprock.case.validation import Table
 from warprock.case.waveforms import FAMILIES, Family
-from warprock.errors import InputError, did_you_mean, listed
+from warprock.errors import InputError, did_you_mean, list_allowed
 from warprock.quantity import InputKey, Key
 from warprock.settings.engines import SETTINGS, declared_settings
 from warprock.settings.programs import PEER_SETTINGS
@@ -92,6 +93,8 @@ def sections() -> Iterator[Section]:
     yield _section("[block.N]", StackedBlock)
     yield _section("[block.N] of a body", StackedBody)
     yield _section("[contact]", Contact)
+    yield _section("[transverse_wall]", TransverseWall)
+    yield _section("[[tie]]", Tie)
     yield _section("[start]", Start)
     yield _section("[motion], [motion.y], [motion.z]", Motion)
     yield _section("[run]", Run)
@@ -155,7 +158,7 @@ def _row(key: str, declared: Key, default: str | None, required: bool) -> KeyRow
         row = row._replace(needed_by=(), allowed_with=())
     if not isinstance(declared, InputKey):
         return row
-    number = "_N" if table == StackedBlock.place else ""
+    number = "_N" if table in (StackedBlock.place, Tie.place) else ""
     return row._replace(
         swept=declared.swept,
         needs_space=declared.needs_space,
@@ -192,7 +195,9 @@ def find_sections(wanted: str | None = None) -> list[Section]:
             raise InputError("TABLE", "", wanted, f"no key of a case file{found_out}")
         known = [row.key for section in every for row in section.keys]
         tables = dict.fromkeys(key.rpartition(".")[0] for key in known if "." in key)
-        allowed = f"must be a table or a key of a case file ({listed(name, [*tables, *known])})"
+        allowed = (
+            f"must be a table or a key of a case file ({list_allowed(name, [*tables, *known])})"
+        )
         raise InputError("TABLE", "", wanted, f"{allowed}{did_you_mean(name, [*tables, *known])}")
     return found
 
@@ -218,7 +223,7 @@ def reference_page(found: Iterable[Section]) -> str:
     lines = [
         "# Keys of a case file",
         "",
-        'A quantity is text with its unit, such as `"8 mm"`. N is the number of a block.',
+        'A quantity is text with its unit, such as `"8 mm"`. N is the number of a block or a tie.',
     ]
     for section in found:
         lines += ["", f"## {section.title}", "", section.text, ""]

@@ -16,7 +16,7 @@ from warprock.model.bodies import boxes_on_corners
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.pose import start_corners
 from warprock.model.release import Release, rolling
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 from warprock.quantity import NOTHING
 
 if TYPE_CHECKING:
@@ -35,12 +35,12 @@ SUNK = 1e-9
 """Part of a block's size by which its lowest corner may start below the ground: round-off."""
 
 
-def released(values: LaneValues, lanes: Lanes) -> Lanes:
+def release_blocks(values: LaneValues, lanes: Lanes) -> Lanes:
     """Single blocks as the case lets them go: from rest on their bottom, or as it says.
 
-    A box that is thrown is one also where the case describes it as a body, by its eight corners;
-    one with its centre of mass beside its middle is a body. Other bodies are thrown where their
-    points surround their centre of mass: those of a base alone leave nothing to fall on.
+    A body that the case describes by the eight corners of a box is thrown as that box. A box with
+    its centre of mass beside its middle is thrown as a body. Other bodies can be thrown if their
+    points surround their centre of mass; the points of a base alone leave nothing to fall on.
 
     Args:
         values: Values of the case.
@@ -118,7 +118,7 @@ def _height(values: LaneValues, lanes: Lanes, attitude: Array) -> Array:
     """Heights of the centres of thrown blocks [m]; without one the lowest corner touches."""
     half = 0.5 * np.stack([lanes.width, lanes.depth, lanes.height], axis=-1)
     back = attitude * np.array([-1.0, -1.0, -1.0, 1.0])
-    up = turned(back, np.broadcast_to((0.0, 0.0, 1.0), half.shape))
+    up = rotate(back, np.broadcast_to((0.0, 0.0, 1.0), half.shape))
     reach = np.sum(np.abs(up) * half, axis=-1)
     if lanes.body is not None:
         reach = -np.einsum("li,lpi->lp", up, lanes.body.points_in_block_axes).min(axis=1)

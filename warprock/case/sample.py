@@ -71,7 +71,7 @@ class _Drawn(Table):
 
 
 class Uniform(_Drawn):
-    """A number of which each between two ends is as likely."""
+    """A uniform distribution between two ends."""
 
     shape: ClassVar[Shape] = Shape.UNIFORM
 
@@ -90,7 +90,7 @@ class Uniform(_Drawn):
 
 
 class Loguniform(Uniform):
-    """A number of whose logarithm each between two ends is as likely."""
+    """A log-uniform distribution between two ends."""
 
     shape: ClassVar[Shape] = Shape.LOGUNIFORM
 

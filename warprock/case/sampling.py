@@ -90,8 +90,8 @@ class Sample:
         )
         found = np.empty((len(numbers), self.dimensions))
         for at, (place_key, *round_keys) in enumerate(keys.reshape(self.dimensions, -1)):
-            strata = _permuted(numbers, self.count, round_keys)
-            places = (_mixed(numbers ^ place_key) >> np.uint64(64 - _PLACE_BITS)) + 0.5
+            strata = _permute(numbers, self.count, round_keys)
+            places = (_mix(numbers ^ place_key) >> np.uint64(64 - _PLACE_BITS)) + 0.5
             found[:, at] = (strata + places * 2.0**-_PLACE_BITS) / self.count
         return found
 
@@ -122,18 +122,18 @@ def _sequence(dimensions: int, seed: int) -> _Sequence:
     return _Sequence(dimensions, seed)
 
 
-def _permuted(numbers: Places, count: int, keys: list[np.uint64]) -> Places:
+def _permute(numbers: Places, count: int, keys: list[np.uint64]) -> Places:
     """Where a permutation of 0 to count - 1 takes some numbers."""
     bits = max(1, (count - 1).bit_length())
-    found = _scrambled(numbers, bits, keys)
+    found = _scramble(numbers, bits, keys)
     beyond = np.flatnonzero(found >= count)
     while len(beyond):
-        found[beyond] = _scrambled(found[beyond], bits, keys)
+        found[beyond] = _scramble(found[beyond], bits, keys)
         beyond = beyond[found[beyond] >= count]
     return found
 
 
-def _scrambled(numbers: Places, bits: int, keys: list[np.uint64]) -> Places:
+def _scramble(numbers: Places, bits: int, keys: list[np.uint64]) -> Places:
     """A permutation of 0 to 2^bits - 1: each of its steps can be undone."""
     mask, shift = np.uint64(2**bits - 1), np.uint64(max(1, bits // 2))
     found = numbers.copy()
@@ -143,7 +143,7 @@ def _scrambled(numbers: Places, bits: int, keys: list[np.uint64]) -> Places:
     return found
 
 
-def _mixed(numbers: Places) -> Places:
+def _mix(numbers: Places) -> Places:
     """Bits of 64 that depend on every bit of a number (Steele, Lea and Flood 2014)."""
     found = numbers + np.uint64(0x9E3779B97F4A7C15)
     found = (found ^ (found >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)

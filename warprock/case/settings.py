@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from warprock.case.validation import SourceOf
-from warprock.errors import InputError, did_you_mean, listed
+from warprock.errors import InputError, did_you_mean, list_allowed
 from warprock.settings.engines import SETTINGS, judged_settings
 from warprock.settings.programs import PEER_SETTINGS
 
@@ -38,6 +38,6 @@ def read_settings(
     """
     known, place = _TYPES[kind], f"{kind}.{name}"
     if name not in known:
-        allowed = f"must be one of {listed(name, known)}{did_you_mean(name, known)}"
+        allowed = f"must be one of {list_allowed(name, known)}{did_you_mean(name, known)}"
         raise InputError(source_of(place), kind, name, allowed)
     return judged_settings(known[name], place, tables.get(name, {}), source_of(place))

@@ -14,7 +14,7 @@ from warprock.case.case_file import CaseFile
 from warprock.case.settings import ENGINES, read_settings
 from warprock.case.validation import KeyedError, SourceOf, Table, below, validated
 from warprock.case.value_kinds import OtherKey
-from warprock.errors import did_you_mean, listed
+from warprock.errors import did_you_mean, list_allowed
 from warprock.quantity import NOTHING, Said
 from warprock.settings.engines import SETTINGS, declared_settings
 
@@ -218,7 +218,7 @@ def _refuse_setting(engines: tuple[str, ...], name: str, got: object) -> None:
         others = [engine for engine in SETTINGS if name in declared[engine]]
         verb = "has" if len(others) == 1 else "have"
         hint = f"; {', '.join(others)} {verb} it" if others else did_you_mean(name, known)
-        allowed = f"must be a setting of {' or '.join(engines)} ({listed(name, known)}){hint}"
+        allowed = f"must be a setting of {' or '.join(engines)} ({list_allowed(name, known)}){hint}"
         raise KeyedError(("study", "vary", name), got, allowed)
     if not isinstance(got, list) or len(got) < _FEWEST:
         allowed = f"must be a list of at least {_FEWEST} values"

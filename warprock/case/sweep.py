@@ -27,7 +27,7 @@ from warprock.case.sweep_file import LEAVE_OUT, TABLE, read_table_sweep
 from warprock.case.sweep_file_columns import OBSERVED
 from warprock.case.validation import KeyedError, Table, below, validated
 from warprock.case.value_kinds import ChoiceKey, WholeKey
-from warprock.errors import InputError, did_you_mean, listed
+from warprock.errors import InputError, did_you_mean, list_allowed
 from warprock.quantity import Key, NumberKey, Said, TextKey
 from warprock.units import Dimension, Quantity
 
@@ -311,7 +311,7 @@ def _read_column(key: str, value: object) -> Numbers | Texts:
     if key in KEYS:
         raise KeyedError((), value, "must not be swept: it is the same for every lane")
     near = did_you_mean(key, SWEEP_KEYS)
-    raise KeyedError((), key, f"must be label.NAME or one of {listed(key, SWEEP_KEYS)}{near}")
+    raise KeyedError((), key, f"must be label.NAME or one of {list_allowed(key, SWEEP_KEYS)}{near}")
 
 
 def _has_text(values: Sequence[object]) -> bool:

@@ -101,13 +101,13 @@ def read_table_sweep(entry: Mapping[str, object], folder: pathlib.Path | None) -
         for key, (name, unit) in found.items()
     }
     if not parquet:
-        values = {key: _typed(key, each) for key, each in values.items()}
+        values = {key: _read_numbers(key, each) for key, each in values.items()}
     digest = hashlib.sha256(content).hexdigest()
     names = {key: name for key, (name, _) in found.items()}
     return TableSweep(TableSource(asked.table, source, digest), names, values)
 
 
-def _typed(key: str, values: list[Any]) -> list[Any]:
+def _read_numbers(key: str, values: list[Any]) -> list[Any]:
     """What was observed, as numbers where every cell of the text is one."""
     if key.startswith(OBSERVED) and all(map(bare_number, values)):
         return [float(value) for value in values]

@@ -14,8 +14,9 @@ from collections.abc import Collection, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from warprock.case.axes import LABEL
+from warprock.case.hold import MOST_TIES
 from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
-from warprock.errors import InputError, did_you_mean, listed
+from warprock.errors import InputError, did_you_mean, list_allowed
 from warprock.model.runnable import MOST_BLOCKS
 from warprock.quantity import NOTHING, Column, NumberKey, Said
 from warprock.units import UNITS, bare_number
@@ -104,8 +105,8 @@ def _key_of(name: str, source: str) -> tuple[str, str]:
     near = [*SWEEP_KEYS, *known]
     allowed = (
         "must be a key, such as block.height, or a column of the lane table, such as height_m "
-        f"({listed(name, near)}), label.NAME or observed.NAME, or stand in leave_out of the sweep"
-        f"{did_you_mean(name, near)}"
+        f"({list_allowed(name, near)}), label.NAME or observed.NAME, or stand in leave_out of the "
+        f"sweep{did_you_mean(name, near)}"
     )
     raise InputError(source, name, Said("the column"), allowed)
 
@@ -155,8 +156,9 @@ def _keys_of_columns() -> dict[str, tuple[str, str]]:
 
 def _instances(general: str) -> Iterator[tuple[str, str, str]]:
     """The keys that a key of `KEYS` stands for, and what their columns have in and behind it."""
-    if general.startswith("block.N."):
-        for number in range(1, MOST_BLOCKS + 1):
+    most = {"block.N": MOST_BLOCKS, "tie.N": MOST_TIES}.get(general.rpartition(".")[0])
+    if most is not None:
+        for number in range(1, most + 1):
             yield general.replace("N", str(number), 1), f"_{number}", ""
     else:
         yield general, "", ""

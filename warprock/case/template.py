@@ -29,7 +29,7 @@ from warprock.records import load_record, record_names
 from warprock.records.column_file import Reading
 from warprock.records.loading import AS_WRITTEN
 from warprock.records.record import Record
-from warprock.records.writing import imported_csv
+from warprock.records.writing import format_imported
 from warprock.units import Dimension, parse_quantity
 
 SIZES = ("width", "depth", "diameter", "height")
@@ -335,5 +335,5 @@ def take_record(name: str, reading: Reading = AS_WRITTEN) -> TakenRecord:
     stem = re.sub(r"[^A-Za-z0-9._-]+", "-", pathlib.Path(record.name).stem)
     # The case may lie in the folder of the file asked for.
     file = f"{stem}-si.csv" if f"{stem}.csv" == pathlib.Path(name).name else f"{stem}.csv"
-    content = imported_csv(record, (), name=pathlib.Path(file).stem)
+    content = format_imported(record, (), name=pathlib.Path(file).stem)
     return TakenRecord(file, duration, {file: content})

@@ -11,7 +11,7 @@ from importlib.resources.abc import Traversable
 from typing import Any, NamedTuple
 
 from warprock.case.keys import rivals
-from warprock.errors import InputError, did_you_mean, listed
+from warprock.errors import InputError, did_you_mean, list_allowed
 from warprock.quantity import Said
 from warprock.reading import read_bytes, reason
 from warprock.unmodelled import unmodelled_text
@@ -58,7 +58,7 @@ def case_names() -> list[str]:
         ['cube-tosses', 'fragility-fema-p695', 'fragility-five-blocks']
     """
     return sorted(
-        entry.name for entry in _shipped().iterdir() if entry.joinpath(CASE_FILE).is_file()
+        entry.name for entry in _shipped_cases().iterdir() if entry.joinpath(CASE_FILE).is_file()
     )
 
 
@@ -70,13 +70,13 @@ def data_folder(name: str, folder: pathlib.Path | None) -> pathlib.Path | None:
         folder: Its folder; None for a shipped case, and for one that has no file.
     """
     if folder is None and name in case_names():
-        return pathlib.Path(str(_shipped().joinpath(name)))
+        return pathlib.Path(str(_shipped_cases().joinpath(name)))
     return folder
 
 
 def template_kinds() -> list[str]:
     """Kinds of commented case files that `template_text` knows, sorted."""
-    names = (entry.name for entry in _shipped().joinpath("templates").iterdir())
+    names = (entry.name for entry in _shipped_cases().joinpath("templates").iterdir())
     return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
 
 
@@ -94,7 +94,7 @@ def template_text(kind: str) -> str:
         raise InputError(
             "KIND", "", kind, f"must be one of {', '.join(kinds)}{did_you_mean(kind, kinds)}"
         )
-    return _shipped().joinpath("templates", f"{kind}.toml").read_text(encoding="utf-8")
+    return _shipped_cases().joinpath("templates", f"{kind}.toml").read_text(encoding="utf-8")
 
 
 def find_case(text: str) -> CaseText:
@@ -105,16 +105,18 @@ def find_case(text: str) -> CaseText:
     """
     names = case_names()
     if text in names:
-        file = _shipped().joinpath(text, CASE_FILE)
+        file = _shipped_cases().joinpath(text, CASE_FILE)
         return CaseText(text, f"{text}/{CASE_FILE}", None, file.read_text(encoding="utf-8"))
     path = pathlib.Path(text)
     try:
         path = path / CASE_FILE if path.is_dir() else path
         content = read_bytes(path, MOST_CASE_BYTES).decode("utf-8-sig")
     except (FileNotFoundError, NotADirectoryError):
-        known = f"a shipped case ({listed(text, names)}: warprock list) or the path of a case file"
+        shipped = f"a shipped case ({list_allowed(text, names)}: warprock list)"
         near = unmodelled_text(text) or did_you_mean(text, names)
-        raise InputError("CASE", "", text, f"must be {known}{near}") from None
+        raise InputError(
+            "CASE", "", text, f"must be {shipped} or the path of a case file{near}"
+        ) from None
     except OSError as error:
         allowed = f"must be a case file that can be read ({reason(error)})"
         raise InputError("CASE", "", str(path), allowed) from None
@@ -256,7 +258,7 @@ def _override_value(key: str, text: str) -> Any:
     return parsed["value"]
 
 
-def _shipped() -> Traversable:
+def _shipped_cases() -> Traversable:
     return importlib.resources.files("warprock.cases")
 
 

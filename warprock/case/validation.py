@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Self, TypeVar
 
 import pydantic
 
-from warprock.errors import InputError, did_you_mean, listed
+from warprock.errors import InputError, did_you_mean, list_allowed
 from warprock.quantity import NOTHING, InputKey, Key
 from warprock.unmodelled import unmodelled_text
 
@@ -54,7 +54,7 @@ def unknown_key(name: str, got: object, known: Iterable[str]) -> UnknownKeyError
     """The error about an unknown key: those allowed, and the one perhaps meant."""
     known = tuple(known)
     near = unmodelled_text(name) or did_you_mean(name, known)
-    allowed = f"unknown key (allowed: {listed(name, known)}){near}"
+    allowed = f"unknown key (allowed: {list_allowed(name, known)}){near}"
     return UnknownKeyError(name, got, allowed)
 
 

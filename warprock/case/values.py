@@ -138,13 +138,13 @@ class LaneValues:
         """
         if bad.any():
             at = int(np.argmax(bad))
-            said, source = self._said(key, at), self.case.source_of(key)
+            said, source = self._write_value(key, at), self.case.source_of(key)
             if key in self._rows:
                 source, rows = self._rows[key]
                 key = f"{key}, row {rows[at] + 1}"
             raise InputError(source, key, said, f"{allowed} (lane {self.lanes[at]})")
 
-    def _said(self, key: str, at: int) -> Said:
+    def _write_value(self, key: str, at: int) -> Said:
         """One lane's value of a key, as a user would write it."""
         reader = KEYS[general_key(key)]
         if not isinstance(reader, NumberKey):

@@ -98,11 +98,11 @@ def _value(value: Any, column: int | None = None) -> str:
         parts = [_value(each) for each in value]
         line = f"[{', '.join(parts)}]"
         fits = column is None or column + len(line) <= WIDTH
-        return line if fits else _broken_list(parts)
+        return line if fits else _break_list(parts)
     return repr(value)
 
 
-def _broken_list(parts: Sequence[str]) -> str:
+def _break_list(parts: Sequence[str]) -> str:
     """A list in lines that are as long as may be."""
     lines, line = [], " "
     for part in parts:

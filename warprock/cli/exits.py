@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 import click
 
-from warprock.errors import InputError, one_line, shortened
+from warprock.errors import InputError, one_line, shorten
 from warprock.running.compiling import saying_when_compiling
 
 EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
@@ -114,6 +114,6 @@ class ExitCodes(click.Group):
 
 def _usage(error: click.UsageError) -> str:
     """What Click says of options and arguments, in one line, and where to read more."""
-    said = shortened(" ".join(error.format_message().split()))
+    said = shorten(" ".join(error.format_message().split()))
     path = error.ctx.command_path if error.ctx is not None else "warprock"
     return f"{said} See {path} --help"

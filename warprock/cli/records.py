@@ -130,9 +130,9 @@ def import_command(
     from warprock.records.column_file import Reading
     from warprock.records.importing import (
         Importing,
+        convert_file,
         displacement_reading,
         found_files,
-        imported,
         require_one_name,
     )
     from warprock.records.processing import parse_step
@@ -143,7 +143,7 @@ def import_command(
     how = Importing(asked, beside, tuple(map(parse_step, steps)), source, licence)
     found = found_files(files)
     if tuple(found) == files and len(found) == 1:
-        _write(output, imported(found[0], how, name or output.stem), as_json)
+        _write(output, convert_file(found[0], how, name or output.stem), as_json)
         return
     require_one_name(name, len(found))
     _write_many(output, found, how, workers, as_json)
@@ -188,7 +188,7 @@ def generate(
 ) -> None:
     """Writes a stochastic motion: Kanai-Tajimi noise under an envelope, scaled to a peak."""
     from warprock.records.stochastic import GroundNoise
-    from warprock.records.writing import generated_csv
+    from warprock.records.writing import format_generated
 
     noise = GroundNoise(
         seed=seed,
@@ -198,7 +198,7 @@ def generate(
         damping=damping,
         interval=_positive("--interval", interval, "time"),
     )
-    _write(output, generated_csv(noise, output.stem), as_json)
+    _write(output, format_generated(noise, output.stem), as_json)
 
 
 def _positive(option: str, text: str, dimension: str) -> float:

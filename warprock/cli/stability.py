@@ -47,7 +47,7 @@ def stability(
     from warprock.measure import atlas
     from warprock.measure.atlas_lanes import AtlasSize
     from warprock.measure.atlas_maps import LABELS, MAPS
-    from warprock.measure.atlas_summary import explained, summarise
+    from warprock.measure.atlas_summary import explain_words, summarise
     from warprock.running.case_run import require_choice
     from warprock.running.devices import start_warp
     from warprock.running.options import RunOptions
@@ -74,7 +74,7 @@ def stability(
         )
     if not len(table):
         raise InputError("--map", "", list(maps), "no engine that was asked for runs it")
-    found: dict[str, Any] = {"explained": explained(), **summarise(table)}
+    found: dict[str, Any] = {"explained": explain_words(), **summarise(table)}
     drawn = [(m.name, m.title, m.x, up) for m in chosen for up in (m.y, m.other_y) if up]
     drawings = draw_maps(table, drawn, LABELS)
     files = [*write_drawings(drawings, folder), write_summary(found, folder)]

@@ -50,6 +50,8 @@ class AbstractEngine(abc.ABC):
     """Whether the blocks of its stacks in the plane can be such bodies."""
     rounded: ClassVar[bool] = False
     """Whether it can roll a body on rounded corners."""
+    holds: ClassVar[bool] = False
+    """Whether it knows what holds a block besides its base: walls and ties."""
     vertical: ClassVar[tuple[str, ...]] = ()
     """What it can run in the plane on a base that also moves upwards: block, stack."""
     restitution: ClassVar[str | None] = "finds the angular restitution from its contact law"
@@ -84,6 +86,12 @@ class AbstractEngine(abc.ABC):
             place = " in space" if scene.spatial else " in the plane"
             where = place if any(cls.bodies) else ""
             return f"{cls.name} runs boxes alone{where}, and the case has a body (block.base)"
+        if scene.held and not cls.holds:
+            tables = " and ".join(scene.held)
+            return (
+                f"{cls.name} runs free-standing blocks, and the case holds its block ({tables}); "
+                "housner runs it"
+            )
         if scene.rounded and not cls.rounded:
             return f"{cls.name} has sharp corners, and the case rounds them (block.corner_radius)"
         where = "space" if scene.spatial else "plane"

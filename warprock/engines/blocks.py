@@ -16,7 +16,7 @@ from warprock.engines.stack_bodies import profile_columns, start_on_feet
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import bottom_corners, start_poses
 from warprock.model.release import Release
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 
 Array = npt.NDArray[np.float64]
 
@@ -136,7 +136,7 @@ def spatial_columns(lanes: Lanes) -> dict[str, Array]:
     position, attitude = start_poses(stacks)
     flat = _flat_places(stacks)
     turn = np.diff(stacks.yaw_start, axis=1, prepend=0.0)
-    low = turned(attitude[..., None, :], bottom_corners(stacks))[..., 2]
+    low = rotate(attitude[..., None, :], bottom_corners(stacks))[..., 2]
     above = low - low.min(axis=-1, keepdims=True)
     columns = {
         "half_width": 0.5 * stacks.face_width,

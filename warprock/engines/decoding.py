@@ -22,6 +22,7 @@ from warprock.model.response import (
     LANE_FIELDS,
     MODEL_FIELDS,
     SPATIAL_FIELDS,
+    TIE_FIELDS,
     USABLE,
     Outcome,
     Response,
@@ -212,7 +213,7 @@ def respond(engine: str, lanes: Lanes, columns: Mapping[str, Rows], times: Sampl
             histories, if asked for.
         times: Duration and sampling.
     """
-    wanted = (*SPATIAL_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *HISTORIES)
+    wanted = (*SPATIAL_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *TIE_FIELDS, *HISTORIES)
     names = (*LANE_FIELDS, *(name for name in wanted if name in columns))
     fields: dict[str, Rows] = {}
     for name in names:

@@ -59,13 +59,15 @@ class Dem(AbstractEngine):
     First order in the step, whose dashpots are half a step late. Every lane has its own step: the
     `time_step` of the settings, or `step_safety` of what its stiffest mode allows.
 
-    A lane has lifted once the springs of an eighth of an interface, at one end, carry all: of five
-    sub-contacts only the last, which is when a rigid block lifts; its time is when that interface
-    began to gape in the middle. It is at rest while no interface has parted so and none slides; an
-    impact is an interface that closes in the middle again, bounces counted. What a lane lost went
-    into dashpots, slip and springs that opened under load. The account of its energy knows what
-    springs hold; a lane that gains what neither its start nor its base gave, by a tenth of what
-    they did and of what overturns it, has the status UNSTABLE, as at a `step_safety` beyond 1.
+    A lane lifts once an eighth of an interface, at one end, carries all: of five sub-contacts only
+    the last, as when a rigid block lifts. Its uplift time is when that interface began to gape in
+    the middle. A lane is at rest while no interface has parted so and none slides. An impact is an
+    interface that closes in the middle again; bounces count. What a lane lost went into dashpots,
+    slip and springs that opened under load.
+
+    The energy account knows what springs hold. A lane that gains what neither its start nor its
+    base gave, by more than a tenth of what they did and of what overturns it, has the status
+    UNSTABLE; a `step_safety` beyond 1 makes such lanes.
 
     Blocks lift and overturn below g tan(slenderness angle) on springs, and that is the model. Under
     an acceleration that starts at once a rigid block stands up to g b / h (half width over half
@@ -81,12 +83,13 @@ class Dem(AbstractEngine):
 
     In space the springs are a grid, `subcontacts` along the width times `subcontacts_across` along
     the depth, under the face of the upper block; they press along the normal of the lower face. A
-    lane has lifted there once an interface gapes from the middle to three quarters of the way to
-    the corner that is pressed most: about an edge that is when it does in the plane. A
-    block that rocks over corners chatters on weakly damped springs: there no order shows.
+    lane lifts there once an interface gapes from the middle to three quarters of the way to the
+    corner that is pressed most; for a turn about an edge that is the rule of the plane. A block
+    that rocks over corners chatters on weakly damped springs, so that no order shows.
+
     A body in space stands on a spring under each of its points, which have equal parts of the area
-    of its base: a box of two sub-contacts along and across. In a stack in the plane with a body
-    every interface has springs under the points that touch alone, boxes among them.
+    of its base, as a box with two sub-contacts along and across does. In a stack in the plane with
+    a body all interfaces have springs under their contact points alone, those of boxes, too.
     """
 
     name: ClassVar[str] = "dem"

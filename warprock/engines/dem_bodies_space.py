@@ -18,7 +18,7 @@ from warprock.engines.spatial_bodies import body_of, spatial_inputs, there_are
 from warprock.model.bodies import Bodies, boxes_on_corners
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.pose import product, quaternion, start_poses
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 
@@ -86,7 +86,7 @@ class PointSprings:
         matrix = np.zeros((len(body.mass), 6, 6))
         weight = there_are(body)[..., None]
         for axis, spring in zip(np.eye(3), (self.shear, self.shear, self.stiffness), strict=True):
-            way = np.broadcast_to(turned(back, axis[None])[:, None], body.points.shape)
+            way = np.broadcast_to(rotate(back, axis[None])[:, None], body.points.shape)
             row = weight * np.concatenate([way, np.cross(body.points, way)], axis=-1)
             matrix += spring[:, None, None] * np.einsum("lpi,lpj->lij", row, row)
         moments = np.concatenate([np.ones_like(body.gyration), body.gyration], axis=1)
@@ -108,10 +108,10 @@ class PointSprings:
         depth, slope = self._bearing()
         lean = np.stack([-slope[:, 1], slope[:, 0], np.zeros_like(depth)], axis=-1)
         yaw = quaternion(lanes.yaw_start[:, None] * np.array([0.0, 0.0, 1.0]))
-        lean = turned(yaw, lean)
+        lean = rotate(yaw, lean)
         up = body.centre_height[:, None] * np.array([0.0, 0.0, 1.0])
         sunk = np.cross(lean, up) - depth[:, None] * np.array([0.0, 0.0, 1.0])
-        levers = turned(attitude[:, None], body.points_in_block_axes)[..., 2]
+        levers = rotate(attitude[:, None], body.points_in_block_axes)[..., 2]
         pressed = self._sink(place[:, 2, None] + levers)
         down = pressed[:, None] * np.array([0.0, 0.0, -1.0])
         moved = np.where(rests[:, None], sunk, np.where(flies[:, None], 0.0, down))

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from warprock.engines.blocks import spatial_columns
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import product, quaternion
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 
@@ -142,7 +142,7 @@ def spatial_frequencies(lanes: Lanes, settings: DemSettings) -> Array:
     c, s = columns["flat_c"], columns["flat_s"]
     for block in range(blocks):
         upper = _levers(springs, block)
-        lower = _turned_by(upper + _middle(columns, block), c[:, block], s[:, block])
+        lower = _turn_by(upper + _middle(columns, block), c[:, block], s[:, block])
         if block > 0:
             flat = [columns[name][:, block] for name in ("flat_x", "flat_y")]
             high = columns["half_height"][:, block - 1]
@@ -157,7 +157,7 @@ def spatial_frequencies(lanes: Lanes, settings: DemSettings) -> Array:
             e = np.broadcast_to(axis, upper.shape)
             row[..., 6 * block : 6 * block + 6] = np.concatenate([e, np.cross(upper, e)], axis=-1)
             if block > 0:
-                e = _turned_by(e, c[:, block], s[:, block])
+                e = _turn_by(e, c[:, block], s[:, block])
                 part = np.concatenate([e, np.cross(lower, e)], axis=-1)
                 row[..., 6 * block - 6 : 6 * block] = -part
             weighed = row * (k * springs.area[:, block])[..., None]
@@ -187,7 +187,7 @@ def _levers(springs: SpatialSprings, block: int) -> Array:
     return np.asarray(flat - _middle(springs.columns, block))
 
 
-def _turned_by(vector: Array, c: Array, s: Array) -> Array:
+def _turn_by(vector: Array, c: Array, s: Array) -> Array:
     """Rotates vectors [lane, point, 3] about the vertical, from +x to +y."""
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
     c, s = c[:, None], s[:, None]
@@ -218,8 +218,8 @@ def start_in_space(lanes: Lanes, settings: DemSettings) -> dict[str, Array]:
     position += np.where(flat[:, None, None], moved, 0.0)
     attitude = np.where(flat[:, None, None], product(quaternion(turn), attitude), attitude)
     sinks = ~flat & ~(stacks.gap_start[:, 0] > 0.0)
-    seen = turned(attitude[:, :1], _levers(springs, 0))[..., 2] + 0.5 * stacks.height[:, :1]
-    depth = _sunk(
+    seen = rotate(attitude[:, :1], _levers(springs, 0))[..., 2] + 0.5 * stacks.height[:, :1]
+    depth = _find_sinking(
         springs,
         seen + position[:, :1, 2],
         settings.normal_stiffness * springs.area[:, 0],
@@ -232,7 +232,7 @@ def start_in_space(lanes: Lanes, settings: DemSettings) -> dict[str, Array]:
     }
 
 
-def _sunk(springs: SpatialSprings, rise: Array, stiffness: Array, weight: Array) -> Array:
+def _find_sinking(springs: SpatialSprings, rise: Array, stiffness: Array, weight: Array) -> Array:
     """How far points at heights [m], [lane, point], must sink for springs to bear a weight [m]."""
     closed = np.ones(rise.shape, dtype=bool)
     depth = np.zeros(len(rise))
@@ -326,12 +326,12 @@ def _pile(springs: SpatialSprings, yaw: Array, depth: Array, slope: Array) -> tu
         turn[:, block] = total
         foot = foot.copy()
         foot[:, 2] -= depth[:, block]
-        centre = _turned_by(_middle(columns, block), c, s)[:, 0]
+        centre = _turn_by(_middle(columns, block), c, s)[:, 0]
         moved[:, block] = foot + np.cross(total, centre)
         if block + 1 < depth.shape[1]:
             flat = [columns[name][:, block + 1] for name in ("flat_x", "flat_y")]
             up = np.stack([*flat, columns["half_height"][:, block]], axis=-1)[:, None]
-            foot = moved[:, block] + np.cross(total, _turned_by(up, c, s)[:, 0])
+            foot = moved[:, block] + np.cross(total, _turn_by(up, c, s)[:, 0])
     return moved, turn
 
 
@@ -351,7 +351,7 @@ def _lever_above(
     lever = np.empty_like(centre)
     for block in range(stacks.block_count):
         c, s = np.cos(stacks.yaw_start[:, block]), np.sin(stacks.yaw_start[:, block])
-        arm = _turned_by(_middle(columns, block), c, s)[:, 0]
+        arm = _turn_by(_middle(columns, block), c, s)[:, 0]
         foot = centre[:, block] - (arm + np.cross(turn[:, block], arm))[:, :2]
         x, y = (above[:, block] - foot).T
         lever[:, block] = np.stack([c * x + s * y, c * y - s * x], axis=-1)

@@ -76,44 +76,43 @@ OF_ITS_OWN = -1.0
 class Event(AbstractEngine):
     """Rigid corners, Coulomb friction, midpoint Moreau-Jean steps that end at impacts.
 
-    Second order in `time_step` through impacts. Single boxes in the plane that rock about a corner
-    that sticks follow Taylor polynomials, of fifth order, which records' linear pieces do not cut
-    short; so do those that slide flat, all in steps of up to four times `time_step`. While they
-    slide on a corner or fly, their steps are of second order and at most half of it. So `order` is
-    the least that a run has, and estimates that count on it err on the safe side. Rest rule: after
-    an impact on its other corner a block rests if its next swing would stay below
-    `rest_rotation_ratio` times the slenderness
-    angle on either side, in a stack in the plane below a hundredth of that;
-    at rest it lifts or slides as the contact law says. Its penetration is
-    what the end of a step puts back on the base: drift, of third order in the step, and landings
-    that it misses by a part of the step. Single blocks in space have four corners, and kernels of
-    their own (kernels/event_space/block.py). So have stacks in space
-    (kernels/event_space/stack.py), which are second order while contacts stick, through
-    impacts, too, and first order where they
-    slide or an edge lets go of an end: that is not located there.
+    `order` is the least that a run has, 2, through impacts; estimates that count on it err on the
+    safe side. In space stacks and bodies are of first order where they slide.
 
-    Bodies in space stand on up to 64 points (kernels/event_space/body.py), one lane a thread:
-    second order while points stick, through impacts, too, and first where they slide.
+    Rest rule: after an impact on its other corner a block rests if its next swing would stay below
+    `rest_rotation_ratio` times the slenderness angle on either side, in a stack in the plane below
+    a hundredth of that. At rest it lifts or slides as the contact law says.
 
-    Bodies on contact points in the plane, whose corners may be rounded, have kernels of their own
-    (kernels/event/body.py); so have single blocks of which the angular restitution is prescribed.
-    An impact on the other corner of what a body stands on at first leaves that part of the angular
-    velocity then, and the corner takes the impulses which that asks for; where they ask for more
-    friction than there is, the part that comes nearest (`struck_velocity` in
-    event/body_contact.py). `friction_needed` is the friction that such impacts ask for, and a lane
-    with less is OUTSIDE_MODEL.
-    They know a base that moves upwards in the plane, single boxes as bodies on two points, and so
-    do stacks: gravity is then g + a_z, and below zero of it a block flies until it lands.
+    `peak_penetration` is what the end of a step puts back on the base: drift, of third order in the
+    step, and landings that the step misses by a part of its length.
 
-    Stacks in the plane are of fifth order while all contacts stick (kernels/event/stack/
-    rocking.py), of second where something slides or flies. Bodies in them are run by the
-    text of boxes: the face that a block stands on is then an edge of its chain
+    Single boxes in the plane (kernels/event/block.py): those that rock about a corner that sticks,
+    or slide flat, follow Taylor polynomials of fifth order in steps of up to four times
+    `time_step`; the knots of a record do not cut these short. Boxes that slide on a corner or fly
+    take steps of second order, at most half of `time_step`.
+
+    Bodies in the plane (kernels/event/body.py), also boxes whose base moves upwards or whose
+    angular restitution is prescribed: corners may be rounded. A prescribed restitution acts in
+    impacts on the other corner of the edge on which a body stands at first. The corner takes the
+    impulses which that asks for. Where these need more friction than there is, the restitution is
+    the nearest that friction allows (`struck_velocity` in kernels/event/body_contact.py).
+    `friction_needed` is the friction that such impacts need; a lane with less is OUTSIDE_MODEL.
+
+    Stacks in the plane (kernels/event/stack/): fifth order while all contacts stick, second where
+    something slides or flies. A body in a stack stands on an edge of its chain of corners
     (kernels/event/stack/edges.py).
 
-    With friction as a box single blocks are second order through the ends of their slips, along x
-    and along y; of blocks that rock and slide errors scatter (1.4 to 2). How rigid faces share
-    their load is not determined, and where they slide along x and stick along y the yaw of a stack
-    hangs on it: `event` and `impulse` may come to different ones.
+    Where the base moves upwards gravity is g + a_z; below zero a block flies until it lands.
+
+    Blocks in space have four corners (kernels/event_space/block.py), bodies up to 64 points
+    (kernels/event_space/body.py). Both are of second order while contacts stick, through impacts,
+    too. So are stacks (kernels/event_space/stack.py); they do not locate when an edge lets go of an
+    end, which is of first order.
+
+    With friction as a box single blocks are of second order through the ends of their slips along x
+    and y; the errors of blocks that rock and slide scatter (order 1.4 to 2). Rigid faces do not
+    determine how they share their load. Where a stack slides along x and sticks along y, its yaw
+    depends on that, so `event` and `impulse` may find different ones.
     """
 
     name: ClassVar[str] = "event"

@@ -12,6 +12,7 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import start_columns
 from warprock.engines.decoding import asked_friction, lane_fields, planar_fields, time_or_nan
 from warprock.engines.housner_body import body_inputs
+from warprock.engines.housner_held import held_fields, held_inputs, inertia_of, tie_rate
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.workload import step_limit
 from warprock.kernels import housner
@@ -72,6 +73,7 @@ class Housner(AbstractEngine):
     bodies: ClassVar[tuple[bool, bool]] = (True, False)
     bodies_move: ClassVar[tuple[str, ...]] = ("plane",)
     rounded: ClassVar[bool] = True
+    holds: ClassVar[bool] = True
     vertical: ClassVar[tuple[str, ...]] = ("block",)
 
     @classmethod
@@ -94,6 +96,8 @@ class Housner(AbstractEngine):
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene; see `AbstractEngine.kernel_of`."""
+        if scene.held:
+            return Kernel(housner, "held_run")
         name = "body_run" if scene.on_points else "block_run"
         return Kernel(housner, name, lanes=self.target.lanes)
 
@@ -107,6 +111,8 @@ class Housner(AbstractEngine):
         radius = rocking.half_diagonal(lanes.width, lanes.height)
         frequency_squared = 3.0 * GRAVITY / (4.0 * radius)
         rate = np.maximum(np.sqrt(frequency_squared), motions.components[0].fastest_rate)
+        if lanes.hold is not None:
+            rate = np.maximum(rate, tie_rate(lanes))
         step_length = PHASE_STEP[self.target.precision] / rate
         blocks = {
             "slenderness_angle": alpha,
@@ -125,9 +131,14 @@ class Housner(AbstractEngine):
                 motions, times.duration, step_length, STEPS_SPARE, len(times.times)
             ),
         }
+        more = {}
+        if lanes.hold is not None:
+            more = held_inputs(lanes)
+            blocks |= more.pop("blocks")
         return {
             "blocks": {name: each[:, None] for name, each in blocks.items()},
             **start_columns(lanes),
+            **more,
         }
 
     def _body_inputs(
@@ -155,17 +166,19 @@ class Housner(AbstractEngine):
         """Lane fields of a response; see `AbstractEngine.fields`."""
         rows = found.lanes
         needed, slides = asked_friction(rows, lanes.friction, self.target.precision)
-        if lanes.body is not None:
-            # The kernel has weighed every impact with the inertia about its own points.
-            inertia = lanes.mass
-        else:
-            radius = rocking.half_diagonal(lanes.width, lanes.height)
-            inertia = 4.0 / 3.0 * lanes.mass * radius**2
+        # Of bodies the kernel has weighed every impact with the inertia about its own points.
+        inertia = inertia_of(lanes) if lanes.body is None else lanes.mass
         rest_time = np.where(rows["mode"] == RESTING, time_or_nan(rows["rest_time"]), np.nan)
         marks = [(slides, Status.OUTSIDE_MODEL)]
+        lost = 0.5 * inertia * rows["loss"]
+        more = {}
+        if lanes.hold is not None:
+            lost = lost + rows["tie_loss"]
+            more = held_fields(lanes, rows)
         return {
             **lane_fields(rows, rest_time, marks),
             **planar_fields(found.blocks),
-            "energy_lost": 0.5 * inertia * rows["loss"],
+            "energy_lost": lost,
             "friction_needed": needed,
+            **more,
         }

@@ -34,17 +34,18 @@ class Impulse(AbstractEngine):
     while a corner has parted from the base, by more than a step of falling makes; it is at rest
     while none has and it does not slide. In a stack the same holds at the two ends of what two
     faces share. A contact that has no other beside it is solved exactly. A lane that gains more
-    energy than it held and its base supplied has the status UNSTABLE. What erp lifts counts as a
+    energy than it held and its base supplied has the status UNSTABLE; what `erp` lifts counts as a
     gain. On a base that moves upwards in the plane single boxes run as bodies on two points.
 
     In space a block touches at its four corners, and two faces at up to eight points. A single
-    block rocks and lands there by the same rule, and has lifted since no two opposite corners
-    carried; a stack rocks while a point is open by more than a step of falling makes. What the base
-    supplied is the most that a lane can have there. Where the law of friction lets all contacts of
-    a single block be stopped together, they are, at once; the sweeps solve what slides or leaves.
+    block rocks and lands there by the same rule; it lifts once no two opposite corners carry. A
+    stack rocks while a point is open by more than a step of falling makes. Of the energy that the
+    base supplied only an upper bound is known there. Where friction can stop all contacts of a
+    single block together, one solve does; the sweeps solve what slides or leaves.
+
     A body in space stands on up to 64 points. It rocks while a point that it stood on has parted
-    and the points that carry do not span a plane, and is at rest on whatever points it came to
-    lie on.
+    and the points that carry do not span a plane. It is at rest on whatever points it came to lie
+    on.
     """
 
     name: ClassVar[str] = "impulse"

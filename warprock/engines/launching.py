@@ -188,6 +188,9 @@ def launch(
         found.places = _samples((wanted, block_count, 3 if in_space else 2, count), real, device)
     if hasattr(found, "sides"):
         found.sides = wp.zeros((2, count), dtype=real, device=device)
+    if hasattr(found, "ties"):
+        tie_count = next(iter(others["ties"].values())).shape[1]
+        found.ties = wp.empty((tie_count, count), dtype=leaves["ties"], device=device)
     kernel = module.run_lanes
     given |= others | {"found": found}
     wp.launch(

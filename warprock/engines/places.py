@@ -18,7 +18,7 @@ from warprock.engines.bodies import Corners, rotate_lever
 from warprock.engines.spatial_bodies import body_of, stood_places, there_are
 from warprock.engines.stack_bodies import profile_slides
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 
 Array = npt.NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def planar_places(lanes: Lanes, rotation: Array, places: Array | None) -> dict[s
     """
     stacks = as_stacks(lanes)
     if places is None and lanes.body is not None:
-        x, z = (each[:, None] for each in lanes.body.rolled(rotation[:, 0]))
+        x, z = (each[:, None] for each in lanes.body.roll_centres(rotation[:, 0]))
         return {"slide": np.zeros_like(rotation), "x": x, "z": z}
     if places is None:
         x, z = _pivot(stacks, rotation)
@@ -116,7 +116,7 @@ def spatial_places(lanes: Lanes, attitude: Array, places: Array) -> dict[str, Ar
     stacks = cast(SpatialLanes, as_stacks(lanes))
     zero = np.zeros_like(stacks.width)
     beside = np.stack([stacks.centre_offset_x, stacks.centre_offset_y, zero], axis=-1)
-    middle = places - turned(attitude, np.broadcast_to(beside[:, :, None], places.shape))
+    middle = places - rotate(attitude, np.broadcast_to(beside[:, :, None], places.shape))
     if lanes.thrown:
         # Of a block that tumbles, the way of its centre.
         slide = places[..., :2]
@@ -144,9 +144,9 @@ def _spatial_slides(stacks: SpatialLanes, attitude: Array, places: Array) -> Arr
         low = np.broadcast_to(-own["half_height"], x.shape)
         corners = np.stack([x - own["centre_x"], y - own["centre_y"], low], axis=-1)
         frames = (*places[:, k].shape[:-1], 4, 3)
-        arms = turned(attitude[:, k, :, None], np.broadcast_to(corners, frames))
+        arms = rotate(attitude[:, k, :, None], np.broadcast_to(corners, frames))
         back = below * np.array([-1.0, -1.0, -1.0, 1.0])
-        seen = turned(back[:, :, None], arms + (places[:, k] - below_place)[:, :, None])
+        seen = rotate(back[:, :, None], arms + (places[:, k] - below_place)[:, :, None])
         lowest = seen[..., 2].min(axis=-1, keepdims=True)
         touches = seen[..., 2] <= lowest + TOUCH * own["half_width"]
         stood_x = own["flat_x"] + own["flat_c"] * x - own["flat_s"] * y
@@ -162,7 +162,7 @@ def _body_slides(stacks: SpatialLanes, attitude: Array, places: Array) -> Array:
     """The same of bodies, [lane, 1, sample, 2]: mean of the points that touch."""
     body = body_of(stacks)
     points, stood = body.points_in_block_axes, stood_places(stacks)
-    seen = turned(attitude[:, 0, :, None], points[:, None]) + places[:, 0, :, None]
+    seen = rotate(attitude[:, 0, :, None], points[:, None]) + places[:, 0, :, None]
     there = there_are(body)[:, None]
     height = np.where(there, seen[..., 2], np.inf)
     lowest = height.min(axis=-1, keepdims=True)

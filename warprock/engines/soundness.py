@@ -76,13 +76,14 @@ def find_exploded(lanes: Lanes, held: Array, gained: Array, bound: float = EXPLO
 def toppled_from_nothing(lanes: Lanes, held: Array, peak_rotation: Array) -> Mask:
     """Where a stack turned further than its energy can take it, shape [lane].
 
-    Write the potential with u_k, the sine of the rotation of block k less that of what it stands
-    on: as long as each u_k keeps its sign it is concave, so that the least energy to leave the
-    well around the flat state lies where one u_k alone is not zero: the blocks from k up turn as
-    one about an end of interface k. In the well the sum of |u_k| / (u_k there) is less than one,
-    and no rotation has a larger sine than the largest of those. A stack that starts in the well
-    with less than 1 - `BARRIER_SHARE` of that energy cannot leave it. Friction has to hold every
-    interface until it tips; elsewhere nothing is said.
+    Let u_k be the sine of the rotation of block k less that of what it stands on. While each u_k
+    keeps its sign, the potential is concave in them. So the least energy that leaves the well
+    around the flat state lies where a single u_k is not zero: the blocks from k up turn as one
+    about an end of interface k, by the sine b_k. In the well the sum of |u_k| / b_k is less than
+    one, and no rotation has a larger sine than the largest b_k. A stack that starts in the well
+    with less than 1 - `BARRIER_SHARE` of that energy cannot leave it.
+
+    This holds where friction holds every interface until it tips. No other lane is marked.
 
     Args:
         lanes: Stacks.
@@ -266,24 +267,28 @@ def unstable(
 ) -> Mask:
     """Where blocks gained energy that nothing gave, shape [lane], on a base that moves or not.
 
-    In the frame of the base the energy of the blocks is what they held at the start, and the work
-    of the base, less what the contacts have taken. No energy is below zero, so contacts have never
-    taken more, and can give back no more, than was held and the most that the base had supplied.
-    Rigid ones hold nothing, and a rotation takes no more energy than there was. Where contacts
-    give back more than `EXPLOSION_BOUND` times what there was at all, or rotations tell of that,
-    it is the step's; an account that is complete, with what springs hold in it, may be wrong by no
-    more than `COMPLETE_BOUND`. Where soft contacts let blocks sink below their flat state, or a
-    block falls, what they give back for a while counts from there. Besides, see `moved_by_nothing`:
-    what has once begun to rock takes energy from a base that could not have moved it. And see
-    `gone_through`.
+    In the frame of the base the energy of the blocks is what they held at the start, plus the work
+    of the base, less what the contacts have taken. It is never below zero. So contacts take, and
+    can give back, at most what was held and the most that the base had supplied. Rigid contacts
+    hold nothing, and no rotation takes more energy than there was.
+
+    A lane is marked where
+
+    - contacts gave back more than `EXPLOSION_BOUND` times what there was, or a rotation shows such
+      a gain: the step made it. An account that is complete, with what springs hold in it, may be
+      wrong by `COMPLETE_BOUND`. Where soft contacts let blocks sink below their flat state, or
+      where a block falls, gains count from there;
+    - blocks turned on a base too weak to lift them (`moved_by_nothing`): what has begun to rock
+      takes energy from such a base, so the first condition would miss it;
+    - a corner went through its ground (`gone_through`).
 
     Args:
         lanes: Single blocks or stacks.
         account: The engine's account.
         lean: Largest rotations [rad], in space leans of the axes, shape [lane], or [lane, block]
             for stacks.
-        rigid: Whether contacts are rigid, so that rotations tell an energy, one or shape [lane].
-        complete: Whether what springs hold is not counted as taken, so that none is given back.
+        rigid: Whether contacts are rigid, so that a rotation shows an energy, one or shape [lane].
+        complete: Whether the account knows what springs hold, so that contacts give nothing back.
     """
     if lanes.block_count == 1:
         # A stack of one is judged as a single block.
@@ -335,7 +340,7 @@ def _gained_in_space(
     rigid: Mask | bool,
     complete: bool,
 ) -> Mask:
-    """The same of blocks in space, whose contacts may have given back what nobody counts."""
+    """The same of blocks in space, where no account says what contacts gave back."""
     found = find_exploded(lanes, held, -account.lost)
     if lanes.stacked or lanes.thrown:
         return found

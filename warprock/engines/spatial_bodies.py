@@ -14,7 +14,7 @@ from warprock.model.hull import LEVEL
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.pose import start_poses
 from warprock.model.scene import SceneKind
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -118,6 +118,6 @@ def _standing(lanes: SpatialLanes) -> Array:
     """How many of the points that a body stands on at rest touch at the start, shape [lane]."""
     body = body_of(lanes)
     attitude = start_poses(lanes)[1]
-    low = turned(attitude[:, None], body.points_in_block_axes)[..., 2]
+    low = rotate(attitude[:, None], body.points_in_block_axes)[..., 2]
     touches = low - low.min(axis=1, keepdims=True) <= LEVEL * farthest(body)[:, None]
     return np.asarray((touches & body.standing & there_are(body)).sum(axis=1), dtype=np.float64)

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from warprock.case.input_columns import input_meaning
-from warprock.errors import InputError, did_you_mean, listed
+from warprock.errors import InputError, did_you_mean, list_allowed
 from warprock.figures.outcomes import OUTCOMES, RAISED, read_peaks
 from warprock.figures.palette import BLUE, DASHES, FALLEN, GREY
 from warprock.figures.sheet import TIME_LABEL, style
@@ -131,7 +131,9 @@ def _column_across(run: CaseRun, table: pd.DataFrame, x: str | None) -> str:
         differing = (name for name in inputs if table[name].nunique() > 1)
         return next(differing, "lane")
     if x not in numbers:
-        allowed = f"must be a column of numbers: {listed(x, numbers)}{did_you_mean(x, numbers)}"
+        allowed = (
+            f"must be a column of numbers: {list_allowed(x, numbers)}{did_you_mean(x, numbers)}"
+        )
         raise InputError("x", "", x, allowed)
     return x
 

@@ -21,7 +21,12 @@ from warprock.findings.validation_sheets import counts_sentence, left_out, markd
 from warprock.model.response import USABLE
 from warprock.running.provenance import case_facts, duration_facts, surroundings
 from warprock.running.run_file import CASE, COUNTS, banded
-from warprock.verification.measured import measured_quantities, measured_rows, predicted, unit_of
+from warprock.verification.measured import (
+    measured_quantities,
+    measured_rows,
+    predict_largest,
+    unit_of,
+)
 from warprock.verification.settings import plain_name
 from warprock.verification.validation import Judged, Validation, status_rows
 
@@ -300,7 +305,7 @@ def test_table(found: Validation) -> pd.DataFrame:
         for what in measured_quantities(found):
             end = f"{what}_{unit_of(what)}"
             part[f"observed_{end}"] = found.tests.measured[what][tests]
-            part[f"predicted_{end}"] = predicted(engine, what, lanes.shape[1])
+            part[f"predicted_{end}"] = predict_largest(engine, what, lanes.shape[1])
         parts.append(pd.DataFrame(part))
     table = pd.concat(parts, ignore_index=True)
     texts = {

@@ -96,7 +96,7 @@ def run_atlas(
     for done, part in enumerate(parts):
         path = folder / FOLDER / part.file
         of = {"atlas": _fingerprint(part, size)}
-        table = _kept(path, of)
+        table = _read_kept(path, of)
         if table is None:
             table = run_part(part, size, options)
             write_part(path, pa.Table.from_pandas(table, preserve_index=False), of)
@@ -239,7 +239,7 @@ def measure(
     }
 
 
-def _kept(path: pathlib.Path, of: Mapping[str, str]) -> pd.DataFrame | None:
+def _read_kept(path: pathlib.Path, of: Mapping[str, str]) -> pd.DataFrame | None:
     """The table of a part, if it is there, whole, and of just that; else None."""
     if find_part(path, of).state is not State.DONE:
         return None

@@ -89,7 +89,7 @@ class LaneGrid:
     held: Array
 
 
-def _crossed(**axes: Iterable[Hashable]) -> pd.DataFrame:
+def _cross(**axes: Iterable[Hashable]) -> pd.DataFrame:
     """One row for each set of values, the last axis the fastest."""
     values = [list(each) for each in axes.values()]
     return pd.MultiIndex.from_product(values, names=list(axes)).to_frame(index=False)
@@ -124,10 +124,10 @@ def _single_blocks(inputs: pd.DataFrame, motions: GroundMotions | None = None) -
     )
 
 
-def released(size: AtlasSize) -> LaneGrid:
+def release_blocks(size: AtlasSize) -> LaneGrid:
     """Single blocks of every slenderness and height let go from every rotation."""
     return _single_blocks(
-        _crossed(
+        _cross(
             slenderness=size.along(SLENDERNESS),
             height_m=size.along(HEIGHTS, max(2, size.points // 2)),
             start_ratio=size.some(STARTS),
@@ -135,9 +135,9 @@ def released(size: AtlasSize) -> LaneGrid:
     )
 
 
-def released_evenly_wide(size: AtlasSize) -> LaneGrid:
+def release_evenly_wide(size: AtlasSize) -> LaneGrid:
     """Single blocks of one width and every slenderness let go."""
-    inputs = _crossed(
+    inputs = _cross(
         slenderness=size.along(SLENDERNESS, 6), start_ratio=size.some((1e-3, 0.03, 0.2, 0.9))
     )
     return _single_blocks(inputs.assign(height_m=STIFFNESS_WIDTH * inputs["slenderness"]))
@@ -160,7 +160,7 @@ def _sines(inputs: pd.DataFrame) -> GroundMotions:
 
 def shaken(size: AtlasSize) -> LaneGrid:
     """Single blocks at rest under sine bursts of every amplitude and frequency."""
-    inputs = _crossed(
+    inputs = _cross(
         amplitude_g=size.along(AMPLITUDES),
         frequency_hz=size.along(FREQUENCIES),
         control=[str(Control.ACCELERATION), str(Control.DISPLACEMENT)],
@@ -178,15 +178,15 @@ def sliding(size: AtlasSize) -> LaneGrid:
             "frequency_hz": [1.0, 1.0, 1.0, 1.0, 3.0],
         }
     ).assign(control=str(Control.ACCELERATION), height_m=1.0)
-    inputs = _crossed(
+    inputs = _cross(
         friction=[0.0, *size.along(FRICTIONS)[1:]], slenderness=size.along(SLENDERNESS)
     ).merge(scenes, how="cross")
     return _single_blocks(inputs, _sines(inputs))
 
 
-def stacked(size: AtlasSize) -> LaneGrid:
+def stack_pairs(size: AtlasSize) -> LaneGrid:
     """Two blocks of every mass ratio let go in several ways."""
-    inputs = _crossed(
+    inputs = _cross(
         mass_ratio=size.along(MASS_RATIOS, 9),
         turned=list(STACK_TURNS),
         start_ratio=size.some((0.01, 0.1, 0.2, 0.4)),

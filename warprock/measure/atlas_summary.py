@@ -277,7 +277,7 @@ def _percent(share: float) -> str:
     return text.replace(".0 %", " %")
 
 
-def explained() -> str:
+def explain_words() -> str:
     """What the words of the summary mean."""
     return (
         "Error: largest |rotation - reference| / slenderness angle over a run; the reference is "

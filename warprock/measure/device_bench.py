@@ -102,11 +102,11 @@ def _rows(
         """Wall time of a run and of its kernel [s]: the fastest of some, or of one long one."""
         batch, runs = scene(count), list[tuple[float, float]]()
         while len(runs) < REPEATS and sum(took for took, _kernel in runs) < seconds:
-            runs.append(_timed(engine, batch, precision, place, workers))
+            runs.append(_time_run(engine, batch, precision, place, workers))
         return min(runs)
 
     for place, count in (("cpu", CPU_LANES), (device, COUNTS[0])):
-        _timed(engine, scene(count), precision, place, workers, duration=0.01)
+        _time_run(engine, scene(count), precision, place, workers, duration=0.01)
     cpu, _kernel = best("cpu", CPU_LANES)
     rows = list[dict[str, Any]]()
     for count in COUNTS:
@@ -125,7 +125,7 @@ def _rows(
     return rows
 
 
-def _timed(
+def _time_run(
     engine: str,
     batch: Batch,
     precision: str,

@@ -140,7 +140,7 @@ def run_trade(
         The table, by scene and engine: the rows wanted, then others that the folder had.
     """
     here = {"cpu": machine.cpu_name(), "kernel_sha256": machine.kernel_hash()}
-    rows = _written_rows(folder / TABLE)
+    rows = _read_rows(folder / TABLE)
     missing = [entry for entry in entries if not here.items() <= rows.get(entry.key, {}).items()]
     done = len(entries) - len(missing)
     for entry, row in _measure_all(missing, here):
@@ -154,7 +154,7 @@ def run_trade(
     return table
 
 
-def _written_rows(path: pathlib.Path) -> dict[Any, dict[str, Any]]:
+def _read_rows(path: pathlib.Path) -> dict[Any, dict[str, Any]]:
     """Rows of a table, by their keys; none where it is not there, or of another form.
 
     Raises:

@@ -17,7 +17,7 @@ BLOCK_LOAD = 2.67e3
 """Mass over its base of a block of stone 1 m high [kg/m^2]: what swings on an area of springs."""
 
 
-def _damped(stiffness: float, *, subcontacts: int, safety: float = 0.2) -> Settings:
+def _damp(stiffness: float, *, subcontacts: int, safety: float = 0.2) -> Settings:
     """Springs of a stiffness [N/m^3] with dashpots critical for a block of stone 1 m high."""
     return {
         "normal_stiffness": stiffness,
@@ -55,9 +55,9 @@ TRADE_KNOBS: dict[str, tuple[Settings, ...]] = {
     "dem": (
         {},
         {"step_safety": 0.8},
-        *(_damped(1e10, subcontacts=count) for count in (5, 10)),
-        *(_damped(stiffness, subcontacts=2) for stiffness in (1e9, 1e10, 1e11, 1e12)),
-        *(_damped(stiffness, subcontacts=2, safety=0.8) for stiffness in (1e10, 1e11, 1e12)),
+        *(_damp(1e10, subcontacts=count) for count in (5, 10)),
+        *(_damp(stiffness, subcontacts=2) for stiffness in (1e9, 1e10, 1e11, 1e12)),
+        *(_damp(stiffness, subcontacts=2, safety=0.8) for stiffness in (1e10, 1e11, 1e12)),
     ),
 }
 """Engine -> fields of its settings that differ from their defaults, from coarse to fine. An engine

@@ -93,7 +93,7 @@ class TradeScene:
     solve: Callable[[Lanes, GroundMotions, SampleTimes], Response] = oracle_response
 
 
-def _filled(shape: tuple[int, ...], width: npt.ArrayLike, height: npt.ArrayLike) -> Lanes:
+def _fill(shape: tuple[int, ...], width: npt.ArrayLike, height: npt.ArrayLike) -> Lanes:
     """Blocks of the paper's stone at rest, some for each lane or one."""
     parts = {"width": width, "height": height, "depth": 0.5, "density": 2670.0}
     parts |= {"friction": FRICTION, "chamfer": 0.0, "offset": 0.0, "rotation_start": 0.0}
@@ -107,7 +107,7 @@ def _filled(shape: tuple[int, ...], width: npt.ArrayLike, height: npt.ArrayLike)
 
 def _single_blocks(count: int) -> Lanes:
     """The block of the paper's Tables 4 to 7."""
-    return _filled((count,), 0.17, 1.0)
+    return _fill((count,), 0.17, 1.0)
 
 
 def _free() -> tuple[Lanes, GroundMotions]:
@@ -145,7 +145,7 @@ def _stack() -> tuple[Lanes, GroundMotions]:
     motions = harmonic_motions(
         Waveform.SINE, control, GRAVITY * size, frequency, np.zeros(count), 1.0 / frequency
     )
-    return _filled((count, 2), (0.2, 0.15), 0.6), motions
+    return _fill((count, 2), (0.2, 0.15), 0.6), motions
 
 
 def fine_response(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:

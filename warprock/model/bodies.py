@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.hull import LEVEL, inner_radius, lower_hull, rounded_centres
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -115,7 +115,7 @@ class Bodies:
         """Contact points from the centre of mass along the axes of the block [m]."""
         if not self.spatial:
             return self.points
-        return turned(self.axes[:, None], self.points)
+        return rotate(self.axes[:, None], self.points)
 
     @property
     def centre_height(self) -> Array:
@@ -212,7 +212,7 @@ class Bodies:
         """Moment of inertia about y, through the centre of mass, over the mass [m^2], [lane]."""
         if not self.spatial:
             return self.gyration
-        y = turned(self.axes * np.array([-1.0, -1.0, -1.0, 1.0]), np.array([[0.0, 1.0, 0.0]]))
+        y = rotate(self.axes * np.array([-1.0, -1.0, -1.0, 1.0]), np.array([[0.0, 1.0, 0.0]]))
         return np.asarray(np.sum(self.gyration * y**2, axis=1))
 
     def outline(self, height: Array) -> Array:
@@ -235,7 +235,7 @@ class Bodies:
         top[..., -1] = np.maximum(height - self.centre_height, 0.0)[:, None]
         return np.concatenate([base, top], axis=1)
 
-    def rolled(self, rotation: Array) -> tuple[Array, Array]:
+    def roll_centres(self, rotation: Array) -> tuple[Array, Array]:
         """Where the centre of mass of planar bodies is that have rolled without sliding [m].
 
         Args:

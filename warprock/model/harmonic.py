@@ -45,7 +45,7 @@ class HarmonicMotions(PulseMotions):
         return np.asarray(1.0 / self.frequency)
 
     def variation_inside(self, moving: Array) -> Array:
-        """At most the total variation of the velocity of the waveform itself [m/s]."""
+        """Upper bound of the total variation of the velocity of the waveform itself [m/s]."""
         swing = self.acceleration_amplitude / (2.0 * np.pi * self.frequency)
         return variation_of_swings(swing[None], self.frequency[None], moving)
 

@@ -14,7 +14,9 @@ far above the round-off of a file of text, far below what a base is known to."""
 
 
 def lower_hull(points: Array) -> Array:
-    """Those of some points [m], shape [point, 2], that can touch flat ground, from -x to +x.
+    """Corners of the lower convex hull of points [m], shape [point, 2], from -x to +x.
+
+    They are the points that can touch flat ground.
 
     Points on an edge of the hull are kept: a body that lies on that edge touches there, too.
     """
@@ -23,10 +25,10 @@ def lower_hull(points: Array) -> Array:
 
 
 def lower_hulls(points: Array) -> tuple[Array, Counts]:
-    """The same of many bodies, each on its own.
+    """Corners of the lower convex hulls of many bodies, by gift wrapping.
 
-    From the lowest of the points that are farthest to -x the next one is always that to which the
-    steepest descent leads, or the nearest of those that lie on the way there.
+    It begins at the lowest of the leftmost points. The next corner is the point at the least slope
+    from the last one; of several on that line it is the nearest.
 
     Args:
         points: [m], shape [lane, point, 2].

@@ -110,7 +110,7 @@ class LaneMotions(abc.ABC):
     @property
     @abc.abstractmethod
     def end(self) -> Array:
-        """Time at which the base has come to its last motion [s]; 0 where it does not move."""
+        """Time from which on the base keeps its velocity [s]; 0 where it does not move."""
 
     @property
     @abc.abstractmethod
@@ -173,14 +173,14 @@ class LaneMotions(abc.ABC):
 
     @abc.abstractmethod
     def velocity_variation(self, duration: float) -> Array:
-        """At most the total variation of the base velocity until a time [m/s], shape [lane]."""
+        """Upper bound of the total variation of the base velocity until a time [m/s], [lane]."""
 
     @abc.abstractmethod
     def acceleration_bound(self) -> Array:
-        """At most the largest |acceleration| of the base [m/s^2], without its velocity steps."""
+        """Upper bound of the |acceleration| of the base [m/s^2], without its velocity steps."""
 
     def strongest_pull(self) -> Array:
-        """At most the largest |acceleration| of the base [m/s^2], shape [lane].
+        """Upper bound of the |acceleration| of the base [m/s^2], shape [lane].
 
         Infinite where the base velocity steps.
         """
@@ -188,7 +188,7 @@ class LaneMotions(abc.ABC):
         return np.where((start != 0.0) | (stop != 0.0), np.inf, self.acceleration_bound())
 
     def left_acceleration(self, duration: Array | float) -> Array:
-        """At most the |acceleration| of the base after a time [m/s^2], shape [lane].
+        """Upper bound of the |acceleration| of the base after a time [m/s^2], shape [lane].
 
         Infinite where a velocity step is left.
         """
@@ -224,7 +224,7 @@ class StillBase(LaneMotions):
 
     @property
     def end(self) -> Array:
-        """Time at which the base has come to its last motion [s]: 0."""
+        """Time from which on the base keeps its velocity [s]: 0."""
         return np.zeros(self.count)
 
     @property

@@ -10,12 +10,13 @@ import numpy.typing as npt
 
 from warprock.model import rocking
 from warprock.model.bodies import Bodies
+from warprock.model.hold import Hold
 from warprock.model.profiles import Profiles
 from warprock.model.release import Release
 
 Array = npt.NDArray[np.float64]
 
-_NO_ARRAYS = ("body", "profiles", "release", "restitution_given")
+_NO_ARRAYS = ("body", "profiles", "release", "restitution_given", "hold")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,6 +48,7 @@ class Lanes:
         restitution_given: Whether the case prescribes the angular restitution, of all lanes.
         release: Velocities at the start, and attitudes of blocks that are thrown; None of blocks
             that are let go from rest.
+        hold: What holds single blocks besides their base; None of free-standing ones.
 
     Example:
         >>> import warprock as wr
@@ -68,6 +70,7 @@ class Lanes:
     profiles: Profiles | None = dataclasses.field(default=None, kw_only=True)
     restitution_given: bool = dataclasses.field(default=False, kw_only=True)
     release: Release | None = dataclasses.field(default=None, kw_only=True)
+    hold: Hold | None = dataclasses.field(default=None, kw_only=True)
 
     @property
     def lane_count(self) -> int:
@@ -95,6 +98,11 @@ class Lanes:
     def thrown(self) -> bool:
         """Whether the blocks are thrown, so that they may fall on any of their faces."""
         return self.release is not None and self.release.thrown
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        """What holds the blocks besides their base, by the tables of a case."""
+        return () if self.hold is None else self.hold.tables
 
     @property
     def bodies(self) -> bool:
@@ -187,6 +195,8 @@ class Lanes:
             parts["profiles"] = self.profiles.take(lanes)
         if self.release is not None:
             parts["release"] = self.release.take(lanes)
+        if self.hold is not None:
+            parts["hold"] = self.hold.take(lanes)
         return dataclasses.replace(self, **parts)
 
     @property

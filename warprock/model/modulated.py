@@ -64,11 +64,11 @@ class ModulatedMotions(PulseMotions):
         return np.asarray(1.0 / (self.frequency * (1.0 + self.modulation)))
 
     def variation_inside(self, moving: Array) -> Array:
-        """At most the total variation of the velocity of the waveform itself [m/s]."""
+        """Upper bound of the total variation of the velocity of the waveform itself [m/s]."""
         return variation_of_swings(self.swings, self.frequencies, moving)
 
     def acceleration_bound(self) -> Array:
-        """At most the largest |acceleration| [m/s^2]."""
+        """Upper bound of the |acceleration| [m/s^2]."""
         return np.asarray(2.0 * np.pi * np.sum(np.abs(self.swings) * self.frequencies, axis=0))
 
 

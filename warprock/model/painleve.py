@@ -36,7 +36,7 @@ import numpy.typing as npt
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.response import Response, Status
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 
 Array = npt.NDArray[np.float64]
 
@@ -95,7 +95,7 @@ def spatial_limit(body: Bodies, tilt: Array) -> Array:
     for part in np.arange(1, TILTS + 1) / TILTS:
         s, c = np.sin(part * tilt)[:, None], np.cos(part * tilt)[:, None]
         parts = np.broadcast_arrays(-s * np.cos(angle), -s * np.sin(angle), c)
-        up = turned(back, np.stack(parts, axis=-1))
+        up = rotate(back, np.stack(parts, axis=-1))
         lowest = np.argmin(up @ np.swapaxes(body.points, 1, 2), axis=-1)
         point = np.take_along_axis(body.points, lowest[..., None], axis=1)
         moved = up + np.cross(np.cross(point, up) / body.gyration[:, None], point)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.lanes import Lanes, SpatialLanes
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 
 Array = npt.NDArray[np.float64]
 
@@ -48,7 +48,7 @@ def rotations(attitude: Array) -> tuple[Array, Array, Array]:
     NumPy 1.26 takes another arctan2, with other last bits, for components that lie apart in memory
     where its result happens to lie right behind them: so each is put together first.
     """
-    axis = turned(attitude, np.broadcast_to((0.0, 0.0, 1.0), (*attitude.shape[:-1], 3)))
+    axis = rotate(attitude, np.broadcast_to((0.0, 0.0, 1.0), (*attitude.shape[:-1], 3)))
     x, y, z = np.ascontiguousarray(np.moveaxis(axis, -1, 0))
     about, real = np.ascontiguousarray(np.moveaxis(attitude[..., 2:], -1, 0))
     yaw = 2.0 * np.arctan2(about, real)
@@ -80,7 +80,7 @@ def start_corners(lanes: Lanes) -> Array:
         position, attitude = start_poses(lanes)
         body = lanes.body
         corners = bottom_corners(lanes) if body is None else body.points_in_block_axes
-        seen, height = turned(attitude[:, None], corners), position[:, 2]
+        seen, height = rotate(attitude[:, None], corners), position[:, 2]
     else:
         side = np.array([-0.5, 0.5])
         s, c = np.sin(lanes.rotation_start)[:, None], np.cos(lanes.rotation_start)[:, None]
@@ -122,7 +122,7 @@ def start_poses(lanes: SpatialLanes) -> tuple[Array, Array]:
     rise = 0.5 * lanes.height if body is None else body.centre_height
     if lanes.stacked and body is not None:
         corners, rise = corners[:, None], rise[:, None]
-    seen = turned(attitude[..., None, :], corners)
+    seen = rotate(attitude[..., None, :], corners)
     lowest = np.argmin(seen[..., 2], axis=-1)[..., None, None]
     touching = np.take_along_axis(seen, lowest, axis=-2)[..., 0, :]
     centre = np.stack([lanes.centre_offset_x, lanes.centre_offset_y, rise], axis=-1)
@@ -131,4 +131,4 @@ def start_poses(lanes: SpatialLanes) -> tuple[Array, Array]:
     if lanes.stacked:
         stands[..., :2] = np.cumsum(stands[..., :2], axis=1)
         stands[:, 1:, 2] += np.cumsum(lanes.height[:, :-1], axis=1)
-    return turned(yaw, flat) + stands - touching, attitude
+    return rotate(yaw, flat) + stands - touching, attitude

@@ -45,7 +45,7 @@ class PulseMotions(LaneMotions):
 
     @property
     def end(self) -> Array:
-        """Time at which the base has come to its last motion [s]: its stop."""
+        """Time from which on the base keeps its velocity [s]: its stop."""
         return np.where(self.moves, self.stop, 0.0)
 
     def take(self, lanes: Lanes) -> Self:
@@ -60,14 +60,14 @@ class PulseMotions(LaneMotions):
 
     @abc.abstractmethod
     def variation_inside(self, moving: Array) -> Array:
-        """At most the total variation of the velocity of the waveform itself [m/s].
+        """Upper bound of the total variation of the velocity of the waveform itself [m/s].
 
         Args:
             moving: Time for which it has been moving [s], shape [lane].
         """
 
     def velocity_variation(self, duration: float) -> Array:
-        """At most the total variation of the base velocity until a time [m/s], shape [lane]."""
+        """Upper bound of the total variation of the base velocity until a time [m/s], [lane]."""
         moving = np.maximum(np.minimum(self.stop, duration) - self.start, 0.0)
         steps = np.abs(self.velocity_step_start) + np.abs(self.velocity_step_stop)
         return np.asarray(self.variation_inside(moving) + steps)
@@ -100,7 +100,7 @@ class PulseMotions(LaneMotions):
 
 
 def variation_of_swings(swings: Array, frequencies: Array, moving: Array) -> Array:
-    """At most the total variation of a sum of harmonics [m/s], shape [lane].
+    """Upper bound of the total variation of a sum of harmonics [m/s], shape [lane].
 
     Args:
         swings: Amplitudes of the velocity [m/s], shape [harmonic, lane].

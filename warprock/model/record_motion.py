@@ -70,7 +70,7 @@ class RecordMotions(LaneMotions):
 
     @property
     def end(self) -> Array:
-        """Time at which the base has come to its last motion [s]: its last sample."""
+        """Time from which on the base keeps its velocity [s]: its last sample."""
         last = self.start + (self.count - 1) * self.interval
         return np.where(self.moves, last, 0.0)
 
@@ -204,7 +204,7 @@ class RecordMotions(LaneMotions):
             yield lanes, begin, begin + slope * self.interval[lanes[0]]
 
     def velocity_variation(self, duration: float) -> Array:
-        """At most the total variation of the base velocity until a time [m/s], shape [lane]."""
+        """Upper bound of the total variation of the base velocity until a time [m/s], [lane]."""
         moved = np.zeros(self.lane_count)
         for lanes, begin, end in self._records():
             interval = self.interval[lanes]

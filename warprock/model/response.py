@@ -41,16 +41,19 @@ class Outcome(enum.IntEnum):
 class Status(enum.IntEnum):
     """Whether a lane's numbers may be used.
 
-    The numbers of a sensitive lane depend on the step: chaos or closeness to overturning. An
-    engine never says so; `warprock.running.tolerance` does, by running the lane at finer steps.
-    Outside its model is a lane in which something happened that its engine leaves out: a
-    contact that had to pull, or a block that would have slid; its numbers are what the
-    engine's equations give. At the iteration limit a contact solve has not settled; the lane's run
-    ends there. Unstable is a lane
-    that gained more energy than it held and its base supplied: its step is too long for it, its
-    sweeps too few, or float32 too coarse. Ambiguous is a block that slid with friction above the
-    limit up to which the law of contact has one solution (see `warprock.model.painleve`): its
-    numbers are one answer, and another engine may find another one.
+    Attributes:
+        OK: Nothing speaks against them.
+        EVENT_LIMIT: The lane took more steps than any motion needs; its run ended there.
+        NONFINITE: A number is infinite or NaN.
+        ITERATION_LIMIT: A contact solve did not settle; the run of the lane ended there.
+        SENSITIVE: The numbers depend on the step: chaos, or close to overturning. No engine says
+            so; `warprock.running.tolerance` does, which runs the lane at finer steps.
+        OUTSIDE_MODEL: Something happened that the engine leaves out: a contact had to pull, or a
+            block would have slid. The numbers are what the engine's equations give.
+        UNSTABLE: The lane gained more energy than it held and its base supplied: its step is too
+            long, its sweeps are too few, or float32 is too coarse.
+        AMBIGUOUS: A block slid, and its friction is above the limit up to which the contact law has
+            one solution (`warprock.model.painleve`). Another engine may find another answer.
 
     Example:
         >>> import warprock as wr
@@ -160,6 +163,15 @@ FIELDS: dict[str, Field] = {
             "Friction without which the block would slide; infinite where its base would have to "
             "pull",
         ),
+        Field("peak_tie_force", ("lane",), "N", "Largest force of a tie"),
+        Field(
+            "peak_tie_elongation",
+            ("lane",),
+            "m",
+            "Largest elongation of a tie from the state in which the block rests",
+        ),
+        Field("broken_ties", ("lane",), "-", "Ties that broke"),
+        Field("tie_break_time", ("lane",), "s", "Time at which the first of them broke"),
         Field("peak_rotation_left", ("lane",), "rad", "Largest rotation of a body towards -x"),
         Field("peak_rotation_right", ("lane",), "rad", "Largest rotation of a body towards +x"),
         Field(
@@ -266,11 +278,18 @@ MODEL_FIELDS: tuple[str, ...] = ("friction_needed",)
 """Fields that `housner`, its reference, and `event` of prescribed restitutions answer besides."""
 BODY_FIELDS: tuple[str, ...] = ("peak_rotation_left", "peak_rotation_right")
 """Fields that engines answer besides for bodies in the plane, whose sides may differ."""
+TIE_FIELDS: tuple[str, ...] = (
+    "peak_tie_force",
+    "peak_tie_elongation",
+    "broken_ties",
+    "tie_break_time",
+)
+"""Fields that engines answer besides for blocks with ties."""
 LANE_FIELDS: tuple[str, ...] = tuple(
     n
     for n, f in FIELDS.items()
     if f.dims == ("lane",)
-    and n not in (*ESTIMATE_FIELDS, *MODEL_FIELDS, *BODY_FIELDS)
+    and n not in (*ESTIMATE_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *TIE_FIELDS)
     and not f.spatial
 )
 """Fields that every engine answers."""
@@ -281,7 +300,10 @@ SPATIAL_FIELDS: tuple[str, ...] = tuple(
 HISTORIES: tuple[str, ...] = tuple(n for n, f in FIELDS.items() if f.dims == ("lane", "sample"))
 """Fields with the dimension sample: those in space only for blocks in space, and but for the
 rotations and the yaw only where places were asked for, too."""
-INTEGER_FIELDS: tuple[str, ...] = ("outcome", "status", "impact_count", "step_count")
+INTEGER_FIELDS: tuple[str, ...] = (
+    *("outcome", "status", "impact_count", "step_count"),
+    "broken_ties",
+)
 
 
 MOST_SAMPLES = 2**27
@@ -391,13 +413,13 @@ def join_responses(parts: Sequence[Response]) -> Response:
     longest = max(parts, key=lambda part: len(part.times))
     count = len(longest.times)
     fields = {
-        name: np.concatenate([_lengthened(name, part, count) for part in parts])
+        name: np.concatenate([_lengthen(name, part, count) for part in parts])
         for name in longest.fields
     }
     return Response(engine=longest.engine, fields=fields, times=longest.times)
 
 
-def _lengthened(name: str, part: Response, count: int) -> npt.NDArray[Any]:
+def _lengthen(name: str, part: Response, count: int) -> npt.NDArray[Any]:
     """A field, with NaN up to a count of samples where it is a history."""
     values, missing = part.fields[name], count - len(part.times)
     if missing == 0 or FIELDS[name].dims[-1] != "sample":

@@ -66,11 +66,11 @@ class RickerMotions(PulseMotions):
         return np.asarray(np.pi / self.rate)
 
     def variation_inside(self, moving: Array) -> Array:
-        """At most the total variation of the velocity of the waveform itself [m/s]."""
+        """Upper bound of the total variation of the velocity of the waveform itself [m/s]."""
         return np.asarray(HUMP_VARIATION @ np.abs([self.c0, self.c1, self.c2, self.c3]))
 
     def acceleration_bound(self) -> Array:
-        """At most the largest |acceleration| [m/s^2]."""
+        """Upper bound of the |acceleration| [m/s^2]."""
         return np.asarray(self.rate * (HUMP_SLOPE @ np.abs([self.c0, self.c1, self.c2, self.c3])))
 
 

@@ -27,6 +27,7 @@ class SceneKind:
         bodies: Whether there are bodies, of which the box says nothing.
         rounded: Whether the corners of a body are rounded.
         vertical: Whether the base moves upwards, too, under blocks in the plane.
+        held: What holds its block besides its base, by the tables of a case; mostly nothing.
         moving: What starts in motion; empty where blocks are let go from rest.
         spatial_because: What makes a planar model fall short; empty where the scene is planar.
         friction_ratio: Smallest friction coefficient / base acceleration in g that makes the block
@@ -53,6 +54,7 @@ class SceneKind:
     bodies: bool = False
     rounded: bool = False
     vertical: bool = False
+    held: tuple[str, ...] = ()
 
     @property
     def spatial(self) -> bool:
@@ -153,4 +155,5 @@ def scene_kind(
         bodies=lanes.bodies,
         rounded=body is not None and bool(body.corner_radius.any()),
         vertical=isinstance(motions, UprightMotions),
+        held=lanes.held,
     )

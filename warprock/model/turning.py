@@ -10,7 +10,7 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 
-def turned(attitude: Array, vector: Array) -> Array:
+def rotate(attitude: Array, vector: Array) -> Array:
     """Vectors given in body axes, shape [..., 3], seen from the base."""
     imaginary, real = attitude[..., :3], attitude[..., 3:]
     twice = 2.0 * np.cross(imaginary, vector)

@@ -4,10 +4,10 @@ A block that has not fallen may still do so while its base moves, and while it r
 stand once it has come to rest on a base whose motion is over. A single block in the plane is known
 to stand earlier. At rest it stays where what is left of its record is too weak to lift a rigid
 block, below g tan(slenderness angle), with less than g on a base that falls (Housner 1963; not in
-`dem`, whose springs can lift it). On a base that is still it loses energy in every impact, so that
-one which has swung back stays up; it falls within its first two swings or not at all. A swing takes
-long only where it comes close to the point of balance, about 2 ln(2 / e) / p where it misses that
-by a part e: `SWUNG` / p leaves a part of 1e-6.
+`dem`, whose springs can lift it, and not where a tie may pull it). On a base that is still it loses
+energy in every impact, so that one which has swung back stays up; it falls within its first two
+swings or not at all. A swing takes long only where it comes close to the point of balance, about
+2 ln(2 / e) / p where it misses that by a part e: `SWUNG` / p leaves a part of 1e-6.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def undecided(
     if not (lanes.stacked or lanes.spatial):
         free = (duration - motions.end) * lanes.frequency_parameter
         may_fall = cut | (rocks & (free < SWUNG))
-        if cut.any() and response.engine != SPRINGS:
+        if cut.any() and response.engine != SPRINGS and lanes.hold is None:
             lifts = uplift_acceleration(lanes.width, lanes.height)
             if lanes.body is not None:
                 lifts = GRAVITY * lanes.uplift_ratios.min(axis=1)

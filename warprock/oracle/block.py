@@ -27,6 +27,8 @@ until the free corner meets the base, an impact without restitution normal to th
 from __future__ import annotations
 
 import dataclasses
+import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -42,6 +44,7 @@ from warprock.model.response import (
     INTEGER_FIELDS,
     LANE_FIELDS,
     MODEL_FIELDS,
+    TIE_FIELDS,
     Outcome,
     Response,
     SampleTimes,
@@ -50,6 +53,7 @@ from warprock.model.response import (
 from warprock.oracle.block_base import base_segments
 from warprock.oracle.block_mechanics import PivotingBlock
 from warprock.oracle.block_swings import BlockRun
+from warprock.oracle.held_swings import HeldRun
 from warprock.processes import worker_processes
 
 Array = npt.NDArray[np.float64]
@@ -82,6 +86,10 @@ class OracleResponse:
         evaluation_count: Evaluations of the equation of motion.
         friction_needed: Largest |along| / upwards of the contact force and of the impulses at
             impacts and velocity steps; infinite where the base would have to pull.
+        peak_tie_force: Largest force of a tie [N].
+        peak_tie_elongation: Largest elongation of a tie [m].
+        broken_ties: Ties that broke.
+        tie_break_time: When the first of them did [s]; NaN if none.
     """
 
     rotation: Array
@@ -96,9 +104,13 @@ class OracleResponse:
     energy_lost: float
     evaluation_count: int
     friction_needed: float
+    peak_tie_force: float = 0.0
+    peak_tie_elongation: float = 0.0
+    broken_ties: int = 0
+    tie_break_time: float = math.nan
 
 
-def _answer(run: BlockRun, friction: float) -> OracleResponse:
+def _answer(run: BlockRun | HeldRun, friction: float) -> OracleResponse:
     """What a finished run came to, of a block with a friction."""
     status = run.status
     if status is Status.OK and run.friction_needed > (1.0 + FRICTION_SLACK) * friction:
@@ -117,7 +129,21 @@ def _answer(run: BlockRun, friction: float) -> OracleResponse:
         energy_lost=run.energy_lost,
         evaluation_count=run.evaluations,
         friction_needed=run.friction_needed,
+        **_of_ties(run),
     )
+
+
+def _of_ties(run: BlockRun | HeldRun) -> dict[str, Any]:
+    """What became of the ties of a lane."""
+    if isinstance(run, BlockRun):
+        return {}
+    broken = [tie.broken for tie in run.ties if tie.broken < math.inf]
+    return {
+        "peak_tie_force": run.peak_tie_force,
+        "peak_tie_elongation": run.peak_tie_elongation,
+        "broken_ties": len(broken),
+        "tie_break_time": min(broken, default=math.nan),
+    }
 
 
 def _block(lanes: Lanes, lane: int) -> PivotingBlock:
@@ -151,8 +177,13 @@ def rock(
     assert not isinstance(motions, SpatialMotions)
     parts = (motions.x, motions.z) if isinstance(motions, UprightMotions) else (motions,)
     friction = float(lanes.friction[lane])
-    run = BlockRun(_block(lanes, lane), times, rtol, friction)
-    run.start(float(lanes.rotation_start[lane]))
+    run: BlockRun | HeldRun
+    if lanes.hold is None:
+        run = BlockRun(_block(lanes, lane), times, rtol, friction)
+        run.start(float(lanes.rotation_start[lane]))
+    else:
+        run = HeldRun(_block(lanes, lane), lanes.hold, lane, times, rtol, friction)
+        run.start(float(lanes.rotation_start[lane]))
     # A resting block is looked at so often; in a segment of a record its ends are enough.
     scan = min(float(part.shortest_period[lane]) for part in parts) / SCANS_PER_PERIOD
     for segment in base_segments(motions, lane):
@@ -208,7 +239,8 @@ def oracle_response(
         "peak_penetration": [0.0] * len(answers),
     }
     fields: dict[str, npt.NDArray[np.generic]] = {}
-    for name in (*LANE_FIELDS, *MODEL_FIELDS):
+    tied = lanes.hold is not None and lanes.hold.ties is not None
+    for name in (*LANE_FIELDS, *MODEL_FIELDS, *(TIE_FIELDS if tied else ())):
         values = rows[name] if name in rows else [getattr(a, name) for a in answers]
         fields[name] = np.array(values, np.int64 if name in INTEGER_FIELDS else np.float64)
     if times.interval is None:

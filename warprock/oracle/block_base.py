@@ -41,12 +41,12 @@ def base_segments(motions: GroundMotions, lane: int) -> Iterator[BaseSegment]:
         one, other = along[at], upwards[above]
         stop = min(one.stop, other.stop)
         if stop > time or one.velocity_step or other.velocity_step:
-            yield _joined(one, other, time, stop)
+            yield _intersect(one, other, time, stop)
         time = stop
         at, above = at + (one.stop == stop), above + (other.stop == stop)
 
 
-def _joined(along: Segment, upwards: Segment, start: float, stop: float) -> BaseSegment:
+def _intersect(along: Segment, upwards: Segment, start: float, stop: float) -> BaseSegment:
     """What two segments have in common; a velocity step belongs to the start of its own."""
 
     def acceleration(time: float) -> Vector:

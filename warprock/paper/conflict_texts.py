@@ -38,7 +38,7 @@ class Conflict:
     text: str
 
 
-def listed(values: npt.ArrayLike, form: str = ".4f") -> str:
+def list_numbers(values: npt.ArrayLike, form: str = ".4f") -> str:
     """Numbers in one line, without the leading zero: `.1864 -.1366`."""
     texts = [format(value, form) for value in np.asarray(values, dtype=float)]
     return " ".join(re.sub(r"^(-?)0\.", r"\1.", text) for text in texts)
@@ -51,7 +51,7 @@ class _Listed:
         self._values = values
 
     def __format__(self, form: str) -> str:
-        return listed(self._values, form or ".4f")
+        return list_numbers(self._values, form or ".4f")
 
 
 @functools.cache
@@ -60,11 +60,11 @@ def _texts() -> dict[str, dict[str, Any]]:
     return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
-def _said(text: str, numbers: Numbers, each: str) -> str:
+def _fill_in(text: str, numbers: Numbers, each: str) -> str:
     """A text with its numbers; line breaks are spaces."""
     values = dict(numbers)
     if "parts" in values:
-        values["parts"] = "; ".join(_said(each, part, "") for part in values["parts"])
+        values["parts"] = "; ".join(_fill_in(each, part, "") for part in values["parts"])
     shown = {name: _Listed(v) if np.ndim(v) else v for name, v in values.items()}
     return " ".join(text.split()).format(**shown)
 
@@ -77,7 +77,7 @@ def conflict(name: str, parts: Parts) -> Conflict:
         parts: The texts of that table that are said, and their numbers.
     """
     table = _texts()[name]
-    texts = [_said(table[key], numbers, table.get("each", "")) for key, numbers in parts.items()]
+    texts = [_fill_in(table[key], numbers, table.get("each", "")) for key, numbers in parts.items()]
     return Conflict(table["item"], table["title"], " ".join(texts))
 
 

@@ -84,7 +84,7 @@ def rows_at(inputs: tuple[tuple[float, float], ...]) -> npt.NDArray[np.intp]:
     return np.array([keys.index(key) for key in inputs])
 
 
-def printed(name: str, column: str) -> Array:
+def read_printed(name: str, column: str) -> Array:
     """A column of a printed table; NaN where it is no number."""
     return np.asarray(pd.to_numeric(paper_table(name)[column], errors="coerce").to_numpy(float))
 
@@ -127,7 +127,7 @@ def _analytical_columns(evidence: StackEvidence) -> Parts:
     parts, fitted = [], rows_at(FITTED)
     for block, name in (("top", "table9"), ("bottom", "table10")):
         ours = analytical_peaks(evidence.pulse, block)[fitted]
-        theirs = printed(name, "analytical")[fitted]
+        theirs = read_printed(name, "analytical")[fitted]
         off = 100 * np.max(np.abs(ours / theirs - 1.0))
         parts.append({"block": block, "ours": ours, "theirs": theirs, "off": off})
     dash = analytical_peaks(evidence.pulse, "top")[0]
@@ -136,7 +136,7 @@ def _analytical_columns(evidence: StackEvidence) -> Parts:
 
 def _misfits(evidence: StackEvidence) -> Parts:
     where = rows_at(MISFITS)
-    top, bottom = (printed(name, "analytical")[where] for name in ("table9", "table10"))
+    top, bottom = (read_printed(name, "analytical")[where] for name in ("table9", "table10"))
     opening = {"top": top, "bottom": bottom}
     if evidence.pulse is None:
         return {"text": opening}
@@ -169,7 +169,7 @@ _CONTACT = ("bullet", "vortex", "dem")
 def _mean_differences(table: pd.DataFrame, geometry: str) -> Array:
     """Mean |ours / printed - 1| of Table 9 in each of the paper's contact programs [%]."""
     ours = peaks_of(table, "event", "displacement", geometry, "top", "chamfered")
-    gaps = [np.abs(ours / printed("table9", column) - 1.0) for column in _CONTACT]
+    gaps = [np.abs(ours / read_printed("table9", column) - 1.0) for column in _CONTACT]
     return np.array([100.0 * np.nanmean(gap) for gap in gaps])
 
 
@@ -213,7 +213,7 @@ def _overturned_rows(evidence: StackEvidence) -> Parts:
     where = rows_at(OVERTURNED)
     opening = {"ceiling": CEILING}
     for column in ("analytical", "bullet", "vortex"):
-        left = 1.0 - 1e-2 * printed("table11", column)[where]
+        left = 1.0 - 1e-2 * read_printed("table11", column)[where]
         opening[f"{column}_low"] = CEILING * (left - 0.5 * ROUGHLY)[0]
         opening[f"{column}_high"] = CEILING * (left + 0.5 * ROUGHLY)[0]
     if evidence.sine is None:
@@ -242,26 +242,26 @@ def _units(_evidence: StackEvidence) -> Parts:
     angle = float(np.deg2rad(REFERENCE_DEGREES))
     numbers: dict[str, Array] = {}
     for block, name in (("top", "table9"), ("bottom", "table10")):
-        most = np.array([np.nanmax(printed(name, c)) for c in ("analytical", *_CONTACT)])
+        most = np.array([np.nanmax(read_printed(name, c)) for c in ("analytical", *_CONTACT)])
         numbers |= {block: most, f"{block}_radians": most * angle}
     return {"text": numbers}
 
 
 def _text_and_tables(_evidence: StackEvidence) -> Parts:
-    analytical, dem = printed("table11", "analytical"), printed("table11", "dem")
+    analytical, dem = read_printed("table11", "analytical"), read_printed("table11", "dem")
     table9 = paper_table("table9")
     same = (table9["vortex"] == table9["dem"]).to_numpy()
     bullet_off, vortex_off = (
-        100.0 * np.abs(printed("table9", c) / printed("table9", "dem") - 1.0)
+        100.0 * np.abs(read_printed("table9", c) / read_printed("table9", "dem") - 1.0)
         for c in ("bullet", "vortex")
     )
     numbers = {
         "most": analytical.max(),
         "least": analytical.min(),
-        "bullet": np.mean(printed("table11", "bullet")),
-        "vortex": np.mean(printed("table11", "vortex")),
-        "low_bullet": np.mean(printed("table12", "bullet")),
-        "low_vortex": np.mean(printed("table12", "vortex")),
+        "bullet": np.mean(read_printed("table11", "bullet")),
+        "vortex": np.mean(read_printed("table11", "vortex")),
+        "low_bullet": np.mean(read_printed("table12", "bullet")),
+        "low_vortex": np.mean(read_printed("table12", "vortex")),
         "counted": float(np.nansum(dem)) / (np.isfinite(dem).sum() + len(OVERTURNED)),
         "dem": np.nanmean(dem),
         "same": " and ".join(

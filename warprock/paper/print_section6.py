@@ -75,7 +75,7 @@ class _Found:
         share = row["collapsed_share"]
         return f"{text}, {100 * share:.1f} % fall" if share else text
 
-    def printed(self, key: Input, column: str) -> Row:
+    def find_printed(self, key: Input, column: str) -> Row:
         """The row of a printed number."""
         row = self.row(key, f"paper-{column}", "as printed", None)
         assert row is not None
@@ -116,13 +116,13 @@ def _print_pulse(out: Console, target: str, found: _Found) -> None:
     for key in found.inputs:
         table.add_row(
             *(f"{value:g}" for value in key),
-            number(found.printed(key, "analytical")["peak_rotation_ratio"], ".3f"),
+            number(found.find_printed(key, "analytical")["peak_rotation_ratio"], ".3f"),
             found.peak(key, *ANALYTICAL),
-            *(number(found.printed(key, n)["peak_rotation_ratio"], ".3f") for n in CONTACT),
+            *(number(found.find_printed(key, n)["peak_rotation_ratio"], ".3f") for n in CONTACT),
             *(found.peak(key, *which) for _, which in OURS),
         )
     print_table(out, table)
-    numbers = {key: [found.printed(key, name) for name in CONTACT] for key in found.inputs}
+    numbers = {key: [found.find_printed(key, name) for name in CONTACT] for key in found.inputs}
     _print_ensembles(out, found, "percentile of\nBullet, Vortex, DEM", numbers)
 
 
@@ -145,7 +145,7 @@ def _print_sine(out: Console, target: str, found: _Found) -> None:
     for key in found.inputs:
         table.add_row(
             *(f"{value:g}" for value in key),
-            *(_error(found.printed(key, name)) for name in PAPER_NAMES),
+            *(_error(found.find_printed(key, name)) for name in PAPER_NAMES),
             found.peak(key, *ANALYTICAL),
             *(found.peak(key, *which) for _, which in OURS),
             *(_test(row) for row in tests[key]),

@@ -136,7 +136,7 @@ def reproduce(
     if len(targets) > 1:
         with _clock("kernels", seconds):
             _compile(targets, runs)
-    parts = _made(targets, runs, folder, seconds, paged=drawings is not None)
+    parts = _make_targets(targets, runs, folder, seconds, paged=drawings is not None)
     if drawings is not None:
         drawings += [drawing for part in parts for drawing in part.drawings]
     rows = [row for part in parts for row in part.rows]
@@ -170,7 +170,7 @@ def _clock(part: str, seconds: dict[str, float]) -> Iterator[None]:
     seconds[part] = seconds.get(part, 0.0) + time.perf_counter() - begin
 
 
-def _made(
+def _make_targets(
     targets: Sequence[str],
     runs: PaperRuns,
     folder: pathlib.Path,

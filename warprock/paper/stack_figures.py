@@ -8,7 +8,13 @@ import pandas as pd
 
 from warprock.figures.drawing import Drawing
 from warprock.paper import plots_stack, plots_stack_peaks
-from warprock.paper.conflicts_stack import CEILING, OVERTURNED, analytical_peaks, peaks_of, printed
+from warprock.paper.conflicts_stack import (
+    CEILING,
+    OVERTURNED,
+    analytical_peaks,
+    peaks_of,
+    read_printed,
+)
 from warprock.paper.printed import BLOCKS, PAPER_COLUMNS, paper_table
 from warprock.paper.runs import COLLAPSE, PULSE_ENSEMBLE, SINE_ENSEMBLE, PaperRuns
 from warprock.paper.stack_runs import (
@@ -99,7 +105,7 @@ def figure13(runs: PaperRuns) -> list[Drawing]:
             block,
             _boxes(cells, block),
             _engine_points(table, block),
-            {f"paper: {column}": printed(name, column) for column in PAPER_COLUMNS},
+            {f"paper: {column}": read_printed(name, column) for column in PAPER_COLUMNS},
         )
         for block, name in zip(BLOCKS[::-1], ("table9", "table10"), strict=True)
     ]
@@ -107,10 +113,10 @@ def figure13(runs: PaperRuns) -> list[Drawing]:
     return [plots_stack_peaks.draw_stack_peaks("fig13", title, level, names, panels)]
 
 
-def _implied(column: str) -> Array:
+def _imply_tops(column: str) -> Array:
     """What Table 11's errors against 90 deg say that a source had at the top; NaN elsewhere."""
     keys = input_keys()
-    left = CEILING * (1.0 - 1e-2 * printed("table11", column))
+    left = CEILING * (1.0 - 1e-2 * read_printed("table11", column))
     return np.array([left[i] if key in OVERTURNED else np.nan for i, key in enumerate(keys)])
 
 
@@ -127,7 +133,7 @@ def figure15(runs: PaperRuns) -> list[Drawing]:
             marks[f"test, by {route.column}"] = route.values.copy()
             marks[f"test, by {route.column}"][fallen] = np.nan
         if block == "top":
-            marks |= {f"implied: {c}": _implied(c) for c in ("analytical", "bullet", "vortex")}
+            marks |= {f"implied: {c}": _imply_tops(c) for c in ("analytical", "bullet", "vortex")}
         boxes, points = _boxes(cells, block), _engine_points(table, block)
         panels.append(plots_stack_peaks.Panel(block, boxes, points, marks, fallen))
     title = "Largest rotations under 10 s of continuous sine"

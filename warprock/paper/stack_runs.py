@@ -16,7 +16,7 @@ from warprock.paper.conflicts_stack import (
     CEILING,
     OVERTURNED,
     analytical_peaks,
-    printed,
+    read_printed,
     rows_at,
 )
 from warprock.paper.printed import BLOCKS, REFERENCE_DEGREES, paper_table
@@ -233,7 +233,7 @@ def inferred_tests(runs: PaperRuns, table: str, block: str) -> tuple[InferredTes
     fallen[rows_at(OVERTURNED)] = block == "top"
     tests = []
     for column, (base, reading) in bases.items():
-        error = 1e-2 * printed(table, column)
+        error = 1e-2 * read_printed(table, column)
         over = error > 1.0
         says = over | (error <= LARGEST_ERROR)
         values = np.full(len(base), np.nan)

@@ -117,15 +117,15 @@ def run_times(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproductio
         ]
         lane = scene_lane(lane_set, labels, inputs)
         rows += [
-            shared | {"source": engine} | _timed(runs, engine, lane_set, lane)
+            shared | {"source": engine} | _time_engine(runs, engine, lane_set, lane)
             for engine in _engines(lane_set)
         ]
     return Reproduction(
-        rows, [write_rows(rows, folder / f"{target}.csv")], (_swapped(pd.DataFrame(rows)),)
+        rows, [write_rows(rows, folder / f"{target}.csv")], (_find_swap(pd.DataFrame(rows)),)
     )
 
 
-def _timed(runs: PaperRuns, engine: str, lane_set: LaneSet, lane: int) -> Row:
+def _time_engine(runs: PaperRuns, engine: str, lane_set: LaneSet, lane: int) -> Row:
     alone = np.array([lane])
     response, seconds = runs.timed(
         engine,
@@ -143,7 +143,7 @@ def _timed(runs: PaperRuns, engine: str, lane_set: LaneSet, lane: int) -> Row:
     }
 
 
-def _swapped(rows: pd.DataFrame) -> Conflict:
+def _find_swap(rows: pd.DataFrame) -> Conflict:
     """The paper's times of pulse and sine against the steps that ours take."""
     single = rows[(rows["system"] == "single")].set_index(["excitation", "source"])
     pulse, sine = (single["duration_s"][kind, "impulse"] for kind in ("pulse", "sine"))

@@ -68,7 +68,7 @@ def run(
     require_scenes(scenes, settings)
     plans = [_Plan.of(scene, settings) for scene in scenes]
     asked = {
-        "scenes": [_asked(s, plan) for s, plan in zip(scenes, plans, strict=True)],
+        "scenes": [_pack_scene(s, plan) for s, plan in zip(scenes, plans, strict=True)],
         "settings": {
             "substeps": plans[0].substeps,
             "iterations": settings.iterations,
@@ -112,7 +112,7 @@ class _Plan:
         return cls(frames, math.ceil(steps / frames))
 
 
-def _asked(scene: PeerScene, plan: _Plan) -> dict[str, Any]:
+def _pack_scene(scene: PeerScene, plan: _Plan) -> dict[str, Any]:
     """A scene as the process takes it."""
     count = scene.frame_count * plan.frames
     frame = scene.frame / plan.frames

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 from warprock.programs.scene import PeerBlock, PeerRun, PeerScene, missing
 from warprock.settings.programs import MujocoSettings
 from warprock.units import GRAVITY
@@ -133,7 +133,7 @@ def _run_scene(mujoco: Any, scene: PeerScene, settings: MujocoSettings) -> PeerR
 def _velocities(block: PeerBlock) -> Array:
     """Velocity in the axes of the base [m/s], angular velocity in those of the block [rad/s]."""
     x, y, z, w = block.attitude
-    return np.concatenate([block.velocity, turned(np.array([-x, -y, -z, w]), np.array(block.spin))])
+    return np.concatenate([block.velocity, rotate(np.array([-x, -y, -z, w]), np.array(block.spin))])
 
 
 def _text(numbers: Iterable[float]) -> str:

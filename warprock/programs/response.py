@@ -25,7 +25,7 @@ from warprock.model.response import (
     SampleTimes,
     Status,
 )
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 from warprock.programs.scene import PeerRun, PeerScene, frames_per_sample
 
 Array = npt.NDArray[np.float64]
@@ -142,9 +142,9 @@ def _lane(lanes: Lanes, lane: int, scene: PeerScene, run: PeerRun) -> dict[str, 
         "peak_yaw": np.abs(seen.yaw[until] - seen.yaw[0]).max(axis=0),
         "residual_yaw": seen.yaw[seen.last] - seen.yaw[0],
         "residual_slide_across": seen.slide[seen.last, :, 1],
-        "history_rotation": _held(seen.rotation, seen, seen.lying[0]),
-        "history_rotation_across": _held(seen.across, seen, seen.lying[1]),
-        "history_yaw": _held(seen.yaw, seen, seen.yaw[seen.last]),
+        "history_rotation": _hold(seen.rotation, seen, seen.lying[0]),
+        "history_rotation_across": _hold(seen.across, seen, seen.lying[1]),
+        "history_yaw": _hold(seen.yaw, seen, seen.yaw[seen.last]),
     }
     if not lanes.stacked:
         blocks = {key: value[..., 0] for key, value in blocks.items()}
@@ -174,7 +174,7 @@ def _look(scene: PeerScene, run: PeerRun, *, spatial: bool, thrown: bool) -> _Se
     rotation, across, yaw = rotations(attitude)
     upwards = np.zeros((*rotation.shape, 3))
     upwards[..., 2] = 1.0
-    axis = turned(attitude, upwards)
+    axis = rotate(attitude, upwards)
     tilt = np.arctan2(np.hypot(axis[..., 0], axis[..., 1]), axis[..., 2])
     falls = np.inf if thrown else FALLEN_ANGLE
     fallen = np.flatnonzero((tilt >= falls).any(axis=1))
@@ -187,19 +187,19 @@ def _look(scene: PeerScene, run: PeerRun, *, spatial: bool, thrown: bool) -> _Se
     floor, leans, slides, depths = base, [], [], []
     for k, block in enumerate(scene.blocks):
         back = below * np.array([-1.0, -1.0, -1.0, 1.0])
-        seen_axis = turned(back, axis[:, k])
+        seen_axis = rotate(back, axis[:, k])
         angle = np.arctan2(np.hypot(seen_axis[:, 0], seen_axis[:, 1]), seen_axis[:, 2])
         leans.append(np.where(seen_axis[:, 0] < 0.0, -angle, angle))
         corners, stood = _corners(scene, k)
-        places = position[:, k, None] + turned(attitude[:, k, None], corners)
-        against = turned(back[:, None], places - floor[:, None])
+        places = position[:, k, None] + rotate(attitude[:, k, None], corners)
+        against = rotate(back[:, None], places - floor[:, None])
         lowest = np.argmin(against[..., 2], axis=1)
         frames = np.arange(len(against))
         slides.append(against[frames, lowest, :2] - stood[lowest])
         depths.append(-against[frames, lowest, 2])
         top = np.array(block.middle)
         top[2] += 0.5 * block.size[2]
-        floor = position[:, k] + turned(attitude[:, k], np.broadcast_to(top, position[:, k].shape))
+        floor = position[:, k] + rotate(attitude[:, k], np.broadcast_to(top, position[:, k].shape))
         below = attitude[:, k]
     return _Seen(
         rotation=rotation,
@@ -227,21 +227,21 @@ def _corners(scene: PeerScene, block: int) -> tuple[Array, Array]:
         points = np.array(own.body.points)
         below = scene.blocks[block - 1].stands if block else (0.0, 0.0)
         away = np.subtract(own.stands, below) - (own.body.middle, 0.0)
-        return points, away + _turned_by(own.yaw, points[:, :2])
+        return points, away + _turn_by(own.yaw, points[:, :2])
     half, offset, yaw = 0.5 * np.array(own.face), np.zeros(2), own.yaw
     low, high = -half, half
     if block > 0:
         lower = scene.blocks[block - 1]
         under = 0.5 * np.array(lower.face)
-        offset = _turned_by(-lower.yaw, np.subtract(own.stands, lower.stands))
+        offset = _turn_by(-lower.yaw, np.subtract(own.stands, lower.stands))
         low, high = np.maximum(low, -under - offset), np.minimum(high, under - offset)
         yaw -= lower.yaw
     flat = np.array([(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])])
     bottom = np.pad(flat, ((0, 0), (0, 1)), constant_values=-0.5 * own.size[2])
-    return bottom + np.array(own.middle), offset + _turned_by(yaw, flat)
+    return bottom + np.array(own.middle), offset + _turn_by(yaw, flat)
 
 
-def _turned_by(angle: float, vectors: Array) -> Array:
+def _turn_by(angle: float, vectors: Array) -> Array:
     """Vectors in the plane turned from +x to +y, shape [..., 2]."""
     cosine, sine = np.cos(angle), np.sin(angle)
     x, y = vectors[..., 0], vectors[..., 1]
@@ -254,7 +254,7 @@ def _lying(axis: Array, *, spatial: bool) -> Array:
     return np.arctan2([x, y], np.abs([y, x]))
 
 
-def _held(history: Array, seen: _Seen, lying: Array) -> Array:
+def _hold(history: Array, seen: _Seen, lying: Array) -> Array:
     """A history that stays where it was once the run has ended, a fallen block where it lies."""
     held = history.copy()
     held[seen.last + 1 :] = held[seen.last]

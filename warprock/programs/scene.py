@@ -23,7 +23,7 @@ from warprock.model.pose import start_poses
 from warprock.model.profiles import Profiles
 from warprock.model.response import SampleTimes
 from warprock.model.stacking import centre_height, steps_along
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 
 Array = npt.NDArray[np.float64]
 
@@ -242,13 +242,13 @@ def _blocks(lanes: Lanes, lane: int, position: Array, attitude: Array) -> list[P
     found: Any = zip(*(part.tolist() for part in rows), strict=True)
     blocks = [PeerBlock(*parts) for parts in found]
     if lanes.profiles is not None:
-        return _profiled(blocks, lanes.profiles.take(slice(lane, lane + 1)))
+        return _profile_blocks(blocks, lanes.profiles.take(slice(lane, lane + 1)))
     if lanes.body is not None:
         return [dataclasses.replace(each, body=_body(lanes, lane)) for each in blocks]
     return blocks
 
 
-def _profiled(blocks: list[PeerBlock], profiles: Profiles) -> list[PeerBlock]:
+def _profile_blocks(blocks: list[PeerBlock], profiles: Profiles) -> list[PeerBlock]:
     """The blocks of a stack in the plane as they are, those that are bodies as such."""
     found = []
     for k, block in enumerate(blocks):
@@ -282,7 +282,7 @@ def _body(lanes: Lanes, lane: int) -> PeerBody:
     assert lanes.body is not None
     body = lanes.body.take(slice(lane, lane + 1))
     points = body.points_in_block_axes[0, : body.count[0]]
-    axes = turned(body.axes, np.eye(3))
+    axes = rotate(body.axes, np.eye(3))
     xx, yy, zz = (body.mass[0] * body.gyration[0]) @ (axes**2)
     tensor = (axes.T * (body.mass[0] * body.gyration[0])) @ axes
     six = [xx, yy, zz, tensor[0, 1], tensor[0, 2], tensor[1, 2]]
@@ -313,11 +313,11 @@ def _starts(lanes: Lanes) -> tuple[Array, Array]:
         # A block stands on the end of the common face to which it leans against what is below.
         side = np.where(turn[:, block] >= tilt, 1.0, -1.0)
         end = side * np.minimum(half, 0.5 * width[:, block] + side * offset[:, block])
-        foot = face + _turned(end, np.zeros_like(end), tilt)
-        to_centre = _turned(offset[:, block] - end, 0.5 * height[:, block], turn[:, block])
+        foot = face + _turn(end, np.zeros_like(end), tilt)
+        to_centre = _turn(offset[:, block] - end, 0.5 * height[:, block], turn[:, block])
         centre = foot + to_centre
         position[:, block, ::2] = centre
-        top = _turned(np.zeros_like(end), 0.5 * height[:, block], turn[:, block])
+        top = _turn(np.zeros_like(end), 0.5 * height[:, block], turn[:, block])
         face, tilt, half = centre + top, turn[:, block], 0.5 * width[:, block]
     return position, attitude
 
@@ -331,7 +331,7 @@ def _upright(lanes: Lanes) -> tuple[Array, Array]:
     return np.stack([x - x[:, :1], np.zeros_like(x), z], axis=-1), attitude
 
 
-def _turned(x: Array, z: Array, rotation: Array) -> Array:
+def _turn(x: Array, z: Array, rotation: Array) -> Array:
     """Vectors (x, z) turned from +z towards +x, shape [lane, 2]."""
     sine, cosine = np.sin(rotation), np.cos(rotation)
     return np.stack([x * cosine + z * sine, z * cosine - x * sine], axis=-1)

@@ -128,6 +128,11 @@ def require_scenes(
     """
     if lanes.moving and not PROGRAMS[name].starts_moving:
         raise DeclinedError(f"it lets blocks go from rest here, and the case {lanes.moving}")
+    if lanes.held:
+        tables = " and ".join(lanes.held)
+        raise DeclinedError(
+            f"it is given free-standing blocks, and the case holds its block ({tables})"
+        )
     program = PROGRAMS[name]
     if lanes.bodies and not (program.bodies and (lanes.spatial or lanes.stacked)):
         where = "; bodies in space and in stacks it can do" if program.bodies else ""

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from warprock.errors import InputError, listed
+from warprock.errors import InputError, list_allowed
 from warprock.model.motion import Control
 from warprock.quantity import NOTHING, Said
 from warprock.records.record import CONTROL_OF
@@ -259,7 +259,7 @@ def _motions(
     if asked.column is not None:
         wanted = [column for column in others if column.called(asked.column)]
         if not wanted:
-            known = listed(asked.column, [column.header for column in others])
+            known = list_allowed(asked.column, [column.header for column in others])
             raise InputError("--column", "", asked.column, f"must be a column of {file}: {known}")
         others = wanted[:1]
     found = list(_with_units(others, asked))

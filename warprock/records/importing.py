@@ -18,7 +18,7 @@ from warprock.records.column_file import Reading
 from warprock.records.loading import AS_WRITTEN, CHANNEL, load_readings, record_of
 from warprock.records.processing import Step
 from warprock.records.summary import record_row
-from warprock.records.writing import imported_csv
+from warprock.records.writing import format_imported
 
 FEW = 16
 """Files up to which one process is as fast as several that must be started."""
@@ -66,7 +66,7 @@ def found_files(names: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def imported(name: str, how: Importing, record_name: str) -> bytes:
+def convert_file(name: str, how: Importing, record_name: str) -> bytes:
     """The CSV file of one record.
 
     Args:
@@ -79,7 +79,7 @@ def imported(name: str, how: Importing, record_name: str) -> bytes:
     """
     asked = [how.asked] if how.displacement is None else [how.asked, how.displacement]
     record, *others = load_readings(name, asked)
-    return imported_csv(
+    return format_imported(
         record,
         how.steps,
         name=record_name,
@@ -141,7 +141,7 @@ def _targets(files: Sequence[str], folder: pathlib.Path) -> list[str]:
 def _import_one(how: Importing, place: pathlib.Path, file: str, target: str) -> dict[str, Any]:
     """Makes one file ready, and says what is in it."""
     path = place / target
-    content = imported(file, how, path.stem)
+    content = convert_file(file, how, path.stem)
     path.write_bytes(content)
     return record_row(record_of(str(path), content))
 

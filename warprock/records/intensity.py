@@ -105,8 +105,8 @@ def measures(record: Record) -> Measures:
         velocity_over_acceleration=peak_velocity / peak_acceleration if peak_acceleration else 0.0,
         arias=math.pi / (2.0 * GRAVITY) * float(np.sum(squares)),
         cumulative_velocity=float(np.sum(_absolute(start, stop, interval))),
-        significant_duration=_reached(0.95, start, slope, squares, interval)
-        - _reached(0.05, start, slope, squares, interval),
+        significant_duration=_time_of_share(0.95, start, slope, squares, interval)
+        - _time_of_share(0.05, start, slope, squares, interval),
         final_velocity=float(pieces.velocity[-1]),
         final_displacement=float(place[-1]),
     )
@@ -137,7 +137,9 @@ def _absolute(start: Array, stop: Array, interval: float) -> Array:
     return np.asarray(0.5 * interval * np.where(crossing, triangles, np.abs(start) + np.abs(stop)))
 
 
-def _reached(part: float, start: Array, slope: Array, squares: Array, interval: float) -> float:
+def _time_of_share(
+    part: float, start: Array, slope: Array, squares: Array, interval: float
+) -> float:
     """Time at which the integral of a^2 reaches a part of its whole [s]."""
     total = np.cumsum(squares)
     if total[-1] <= 0.0:

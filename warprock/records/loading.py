@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warprock.errors import InputError, listed
+from warprock.errors import InputError, list_allowed
 from warprock.quantity import AMPLITUDE, Said
 from warprock.reading import read_bytes, reason
 from warprock.records import column_file, csmip, esm, fema_p695, geonet, knet, peer, sample_file
@@ -76,7 +76,7 @@ chunk: some 5,000 records of 30 s at 800 Hz. Beyond that the oldest files go."""
 
 
 @functools.cache
-def _shipped() -> dict[str, pathlib.Path]:
+def _shipped_files() -> dict[str, pathlib.Path]:
     folder = importlib.resources.files("warprock.cases").joinpath("ground-motions")
     found = [pathlib.Path(str(file)) for file in folder.iterdir() if file.name.endswith(".csv")]
     return {file.stem: file for file in sorted(found)}
@@ -84,7 +84,7 @@ def _shipped() -> dict[str, pathlib.Path]:
 
 def record_names() -> list[str]:
     """Names of the shipped records."""
-    return list(_shipped())
+    return list(_shipped_files())
 
 
 def load_record(
@@ -122,7 +122,7 @@ def load_readings(
         return [fema_p695.load(name_or_path)] * len(readings)
     path, channel = _place(name_or_path, relative_to)
     found = _records(path, name_or_path, readings)
-    return [_chosen(records, str(path), channel) for records in found]
+    return [_choose(records, str(path), channel) for records in found]
 
 
 def load_channels(name_or_path: str, asked: Reading = AS_WRITTEN) -> list[Record]:
@@ -139,7 +139,7 @@ def load_channels(name_or_path: str, asked: Reading = AS_WRITTEN) -> list[Record
 
 def _place(name_or_path: str, relative_to: pathlib.Path | None) -> tuple[pathlib.Path, str]:
     """The file of a record, and the channel asked for; empty if none is."""
-    shipped = _shipped().get(name_or_path)
+    shipped = _shipped_files().get(name_or_path)
     if shipped is not None:
         return shipped, ""
     folder = pathlib.Path() if relative_to is None else relative_to
@@ -153,10 +153,12 @@ def _place(name_or_path: str, relative_to: pathlib.Path | None) -> tuple[pathlib
 def _missing(path: pathlib.Path, name: str, error: OSError) -> InputError:
     if not isinstance(error, (FileNotFoundError, NotADirectoryError)):
         return InputError(str(path), "record", name, f"must be a file to read ({reason(error)})")
-    shipped = _shipped()
+    shipped = _shipped_files()
     near = difflib.get_close_matches(name, shipped, 1)
     hint = f"; did you mean {near[0]}?" if near else ""
-    allowed = f"must be a file or the name of a shipped record ({listed(name, shipped)}){hint}"
+    allowed = (
+        f"must be a file or the name of a shipped record ({list_allowed(name, shipped)}){hint}"
+    )
     return InputError(str(path), "record", Said(reason(error)), allowed)
 
 
@@ -167,7 +169,7 @@ def record_of(file: str, content: bytes) -> Record:
         InputError: As `load_record`.
     """
     digest = hashlib.sha256(content).hexdigest()
-    return _chosen(_parsed(file, digest, [AS_WRITTEN], content)[0], file, "")
+    return _choose(_parse(file, digest, [AS_WRITTEN], content)[0], file, "")
 
 
 def _records(
@@ -183,7 +185,7 @@ def _records(
     found = {asked: _kept[key] for asked, key in known if key in _kept}
     new = [asked for asked in readings if asked not in found]
     if new:
-        for asked, records in zip(new, _parsed(file, digest, new, content), strict=True):
+        for asked, records in zip(new, _parse(file, digest, new, content), strict=True):
             room = SAMPLES_KEPT - _sample_count(records)
             while _kept and sum(map(_sample_count, _kept.values())) > room:
                 _kept.pop(next(iter(_kept)), None)
@@ -199,16 +201,16 @@ _kept: dict[tuple[str, str, Reading], tuple[Record, ...]] = {}
 """Path and hash of a file, and what was said of it -> its records."""
 
 
-def _parsed(
+def _parse(
     file: str, digest: str, readings: Sequence[Reading], content: bytes
 ) -> list[tuple[Record, ...]]:
     return [
-        tuple(_recorded(file, digest, channels))
+        tuple(_make_records(file, digest, channels))
         for channels in read_channels(file, content, readings)
     ]
 
 
-def _recorded(file: str, digest: str, channels: Sequence[Channel]) -> Iterator[Record]:
+def _make_records(file: str, digest: str, channels: Sequence[Channel]) -> Iterator[Record]:
     stem = pathlib.Path(file).stem
     for number, channel in enumerate(channels, 1):
         channel.samples.flags.writeable = False
@@ -271,7 +273,7 @@ def read_channels(
         # Networks write names in other encodings than UTF-8, and nothing else in them.
         if form.recognises(text) and (wrong is None or name not in ("csv", COLUMNS)):
             with np.errstate(over="ignore"):
-                found = _read(name, text, readings)
+                found = _read_format(name, text, readings)
             for channel in itertools.chain(*found):
                 _judge(file, channel)
             return found
@@ -282,7 +284,7 @@ def read_channels(
     raise text.refusal(0, f"must begin a file of a known format ({formats})")
 
 
-def _read(name: str, text: TextFile, readings: Sequence[Reading]) -> list[list[Channel]]:
+def _read_format(name: str, text: TextFile, readings: Sequence[Reading]) -> list[list[Channel]]:
     """The motions of a file of a format, by each reading.
 
     Raises:
@@ -297,7 +299,7 @@ def _read(name: str, text: TextFile, readings: Sequence[Reading]) -> list[list[C
     return [FORMATS[name].read(text)] * len(readings)
 
 
-def _chosen(records: Sequence[Record], file: str, channel: str) -> Record:
+def _choose(records: Sequence[Record], file: str, channel: str) -> Record:
     """The channel asked for.
 
     Raises:

@@ -131,7 +131,7 @@ class TextFile:
             InputError: A field is no number, the file ends too early, or the last line has more.
         """
         fields = self._fields(first, width, per_line)
-        values = self._counted(fields, first, count)
+        values = self._take(fields, first, count)
         last = first + (count - 1) // per_line
         for at, text in fields:
             if at > last or _is_no_number(text):
@@ -161,7 +161,7 @@ class TextFile:
             InputError: One is no number, the file ends too early, or has more of them.
         """
         words = self._words(first)
-        values = self._counted(words, first, count)
+        values = self._take(words, first, count)
         for at, word in words:
             self._refuse_more(at, word, count)
         return values
@@ -181,7 +181,7 @@ class TextFile:
             for word in _STUCK.sub(r"\1 ", self.lines[at]).split():
                 yield at, word
 
-    def _counted(self, fields: Iterator[tuple[int, str]], first: int, count: int) -> Array:
+    def _take(self, fields: Iterator[tuple[int, str]], first: int, count: int) -> Array:
         values: list[float] = []
         for at, text in itertools.islice(fields, count):
             values.append(self.number(at, text))

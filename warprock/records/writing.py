@@ -16,7 +16,7 @@ UNITS = {Control.ACCELERATION: "m/s^2", Control.VELOCITY: "m/s", Control.DISPLAC
 NOT_STATED = "not stated"
 
 
-def imported_csv(
+def format_imported(
     record: Record,
     steps: Sequence[Step],
     *,
@@ -51,7 +51,7 @@ def imported_csv(
     return csv_text(entries, motion.samples).encode()
 
 
-def generated_csv(noise: GroundNoise, name: str) -> bytes:
+def format_generated(noise: GroundNoise, name: str) -> bytes:
     """The CSV file of a stochastic motion; the same values, the same bytes.
 
     Args:

@@ -125,7 +125,7 @@ def run_batch(
     count = lanes.lane_count
     require_room(count * lanes.block_count, times)
     _require_spread(workers, chunk_size)
-    built = _built(engine, settings, Target(precision, device, form))
+    built = _build(engine, settings, Target(precision, device, form))
     require_workload(built, lanes, motions, times, most_steps=most_steps)
     threads, size = workers or core_count(), chunk_size or DEVICE_CHUNK
     if built.target.on_cpu:
@@ -138,7 +138,7 @@ def run_batch(
     return join_responses(_run_all(run_chunk, slices, threads, progress))
 
 
-def _built(engine: str, settings: Any, target: Target) -> AbstractEngine:
+def _build(engine: str, settings: Any, target: Target) -> AbstractEngine:
     """An engine with its settings on a device, refused where it or one of them is none."""
     require_device(target.device)
     wanted = engine_class(engine).settings_type

@@ -18,7 +18,7 @@ from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.workload import require_workload
-from warprock.errors import InputError, listed
+from warprock.errors import InputError, list_allowed
 from warprock.model.response import Response, SampleTimes, join_responses, take_lanes
 from warprock.model.words import lane_count_text
 from warprock.quantity import NOTHING
@@ -210,7 +210,7 @@ def require_choice(source: str, got: str, allowed: tuple[str, ...]) -> None:
         InputError: It is not.
     """
     if got not in allowed:
-        raise InputError(source, "", got, f"allowed: {listed(got, allowed)}")
+        raise InputError(source, "", got, f"allowed: {list_allowed(got, allowed)}")
 
 
 def require_support(case: Case, lane_set: LaneSet, engine: str, first: int = 0) -> None:

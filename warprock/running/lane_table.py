@@ -22,6 +22,7 @@ from warprock.model.response import (
     LANE_FIELDS,
     MODEL_FIELDS,
     SPATIAL_FIELDS,
+    TIE_FIELDS,
     Field,
     Response,
 )
@@ -58,7 +59,7 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     columns: dict[str, Any] = {"lane": lane_set.first + np.arange(response.lane_count)}
     columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
     meaning = {name: input_meaning(name) for name in columns}
-    optional = (*SPATIAL_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *ESTIMATE_FIELDS)
+    optional = (*SPATIAL_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *TIE_FIELDS, *ESTIMATE_FIELDS)
     besides = [name for name in optional if name in response.fields]
     for field in (FIELDS[name] for name in (*LANE_FIELDS, *besides)):
         values = response[field.name]

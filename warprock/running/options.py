@@ -61,14 +61,14 @@ class RunOptions:
         Args:
             before: Lanes of the batches before it, which are finished.
         """
-        return dataclasses.replace(self, progress=counted_from(self.progress, before))
+        return dataclasses.replace(self, progress=count_from(self.progress, before))
 
     def without_progress(self) -> RunOptions:
         """The options without progress, for a batch whose lanes are counted elsewhere."""
         return dataclasses.replace(self, progress=None)
 
 
-def counted_from(progress: Progress | None, before: int) -> Progress | None:
+def count_from(progress: Progress | None, before: int) -> Progress | None:
     """A progress that counts on from lanes that are finished already; None stays None."""
     if progress is None or before == 0:
         return progress

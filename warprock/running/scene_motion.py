@@ -24,7 +24,7 @@ from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.pose import quaternion
 from warprock.model.ratios import rotation_ratio
 from warprock.model.response import HISTORIES, Outcome, Response
-from warprock.model.turning import turned
+from warprock.model.turning import rotate
 from warprock.reading import require_plain
 from warprock.running.case_run import CaseRun, require_options, require_support, run_lane
 from warprock.running.lane_table import LANE_TABLE
@@ -142,7 +142,7 @@ class SceneMotion:
 
     def _place(self, arms: Array) -> Array:
         shape = (*self.position.shape[:2], arms.shape[-2], 3)
-        seen = turned(self.attitude[:, :, None], np.broadcast_to(arms, shape))
+        seen = rotate(self.attitude[:, :, None], np.broadcast_to(arms, shape))
         return np.asarray(seen + self.position[:, :, None])
 
 

@@ -108,17 +108,17 @@ def play(viewer: Any, motion: SceneMotion, speed: float, *, rounds: int | None =
         begun, sample = time.perf_counter(), 0
         while viewer.is_running() and sample < len(motion.times):
             if viewer.is_paused():
-                begun += _waited(0.05)
+                begun += _wait(0.05)
                 continue
             due = motion.times[sample] / speed - (time.perf_counter() - begun)
             time.sleep(max(0.0, due))
             _show(viewer, motion, meshes, sample, float(motion.times[sample]))
             sample += 1
-        _waited(PAUSE if rounds is None else 0.0)
+        _wait(PAUSE if rounds is None else 0.0)
         done += 1
 
 
-def _waited(seconds: float) -> float:
+def _wait(seconds: float) -> float:
     time.sleep(seconds)
     return seconds
 

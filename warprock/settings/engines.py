@@ -14,7 +14,7 @@ from typing import Annotated, Any, ClassVar, Self
 
 import pydantic
 
-from warprock.errors import InputError, did_you_mean, listed
+from warprock.errors import InputError, did_you_mean, list_allowed
 from warprock.settings.setting import SettingKey
 from warprock.unmodelled import unmodelled_text
 
@@ -343,7 +343,7 @@ def judged_settings(
     for name, got in table.items():
         if name not in known:
             near = unmodelled_text(name) or did_you_mean(name, known)
-            allowed = f"unknown key (allowed: {listed(name, known)}){near}"
+            allowed = f"unknown key (allowed: {list_allowed(name, known)}){near}"
             raise InputError(source, f"{place}.{name}", got, allowed)
     if settings_type not in _ADAPTERS:
         _ADAPTERS[settings_type] = pydantic.TypeAdapter(settings_type)

@@ -324,25 +324,25 @@ def _row_groups(tables: Iterable[pa.Table]) -> Iterator[pa.Table]:
     for table in tables:
         waiting = table if waiting is None else pa.concat_tables([waiting, table])
         while len(waiting) >= ROW_GROUP:
-            yield _numbered_words(waiting.slice(0, ROW_GROUP))
+            yield _number_words(waiting.slice(0, ROW_GROUP))
             waiting = waiting.slice(ROW_GROUP)
     if waiting is not None and len(waiting):
-        yield _numbered_words(waiting)
+        yield _number_words(waiting)
 
 
-def _numbered_words(table: pa.Table) -> pa.Table:
+def _number_words(table: pa.Table) -> pa.Table:
     """Columns of words numbered in the order in which these rows have them.
 
     Each chunk has numbered its words in its own way; no word is written out for each lane.
     """
-    columns = [_numbered(column.combine_chunks()) for column in table.columns]
+    columns = [_number(column.combine_chunks()) for column in table.columns]
     fields = [
         field.with_type(column.type) for field, column in zip(table.schema, columns, strict=True)
     ]
     return pa.Table.from_arrays(columns, schema=pa.schema(fields))
 
 
-def _numbered(column: pa.Array) -> pa.Array:
+def _number(column: pa.Array) -> pa.Array:
     """A column as it is, but for words: the first of them has the number 0, and so on."""
     if pa.types.is_string(column.type):
         return column.dictionary_encode()

@@ -22,7 +22,7 @@ from warprock.model.response import Response, SampleTimes
 from warprock.running.case_run import run_lane_set
 from warprock.running.devices import start_warp
 from warprock.running.files import remove_dead_temporaries
-from warprock.running.options import Progress, counted_from
+from warprock.running.options import Progress, count_from
 from warprock.running.parts import State
 from warprock.running.refinement import count_bad, unusable_lanes
 from warprock.sweeps.ahead import ahead
@@ -171,7 +171,7 @@ def run_here(plan: Plan, folder: pathlib.Path, workers: int | None = None) -> Ru
             writing: list[concurrent.futures.Future[Any]] = []
             for number, lanes in zip(numbers, ahead(map(lanes_of, numbers)), strict=True):
                 if lanes is not None:
-                    counted = counted_from(progress, before)
+                    counted = count_from(progress, before)
                     found = _response_of_chunk(plan, lanes, workers, counted)
                     for each in writing:
                         each.result()

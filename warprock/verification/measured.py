@@ -25,8 +25,8 @@ def unit_of(what: str) -> str:
     return FIELDS[what].unit
 
 
-def predicted(engine: Judged, what: str, members: int) -> Array:
-    """Largest rotation [rad] or slide [m] that is predicted of each test, shape [said].
+def predict_largest(engine: Judged, what: str, members: int) -> Array:
+    """Largest rotation [rad] or slide [m] that is predicted of each test, shape [test].
 
     The median over the lanes of the test that stood and have numbers, of a stack the largest of its
     blocks; NaN without such a lane.
@@ -61,7 +61,7 @@ def measured_rows(found: Validation) -> Iterator[dict[str, Any]]:
     for what in measured_quantities(found):
         theirs = np.where(found.tests.overturned, np.nan, found.tests.measured[what])
         for engine in found.engines:
-            ours, own = predicted(engine, what, members), theirs[engine.tests]
+            ours, own = predict_largest(engine, what, members), theirs[engine.tests]
             both = np.isfinite(ours) & np.isfinite(own)
             a, b = ours[both], own[both]
             yield {

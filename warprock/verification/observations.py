@@ -24,7 +24,7 @@ import pandas as pd
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet
 from warprock.case.sweep_file import PARQUET, csv_texts, parquet_table
-from warprock.errors import InputError, did_you_mean, listed
+from warprock.errors import InputError, did_you_mean, list_allowed
 from warprock.quantity import NOTHING, Said
 from warprock.reading import read_bytes, reason
 from warprock.units import Dimension, allowed_text, parse_quantity
@@ -98,11 +98,11 @@ def read_tests(
         name = _own_column(list(lane_set.labels), column, source)
         places = np.arange(len(tests), dtype=np.intp)
     else:
-        table, source = _read(observed)
+        table, source = _read_table(observed)
         name = column or _outcome_column(table, source)
         if name not in table:
             names = [str(each) for each in table.columns]
-            allowed = f"must be a column of {source}: {listed(name, names)}"
+            allowed = f"must be a column of {source}: {list_allowed(name, names)}"
             raise InputError("--column", "", name, allowed)
         keys = [key for key in tests.columns if key in table and key != name]
         places = _join(table, tests, keys, source)
@@ -115,7 +115,7 @@ def read_tests(
         names=tuple(" ".join(row) for row in shown.itertuples(index=False)),
         overturned=np.array([each for each in outcome if each is not None], dtype=np.bool_),
         lanes=places[seen][:, None] * members + np.arange(members),
-        measured={what: _measured(table, what, source)[seen] for what in MEASURED},
+        measured={what: _read_measured(table, what, source)[seen] for what in MEASURED},
         table=table[seen].reset_index(drop=True),
         unobserved=len(tests) - int(seen.sum()),
         source=source,
@@ -141,10 +141,10 @@ def _same_within(column: pd.Series, members: int) -> bool:
     return bool((codes == codes[:, :1]).all())
 
 
-def _read(observed: pathlib.Path | pd.DataFrame) -> tuple[pd.DataFrame, str]:
+def _read_table(observed: pathlib.Path | pd.DataFrame) -> tuple[pd.DataFrame, str]:
     """A table of texts, empty where a cell is, and what errors call it."""
     if isinstance(observed, pd.DataFrame):
-        return _judged(_texts(observed), "observed")
+        return _require_table(_texts(observed), "observed")
     file = str(observed)
     try:
         content = read_bytes(observed)
@@ -152,7 +152,7 @@ def _read(observed: pathlib.Path | pd.DataFrame) -> tuple[pd.DataFrame, str]:
         allowed = f"must be a CSV or Parquet file with one row a test ({reason(error)})"
         raise InputError(OPTION, "", file, allowed) from None
     read = parquet_table if content.startswith(PARQUET) else csv_texts
-    return _judged(_texts(read(content, file)), file)
+    return _require_table(_texts(read(content, file)), file)
 
 
 def _texts(table: pd.DataFrame) -> pd.DataFrame:
@@ -160,7 +160,7 @@ def _texts(table: pd.DataFrame) -> pd.DataFrame:
     return table.astype(object).where(table.notna(), "").astype(str).reset_index(drop=True)
 
 
-def _judged(texts: pd.DataFrame, source: str) -> tuple[pd.DataFrame, str]:
+def _require_table(texts: pd.DataFrame, source: str) -> tuple[pd.DataFrame, str]:
     """A table with rows and with columns that can be told apart."""
     texts.columns = pd.Index([str(name).strip() for name in texts.columns])
     for name in texts.columns[texts.columns.duplicated()]:
@@ -178,14 +178,16 @@ def _own_column(labels: Sequence[str], asked: str | None, source: str) -> str:
         for name in (wanted, f"{OBSERVED}_{wanted}"):
             if name in labels:
                 return name
-        allowed = f"must be a label of the case: {listed(asked, own or labels) or 'it has none'}"
+        allowed = (
+            f"must be a label of the case: {list_allowed(asked, own or labels) or 'it has none'}"
+        )
         raise InputError("--column", "", asked, allowed)
     if OBSERVED in own:
         return OBSERVED
     if len(own) == 1:
         return own[0]
     if own:
-        allowed = f"must say which outcome is meant: {listed('', own)}"
+        allowed = f"must say which outcome is meant: {list_allowed('', own)}"
         raise InputError("--column", "", NOTHING, allowed)
     allowed = "must say the outcomes of its tests, where no --observed FILE does"
     raise InputError(source, f"label.{OBSERVED}", NOTHING, allowed)
@@ -272,7 +274,7 @@ def _matching(
     return texts, names
 
 
-def _measured(table: pd.DataFrame, what: str, source: str) -> Array:
+def _read_measured(table: pd.DataFrame, what: str, source: str) -> Array:
     """Numbers of a column whose heading has their unit [rad or m]; NaN where there is none."""
     for heading in table.columns:
         match = _HEADING.fullmatch(str(heading))

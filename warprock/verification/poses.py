@@ -125,7 +125,7 @@ def _poses(lane: int, rows: pd.DataFrame, lane_set: LaneSet, source: str) -> Obs
     return ObservedPoses(lane, times, position, attitude / length[:, None])
 
 
-def interpolated(
+def interpolate(
     times: Array, sampled: Array, position: Array, attitude: Array
 ) -> tuple[Array, Array]:
     """Poses at times between samples, along straight lines and the shortest turns.
@@ -162,7 +162,7 @@ def poses_at(response: Response, lane: int, times: Array) -> tuple[Array, Array]
     """
     position = np.stack([response[name][lane] for name in PLACE], axis=-1)
     attitude = np.stack([response[name][lane] for name in ATTITUDE], axis=-1)
-    return interpolated(times, response.times, position, attitude)
+    return interpolate(times, response.times, position, attitude)
 
 
 def rotation_between(first: Array, second: Array) -> Array:
@@ -239,7 +239,7 @@ def histories_of_errors(
     for number, seen in enumerate(observed):
         inside = times <= seen.times[-1]
         place, attitude = poses_at(response, seen.lane, times[inside])
-        there, turn = interpolated(times[inside], seen.times, seen.position, seen.attitude)
+        there, turn = interpolate(times[inside], seen.times, seen.position, seen.attitude)
         apart[number, inside] = np.linalg.norm(place - there, axis=1)
         turned[number, inside] = rotation_between(attitude, turn)
     return {

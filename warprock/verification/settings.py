@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 from warprock.case.case import Case
 from warprock.case.settings import ENGINES, PEERS
-from warprock.errors import InputError, listed
+from warprock.errors import InputError, list_allowed
 from warprock.settings.engines import SETTINGS, judged_settings
 from warprock.settings.programs import PEER_SETTINGS
 
@@ -35,7 +35,7 @@ def require_known(asked: Iterable[str], known: Iterable[str]) -> None:
     """
     for each in asked:
         if plain_name(each) not in known:
-            raise InputError(OPTION, "", each, f"allowed: {listed(plain_name(each), known)}")
+            raise InputError(OPTION, "", each, f"allowed: {list_allowed(plain_name(each), known)}")
 
 
 def case_asked(case: Case, asked: str) -> Case:

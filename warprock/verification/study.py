@@ -165,7 +165,7 @@ def run_study(
         case=case,
         engines=engines,
         lane_set=lane_set,
-        table=_joined(tables),
+        table=_join_rows(tables),
         times=reference.times,
         reference=_ratio(lane_set, reference)[-1],
         histories=histories,
@@ -249,7 +249,7 @@ def _ratio(lane_set: LaneSet, response: Response) -> Array:
     return rotation_ratio(response["rotation"], lane_set.lanes)
 
 
-def _joined(tables: list[pd.DataFrame]) -> pd.DataFrame:
+def _join_rows(tables: list[pd.DataFrame]) -> pd.DataFrame:
     """The rows of all runs, with the unit and the meaning of every column."""
     table = pd.concat(tables, ignore_index=True)
     names = map(str, table.columns)

@@ -24,13 +24,13 @@ from warprock.analysis.baselines import baseline, observed_function, threshold_o
 from warprock.analysis.fragility import Curve, fragility_curves
 from warprock.analysis.groups import RECORD
 from warprock.analysis.lane_tables import PEAK_RATIO
-from warprock.analysis.limits import OVERTURNING, Limit, reached
+from warprock.analysis.limits import OVERTURNING, Limit, find_reached
 from warprock.analysis.lognormal import Fit, Observations, observe
 from warprock.analysis.scores import Paired, Prediction, Scores, compare_pair, score
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.engines import ENGINES
-from warprock.errors import InputError, listed
+from warprock.errors import InputError, list_allowed
 from warprock.model.response import USABLE, Response
 from warprock.programs.table import PROGRAMS
 from warprock.running.case_run import require_options, run_lane_set
@@ -234,7 +234,7 @@ def judge(
     table = lane_table(lane_set, response).iloc[tests.lanes.ravel()].reset_index(drop=True)
     table[RECORD] = np.repeat(records, members)
     usable = table["status"].isin(_USABLE).to_numpy().reshape(count, members)
-    fell = reached(table, _FALL).reshape(count, members) & usable
+    fell = find_reached(table, _FALL).reshape(count, members) & usable
     said = np.flatnonzero(usable.any(axis=1))
     if not len(said):
         allowed = "must have numbers in a lane of one test at least: see warprock run"
@@ -265,7 +265,9 @@ def _groups(lane_set: LaneSet, tests: ObservedTests, group: str | None) -> tuple
         return "", np.arange(len(tests.names), dtype=np.intp)
     if name not in tests.table and name not in first:
         known = [*map(str, tests.table.columns), *map(str, first.columns)]
-        allowed = f"must be a column of {tests.source} or of the lane table: {listed(name, known)}"
+        allowed = (
+            f"must be a column of {tests.source} or of the lane table: {list_allowed(name, known)}"
+        )
         raise InputError("--group", "", name, allowed)
     values = tests.table[name] if group and name in tests.table else first[name]
     return name, np.asarray(pd.factorize(values)[0], dtype=np.intp)
@@ -317,7 +319,7 @@ def status_rows(found: Validation) -> list[dict[str, Any]]:
     for engine in found.engines:
         assert engine.table is not None
         observed = np.repeat(found.tests.overturned, found.tests.lanes.shape[1])
-        right = reached(engine.table, _FALL) == observed
+        right = find_reached(engine.table, _FALL) == observed
         for status in engine.table["status"].cat.categories:
             mine = (engine.table["status"] == status).to_numpy()
             if mine.any():

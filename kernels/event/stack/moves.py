@@ -38,6 +38,9 @@ from warprock.kernels.shape.stack import (
 
 DEEP = real(1.0e-6)
 """Part of the half height by which an open end may lie too low and still land."""
+LEAST = real(1.0 / 32.0)
+"""Part of a step in which a contact stops to which it is cut at least, at once: the acceleration in
+a step that is far too long says little about when."""
 
 
 @wp.struct
@@ -234,7 +237,7 @@ def find_stop(s: wp.ref[State], t: wp.ref[Trial], k: int, along: real, near: rea
     if slip != 0 and d > zero:
         reach = near * size(e1 - e0) / d
         if e0 > zero and e1 < -reach and d > near:
-            cut = first_root(e0, (e1 - e0) / d, e1, d)
+            cut = larger(first_root(e0, (e1 - e0) / d, e1, d), LEAST * d)
         elif e1 <= wp.where(e0 > zero, reach, zero):
             after = 0
     return cut, after

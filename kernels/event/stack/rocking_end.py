@@ -106,6 +106,34 @@ def opening_curve(blocks: wp.ref[Blocks], p: Curves, k: int, side: real) -> Curv
 
 
 @wp.func
+def face_load(blocks: wp.ref[Blocks], under: Counts, loads: wp.ref[Loads], k: int):
+    """What an interface bears along the normal of the face that counts, and along it [N].
+
+    Arguments as of `spare_of`.
+    """
+    s = real(0.0)
+    c = real(1.0)
+    face = k - 1 + under[k]
+    if face >= 0:
+        s = loads.sine[face]
+        c = loads.cosine[face]
+    if CHAINS:
+        edge_s = loads.sine[k] * blocks.foot_cosine[k] - loads.cosine[k] * blocks.foot_sine[k]
+        edge_c = loads.cosine[k] * blocks.foot_cosine[k] + loads.sine[k] * blocks.foot_sine[k]
+        s = wp.where(under[k] == 1, edge_s, s)
+        c = wp.where(under[k] == 1, edge_c, c)
+    return dot(loads.fx[k], loads.fz[k], s, c), fused_less(loads.fz[k], s, loads.fx[k] * c)
+
+
+@wp.func
+def reach_of(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int):
+    """How far the overlap of the faces of a closed interface reaches to -x and to +x [m]."""
+    low, _height = lower_face(blocks, k)
+    behind = smaller(blocks.half_width[k], low + pose.along[k])
+    return behind, smaller(blocks.half_width[k], low - pose.along[k])
+
+
+@wp.func
 def spare_of(
     blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts, under: Counts, loads: wp.ref[Loads]
 ) -> real:
@@ -122,26 +150,12 @@ def spare_of(
     """
     least = NEVER
     for k in range(BLOCKS):
-        s = real(0.0)
-        c = real(1.0)
-        face = k - 1 + under[k]
-        if face >= 0:
-            s = loads.sine[face]
-            c = loads.cosine[face]
-        if CHAINS:
-            edge_s = loads.sine[k] * blocks.foot_cosine[k] - loads.cosine[k] * blocks.foot_sine[k]
-            edge_c = loads.cosine[k] * blocks.foot_cosine[k] + loads.sine[k] * blocks.foot_sine[k]
-            s = wp.where(under[k] == 1, edge_s, s)
-            c = wp.where(under[k] == 1, edge_c, c)
-        normal = dot(loads.fx[k], loads.fz[k], s, c)
-        along = fused_less(loads.fz[k], s, loads.fx[k] * c)
+        normal, along = face_load(blocks, under, loads, k)
         least = smaller(least, fused(blocks.friction[k], normal, -size(along)))
         least = smaller(least, normal)
         if touch[k] == CLOSED:
-            low, _height = lower_face(blocks, k)
             moment = loads.moment[k]
-            ahead = smaller(blocks.half_width[k], low - pose.along[k])
-            behind = smaller(blocks.half_width[k], low + pose.along[k])
+            behind, ahead = reach_of(blocks, pose, k)
             ends = smaller(fused(behind, normal, -moment), fused(ahead, normal, moment))
             least = smaller(least, ends / (ahead + behind))
     return least

@@ -22,6 +22,8 @@ nothing moves stays where it is to the last digit, and on a base at rest it wait
 
 On a base that moves upwards, too, gravity is g + a_z; blocks fly when it is not positive.
 
+A stack at rest waits for the moment at which the base lets it go (event/stack/rest.py).
+
 Rest rule: an interface closes when its block, after an impact, would fall back inside the next
 step from an opening below `rest_rotation`. The impacts that this leaves out take no time.
 

@@ -7,6 +7,7 @@ from warprock.kernels.event.body_weight import Weight, kicks, weight_in
 from warprock.kernels.event.stack.chain import Contacts, relative_velocity
 from warprock.kernels.event.stack.contact import RoundOff, solve
 from warprock.kernels.event.stack.moves import find_closing, find_landing, move, opening, settles
+from warprock.kernels.event.stack.rest import look_ahead
 from warprock.kernels.event.stack.rocking import Terms, predict_rocking
 from warprock.kernels.event.stack.rocking_end import LACKS, SPENT, find_end, value_of, velocity_at
 from warprock.kernels.motion import expand, knot_step, knot_time
@@ -41,6 +42,7 @@ from warprock.kernels.event.stack.state import (
     State,
     Trial,
     as_base_rises,
+    at_rest,
     fastest,
     still_curve,
 )
@@ -228,6 +230,18 @@ def try_rocking(
 
 
 @wp.func
+def rest(s: wp.ref[State], t: wp.ref[Trial]):
+    """Makes a trial one in which a stack at rest stays there."""
+    t.pose = s.pose
+    t.velocity = s.velocity
+    t.curve = still_curve(s)
+    t.rocks = True
+    t.settled = True
+    t.switches = False
+    t.plain = not t.struck
+
+
+@wp.func
 def still_upwards(above: Above) -> bool:
     """Whether the base has not begun to move upwards, or has ended."""
     return above.segment == 0 or knot_time(above.motion, above.segment) >= NEVER
@@ -254,8 +268,12 @@ def try_step(
     d = smaller(longest, room)
     grain = STILL * (speed + limits.gravity * limits.longest_step)
     stuck = sticks(s.pose.touch, s.slip) and stays_put(s.pose.touch, s.rate, grain)
+    rests = at_rest(s.pose.touch, s.slip)
+    held = bool(False)
+    if rests:
+        held, d = look_ahead(blocks, limits, shaking, s, d)
     # Warp copies a struct that is set under a condition; it does not copy one that is returned.
-    if stuck and s.search.stage == STEADY:
+    if stuck and not rests and s.search.stage == STEADY:
         first = try_rocking(blocks, limits, shaking, target, s, s.pose.touch, d)
         if first.plain:
             return first
@@ -263,7 +281,14 @@ def try_step(
             find_events(blocks, limits, s, first)
             return first
     t = move_base(limits, shaking, target, s, d)
-    try_sliding(blocks, limits, s, speed, t)
+    if not held:
+        try_sliding(blocks, limits, s, speed, t)
+        held = rests and at_rest(t.pose.touch, t.slip)
+    if held:
+        rest(s, t)
+        if not t.plain:
+            find_events(blocks, limits, s, t)
+        return t
     # If the force is lacking from the start there is no moment to search for.
     t.switches = t.switches and not (stuck and s.search.stage == STEADY)
     if stuck and s.search.stage != SEEKING and sticks(t.pose.touch, t.slip):

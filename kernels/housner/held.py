@@ -1,0 +1,548 @@
+"""A rocking block that something holds: Housner's equation with ties, beside a wall.
+
+As housner/block.py, with the moment of the ties (head of housner/held_ties.py):
+
+    theta'' = p^2 sin(phi) - q a(t) cos(phi) + M(theta) / I,      phi = theta - side alpha.
+
+A step is one expansion of degree 10. It is cut at its turning point; on what is left the lean
+grows or falls all along, so that it ends at the first change of a tie, an impact or the fall in its
+way. At rest the block lifts over the side on which
+
+    side (M(0) / I - q a cos(alpha)) > p^2 sin(alpha).
+
+A wall stands at one side of the block, along its whole height: the block turns to the other side
+alone. It comes back on base and wall at once, and its angular velocity becomes -rebound times what
+it was. What rests against a wall lifts away from it alone; a velocity step that presses it on the
+wall moves nothing.
+
+Rest rule: as of the free block, of the sides to which the block may turn. Beside a wall the impacts
+that are left out would take 2 theta' / r / (1 - rebound).
+
+The friction that a block needs is looked up at nine times in every step, and at their crest. Of a
+block against its wall only what the wall cannot give is asked of the base; impacts on a wall are
+not judged.
+"""
+
+import warp as wp
+
+from warprock.kernels.housner.block_contact import needed_at_step, ratio
+from warprock.kernels.housner.held_ties import (
+    Pull,
+    Restraints,
+    change_tie,
+    elongation,
+    force_of,
+    next_bound,
+    pull_of,
+    start_ties,
+)
+from warprock.kernels.modes import BROKEN, OVERTURNED, RESTING, ROCKING
+from warprock.kernels.motion import Ground, Motion, expand, knot_step, knot_time
+
+NEARLY = by_precision(1.0e-9, 1.0e-5)
+"""What counts as round-off of an event that the last step has located."""
+ROUND_OFF = by_precision(1.0e-12, 1.0e-6)
+"""A block may rest up to this part of p^2 sin(alpha) beyond its balance, and lifts at twice it."""
+TICK = by_precision(4.4e-16, 2.4e-7)
+"""Two roundings, relative."""
+REACH = real(0.25)
+"""Largest rotation of the block in one step [rad]."""
+DEGREE = 10
+LOOKS = 8
+"""Parts of a step at whose ends the contact force is looked at."""
+LOOK = real(1.0 / LOOKS)
+ROOT_STEPS = 80
+"""Steps after which a bracketed Newton method has surely closed its bracket."""
+
+Series = wp.types.vector(length=DEGREE + 1, dtype=real)
+"""Taylor coefficients in time, the constant first."""
+
+
+@wp.struct
+class Block:
+    """What a step needs to know of one lane's block.
+
+    `wall` is the side at which a wall stands, -1 or 1; 0 without one.
+    """
+
+    slenderness_angle: real
+    frequency_squared: real
+    coupling: real
+    angular_restitution: real
+    impact_friction: real
+    rebound: real
+    wall: real
+    fall_angle: real
+    rest_rotation: real
+    step_length: real
+    step_limit: int
+    half_width: real
+    inertia: real
+    mass: real
+
+
+@wp.struct
+class State:
+    """State of a lane, as that of housner/block.py."""
+
+    theta: real
+    omega: real
+    side: real
+    time: real
+    segment: int
+    mode: int
+
+
+@wp.struct
+class Seen:
+    """What is seen of a lane so far.
+
+    Attributes:
+        peak: Largest |rotation| [rad].
+        peak_time: When it was [s].
+        uplift_time: Time of the first uplift [s]; NEVER before.
+        rest_time: Time since when the block rests [s]; NEVER while it does not.
+        loss: Sum of the losses of omega^2 over the impacts [rad^2/s^2].
+        needed: Friction that the block has needed.
+        force: Largest force of a tie [N].
+        stretch: Largest elongation of a tie [m].
+        impacts: Impacts.
+        steps: Steps taken.
+    """
+
+    peak: real
+    peak_time: real
+    uplift_time: real
+    rest_time: real
+    loss: real
+    needed: real
+    force: real
+    stretch: real
+    impacts: int
+    steps: int
+
+
+@wp.func
+def value_of(p: Series, x: real) -> real:
+    """Value of a series."""
+    found = p[DEGREE]
+    for k in range(DEGREE):
+        found = fused(x, found, p[DEGREE - 1 - k])
+    return found
+
+
+@wp.func
+def slope_of(p: Series) -> Series:
+    """The series of the derivative."""
+    found = Series()
+    for k in range(DEGREE):
+        found[k] = real(k + 1) * p[k + 1]
+    return found
+
+
+@wp.func
+def root_of(p: Series, end: real) -> real:
+    """Root in (0, end) of a series that is positive at 0 and not at the end."""
+    slope = slope_of(p)
+    low = real(0.0)
+    high = real(end)
+    x = end * p[0] / (p[0] - value_of(p, end))
+    for _ in range(ROOT_STEPS):
+        f = value_of(p, x)
+        change = f / value_of(slope, x)
+        if f > real(0.0):
+            low = x
+        else:
+            high = x
+        y = x - change
+        if size(change) <= TICK * x:
+            break
+        if not (y > low and y < high):
+            y = HALF * (low + high)
+        if y <= low or y >= high:
+            break
+        x = y
+    return x
+
+
+@wp.func
+def first_root(p: Series, end: real) -> real:
+    """First time in (0, end) at which a series that is positive at 0 comes to zero; NEVER if none.
+
+    Its least value inside is looked up where its slope changes its sign.
+    """
+    found = NEVER
+    slope = slope_of(p)
+    if value_of(p, end) <= real(0.0):
+        found = root_of(p, end)
+    elif slope[0] < real(0.0) and value_of(slope, end) > real(0.0):
+        least = root_of(-slope, end)
+        if value_of(p, least) < real(0.0):
+            found = root_of(p, least)
+    return found
+
+
+@wp.func
+def pull_series(m: Motion, segment: int, time: real, ground: Ground) -> Series:
+    """The acceleration of the base about a time [m/s^2]."""
+    a = expand(m, segment, time, ground.value, ground.slope)
+    zero = real(0.0)
+    return Series(a.a0, a.a1, a.a2, a.a3, a.a4, a.a5, a.a6, a.a7, a.a8, zero, zero)
+
+
+@wp.func
+def rotation_series(block: Block, p: Pull, s: State, a: Series) -> Series:
+    """The rotation about the present time.
+
+    With s = sin(theta), c = cos(theta), w = 1 - c: s' = theta' c, w' = theta' s.
+    """
+    x = Series()
+    sines = Series()
+    lows = Series()
+    x[0] = s.theta
+    x[1] = s.omega
+    half_sine = sine(HALF * s.theta)
+    sines[0] = real(2.0) * half_sine * cosine(HALF * s.theta)
+    lows[0] = real(2.0) * half_sine * half_sine
+    up, across = cosine(block.slenderness_angle), s.side * sine(block.slenderness_angle)
+    p2, q = block.frequency_squared, block.coupling
+    cosines = Series()
+    cosines[0] = real(1.0) - lows[0]
+    for n in range(DEGREE - 1):
+        sc, sx, sw, pushed = real(0.0), real(0.0), real(0.0), real(0.0)
+        for j in range(n + 1):
+            sc = sc + sines[j] * cosines[n - j]
+            sx = sx + sines[j] * sines[n - j] + lows[j] * cosines[n - j]
+            sw = sw + sines[j] * lows[n - j]
+            pushed = pushed + a[j] * (up * cosines[n - j] + across * sines[n - j])
+        bend = p2 * (up * sines[n] - across * cosines[n]) - q * pushed
+        bend = bend + p.c * cosines[n] + p.s * sines[n] + p.sc * sc + p.sx * sx + p.sw * sw
+        x[n + 2] = bend / real((n + 1) * (n + 2))
+        turned, lowered = real(0.0), real(0.0)
+        for j in range(n + 1):
+            rate = real(j + 1) * x[j + 1]
+            turned = turned + rate * cosines[n - j]
+            lowered = lowered + rate * sines[n - j]
+        sines[n + 1] = turned / real(n + 1)
+        lows[n + 1] = lowered / real(n + 1)
+        cosines[n + 1] = -lows[n + 1]
+    return x
+
+
+@wp.func
+def outward_moment(block: Block, held: Restraints, side: real, a: real) -> real:
+    """Angular acceleration at which a flat block would lift over a side [rad/s^2]."""
+    pull = pull_of(held, side)
+    moved = pull.c - block.coupling * a * cosine(block.slenderness_angle)
+    return side * moved - block.frequency_squared * sine(block.slenderness_angle)
+
+
+@wp.func
+def may_turn(block: Block, side: real) -> bool:
+    """Whether a block may turn to a side: there is no wall."""
+    return block.wall * side <= real(0.0)
+
+
+@wp.func
+def held_down(block: Block, held: Restraints, side: real, a: real) -> real:
+    """Angular acceleration that keeps a flat block from turning to a side; NEVER at a wall."""
+    found = NEVER
+    if may_turn(block, side):
+        found = -outward_moment(block, held, side, a)
+    return found
+
+
+@wp.func
+def settles(block: Block, held: Restraints, omega: real, a: real) -> bool:
+    """Whether a flat block with a rate rests: its next swing is too small to count."""
+    one, other = real(1.0), real(-1.0)
+    weaker = smaller(held_down(block, held, one, a), held_down(block, held, other, a))
+    weaker = weaker + ROUND_OFF * block.frequency_squared * sine(block.slenderness_angle)
+    return weaker > real(0.0) and omega * omega <= real(2.0) * weaker * block.rest_rotation
+
+
+@wp.func
+def strike(block: Block, held: Restraints, a: real, s: wp.ref[State], seen: wp.ref[Seen]):
+    """An impact: on the base, or on base and wall."""
+    before = s.omega
+    kept = block.angular_restitution
+    after = kept * before
+    if block.wall != real(0.0):
+        kept = block.rebound
+        after = -kept * before
+    else:
+        s.side = -s.side
+        seen.needed = larger(block.impact_friction, seen.needed)
+    s.theta = real(0.0)
+    if settles(block, held, after, a):
+        here = held_down(block, held, s.side, a)
+        there = held_down(block, held, -s.side, a)
+        tail = real(2.0) * size(after) / here / larger(real(1.0) - kept, real(1.0e-6))
+        if block.wall == real(0.0):
+            lost = larger(real(1.0) - kept * kept, real(1.0e-6))
+            tail = real(2.0) * size(after) * (real(1.0) / here + kept / there) / lost
+        after = real(0.0)
+        s.mode = RESTING
+        seen.rest_time = s.time + tail
+    s.omega = after
+    seen.loss = seen.loss + before * before - after * after
+    seen.impacts = seen.impacts + 1
+
+
+@wp.func
+def lift(side: real, s: wp.ref[State], seen: wp.ref[Seen]):
+    """Has a block at rest lift over a side."""
+    s.side = side
+    s.mode = ROCKING
+    seen.uplift_time = smaller(seen.uplift_time, s.time)
+    seen.rest_time = NEVER
+
+
+@wp.func
+def pass_knot(block: Block, held: Restraints, dv: real, s: wp.ref[State], seen: wp.ref[Seen]):
+    """Passes a knot of the motion, with a velocity step dv of the base."""
+    s.segment = s.segment + 1
+    kick = -block.coupling * cosine(block.slenderness_angle - size(s.theta)) * dv
+    if dv != real(0.0) and s.mode == RESTING:
+        goes = may_turn(block, sign_of(kick)) and not settles(block, held, kick, real(0.0))
+        if goes:
+            lift(sign_of(kick), s, seen)
+    if dv != real(0.0) and s.mode == ROCKING:
+        s.omega = s.omega + kick
+        if s.theta == real(0.0) and block.wall == real(0.0):
+            s.side = sign_of(s.omega)
+        falls = s.side * s.theta >= block.fall_angle and s.side * s.omega >= real(0.0)
+        if not falls:
+            asked = needed_at_step(size(s.theta), s.side, dv, block.slenderness_angle)
+            seen.needed = larger(asked, seen.needed)
+
+
+@wp.func
+def goes_out(side: real, x: Series, h: real) -> bool:
+    """Whether a block turns outwards from now on."""
+    zero = real(0.0)
+    rate = side * x[1]
+    if rate == zero:
+        rate = side * x[2]
+        if size(x[2]) < NEARLY * size(x[3]) * h:
+            rate = side * x[3]
+    return rate >= zero
+
+
+@wp.func
+def turning_time(x: Series, towards: real, h: real) -> real:
+    """When a block that turns `towards` a side turns back within a step; NEVER if it does not."""
+    slope = towards * slope_of(x)
+    if slope[0] == real(0.0):
+        # A block that stands still has a zero there; one that has just lifted a double one.
+        over = 1
+        if size(slope[1]) < real(2.0) * NEARLY * size(slope[2]) * h:
+            over = 2
+        divided = Series()
+        for k in range(DEGREE - 2):
+            divided[k] = slope[k + over]
+        slope = divided
+    found = NEVER
+    if slope[0] > real(0.0):
+        found = first_root(slope, h)
+    return found
+
+
+@wp.func
+def needed_at(block: Block, p: Pull, side: real, x: Series, a: Series, t: real) -> real:
+    """Friction that a rocking block needs a time t after the start of a step; 0 where it falls."""
+    slope = slope_of(x)
+    theta, omega = value_of(x, t), value_of(slope, t)
+    bend, base = value_of(slope_of(slope), t), value_of(a, t)
+    phi = theta - side * block.slenderness_angle
+    s, c = sine(phi), cosine(phi)
+    # R and g of the free block.
+    radius, gravity = real(0.75) / block.coupling, block.frequency_squared / block.coupling
+    half_sine = sine(HALF * theta)
+    low = real(2.0) * half_sine * half_sine
+    pull = p.f + p.fs * real(2.0) * half_sine * cosine(HALF * theta) + p.fw * low
+    along = block.mass * (base + radius * (bend * c - omega * omega * s)) - pull
+    upwards = block.mass * (gravity - radius * (bend * s + omega * omega * c))
+    falls = side * theta >= block.fall_angle and side * omega >= real(0.0)
+    return wp.where(falls, real(0.0), ratio(along, upwards))
+
+
+@wp.func
+def needed_in(block: Block, p: Pull, side: real, x: Series, a: Series, tau: real) -> real:
+    """Friction that a rocking block needs in a step of length tau, from a few looks.
+
+    The parabola through the largest look and its neighbours says where the last look is.
+    """
+    part = LOOK * tau
+    found = needed_at(block, p, side, x, a, real(0.0))
+    largest = int(0)
+    for k in range(LOOKS):
+        asked = needed_at(block, p, side, x, a, real(k + 1) * part)
+        if asked > found:
+            found = asked
+            largest = k + 1
+    if largest > 0 and largest < LOOKS and found < NEVER:
+        at = real(largest) * part
+        before = needed_at(block, p, side, x, a, at - part)
+        after = needed_at(block, p, side, x, a, at + part)
+        bend = real(2.0) * found - before - after
+        if bend > real(0.0):
+            top = at + HALF * part * (after - before) / bend
+            found = larger(needed_at(block, p, side, x, a, top), found)
+    return found
+
+
+@wp.func
+def needed_flat(block: Block, held: Restraints, a: real) -> real:
+    """Friction that a block at rest needs; a wall gives what pushes the block away from it."""
+    pull = pull_of(held, real(1.0))
+    gravity = block.frequency_squared / block.coupling
+    along = block.mass * a - pull.f
+    if block.wall * along < real(0.0):
+        along = real(0.0)
+    return size(along) / (block.mass * gravity)
+
+
+@wp.func
+def observe_ties(held: Restraints, s: State, seen: wp.ref[Seen]):
+    """Sees the forces and elongations of the ties."""
+    for i in range(held.ties.shape[0]):
+        tie = held.ties[i, held.lane]
+        stretch = elongation(held, tie, s.side, s.theta)
+        seen.stretch = larger(stretch, seen.stretch)
+        force = force_of(tie, held.states[i, held.lane], stretch)
+        seen.force = larger(size(force), seen.force)
+
+
+@wp.func
+def start_lane(theta: real, omega: real, held: Restraints, wall: real):
+    """Releases a block at a rotation [rad] with a rate [rad/s]: its state, what is seen of it."""
+    zero = real(0.0)
+    rests = theta == zero and omega == zero
+    side = sign_of(wp.where(theta == zero, omega, theta))
+    if wall != zero:
+        side = -wall
+    mode = wp.where(rests, RESTING, ROCKING)
+    lifted, rested = wp.where(rests, NEVER, zero), wp.where(rests, zero, NEVER)
+    state = State(theta, omega, side, zero, 0, mode)
+    seen = Seen(size(theta), zero, lifted, rested, zero, zero, zero, zero, 0, 0)
+    start_ties(held, side, theta)
+    observe_ties(held, state, seen)
+    return state, seen
+
+
+@wp.func
+def rock(
+    block: Block, m: Motion, ground: Ground, until: real, held: Restraints, s: wp.ref[State],
+    seen: wp.ref[Seen],
+):  # fmt: skip
+    """One step of a block that rocks, to its next event or at most to `until`."""
+    zero = real(0.0)
+    knot = knot_time(m, s.segment)
+    target = smaller(knot, until)
+    room = larger(target - s.time, zero)
+    h = smaller(smaller(block.step_length, REACH / size(s.omega)), room)
+    side = s.side
+    lean = side * s.theta
+    a = pull_series(m, s.segment, s.time, ground)
+    pull = pull_of(held, side)
+    x = rotation_series(block, pull, s, a)
+    outwards = goes_out(side, x, h)
+    if not outwards and lean <= zero:
+        strike(block, held, a[0], s, seen)
+    elif h > zero:
+        towards = wp.where(outwards, side, -side)
+        turn = turning_time(x, towards, h)
+        turned = turn < h
+        tau = smaller(turn, h)
+        bound = next_bound(held, side, lean, outwards)
+        left = wp.where(outwards, bound.lean - lean, lean - bound.lean)
+        ahead = -towards * x
+        ahead[0] = left
+        reached = left <= zero
+        if reached:
+            tau = zero
+        elif value_of(ahead, tau) <= zero:
+            reached = True
+            tau = root_of(ahead, tau)
+        seen.needed = larger(needed_in(block, pull, side, x, a, tau), seen.needed)
+        arrives = tau >= fused_less(TICK, target, room)
+        theta, omega = value_of(x, tau), value_of(slope_of(x), tau)
+        base = value_of(a, tau)
+        s.time = wp.where(arrives, target, s.time + tau)
+        s.theta = theta
+        s.omega = omega
+        if reached:
+            s.theta = side * bound.lean
+        elif turned:
+            s.omega = zero
+        observe_ties(held, s, seen)
+        if reached:
+            if bound.tie >= 0:
+                change_tie(held, bound.tie, side, s.theta, outwards, s.time)
+                observe_ties(held, s, seen)
+            elif outwards:
+                s.mode = OVERTURNED
+            else:
+                strike(block, held, base, s, seen)
+    if s.time >= knot and s.mode < OVERTURNED:
+        pass_knot(block, held, knot_step(m, s.segment), s, seen)
+
+
+@wp.func
+def rest(
+    block: Block, m: Motion, ground: Ground, until: real, held: Restraints, s: wp.ref[State],
+    seen: wp.ref[Seen],
+):  # fmt: skip
+    """One step of a block at rest, until it lifts or at most to `until`."""
+    zero = real(0.0)
+    knot = knot_time(m, s.segment)
+    target = smaller(knot, until)
+    room = larger(target - s.time, zero)
+    h = smaller(block.step_length, room)
+    a = pull_series(m, s.segment, s.time, ground)
+    slope = slope_of(a)
+    at_end = value_of(slope, h)
+    # A turning point in the first NEARLY of the step is one that the last step has ended at.
+    if slope[0] * at_end < -NEARLY * (slope[0] * slope[0] + at_end * at_end):
+        h = root_of(sign_of(slope[0]) * slope, h)
+    spare = real(2.0) * ROUND_OFF * block.frequency_squared * sine(block.slenderness_angle)
+    tau = real(h)
+    side = real(0.0)
+    for k in range(2):
+        over = real(2 * k - 1)
+        if may_turn(block, over):
+            lack = over * block.coupling * cosine(block.slenderness_angle) * a
+            lack[0] = spare - outward_moment(block, held, over, a[0])
+            if lack[0] <= zero:
+                tau = zero
+                side = over
+            elif value_of(lack, tau) < zero:
+                tau = root_of(lack, tau)
+                side = over
+    seen.needed = larger(needed_flat(block, held, a[0]), seen.needed)
+    seen.needed = larger(needed_flat(block, held, value_of(a, tau)), seen.needed)
+    arrives = tau >= fused_less(TICK, target, room)
+    s.time = wp.where(arrives, target, s.time + tau)
+    if side != zero:
+        lift(side, s, seen)
+    if s.time >= knot:
+        pass_knot(block, held, knot_step(m, s.segment), s, seen)
+
+
+@wp.func
+def step(
+    block: Block, m: Motion, ground: Ground, until: real, held: Restraints, s: wp.ref[State],
+    seen: wp.ref[Seen],
+):  # fmt: skip
+    """One step of one lane, to its next event or at most to `until`."""
+    if s.mode == RESTING:
+        rest(block, m, ground, until, held, s, seen)
+    else:
+        rock(block, m, ground, until, held, s, seen)
+    if not wp.isfinite(s.theta + s.omega + s.time):
+        s.mode = BROKEN
+    if size(s.theta) > seen.peak:
+        seen.peak = size(s.theta)
+        seen.peak_time = s.time
+    seen.steps = seen.steps + 1

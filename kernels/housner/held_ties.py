@@ -1,0 +1,309 @@
+"""Ties of a rocking block: the forces that they give, and the rotations at which they change.
+
+A tie holds a point of a side of the block, at a height d above the base, by a horizontal force; its
+other end is so far away that the force stays horizontal. With X from the pivot to that side along
+the base, s = sin(theta) and w = 1 - cos(theta), the point moves along the base by
+
+    u = d s - X w,
+
+the tie is longer by e = -side u than with the block at rest, and a horizontal force H turns the
+block by H du/dtheta = H (d cos(theta) - X s). A tie pulls towards its side with F = k (e - e0), and
+with no more than its yield force; e0, where it has no force, is its slack less what its prestress
+has taken, and grows by what it yields. A tie that only pulls is loose below e0. Beyond its ultimate
+elongation it is broken.
+
+Between two changes the moment of all ties is a polynomial in s and w, so that the series of the
+rotation follows as that of the free block does. A block that turns one way moves all its ties one
+way: each change is a rotation that is known before it is reached, and is located as an impact is.
+"""
+
+import warp as wp
+
+LOOSE, ELASTIC, YIELDING, YIELDING_BACK, BROKEN_TIE = 0, 1, 2, 3, 4
+"""What a tie does: nothing; give a force by its stiffness; yield in tension, in compression; it is
+broken."""
+
+
+@wp.struct
+class Tie:
+    """What a step needs to know of a tie.
+
+    Attributes:
+        side: Side of the block that it is at, -1 or 1.
+        height: Height of its point [m].
+        stiffness: [N/m].
+        yield_force: [N]; NEVER of one that does not yield.
+        longest: Elongation at which it breaks [m]; NEVER of one that does not.
+        free_length: Elongation without force at the start, e0 [m].
+        pushes: 1 if it also gives compression, else 0.
+    """
+
+    side: real
+    height: real
+    stiffness: real
+    yield_force: real
+    longest: real
+    free_length: real
+    pushes: int
+
+
+@wp.struct
+class TieState:
+    """State of a tie.
+
+    Attributes:
+        free: Elongation without force, e0 [m].
+        lost: Energy that it has taken by yielding and with its break [J].
+        broken: When it broke [s]; NEVER before.
+        does: LOOSE, ELASTIC and so on.
+    """
+
+    free: real
+    lost: real
+    broken: real
+    does: int
+
+
+@wp.struct
+class Restraints:
+    """The ties of a lane, [tie, lane].
+
+    Attributes:
+        ties: What they are.
+        states: Their states.
+        lane: Number of the lane.
+        half_width: Of the block [m].
+        inertia: Of the block about its pivot [kg m^2].
+    """
+
+    ties: wp.array2d(dtype=Tie)
+    states: wp.array2d(dtype=TieState)
+    lane: int
+    half_width: real
+    inertia: real
+
+
+@wp.struct
+class Pull:
+    """Moments and forces of all restraints between two changes.
+
+    The moment over the inertia is c cos + s sin + sc sin cos + sx (sin^2 + w cos) + sw sin w of the
+    rotation; the force along the base is f + fs sin + fw w [N].
+    """
+
+    c: real
+    s: real
+    sc: real
+    sx: real
+    sw: real
+    f: real
+    fs: real
+    fw: real
+
+
+@wp.struct
+class Bound:
+    """Where the motion of a block changes next: the lean [rad], and the tie; -1 is none of them."""
+
+    lean: real
+    tie: int
+
+
+@wp.func
+def arm_of(held: Restraints, tie: Tie, side: real) -> real:
+    """The distance X from the pivot at a side to the side of a tie [m]."""
+    return held.half_width * (tie.side - side)
+
+
+@wp.func
+def moved(tie: Tie, arm: real, theta: real) -> real:
+    """How far the point of a tie has moved along the base [m]."""
+    s, c = sine(HALF * theta), cosine(HALF * theta)
+    return real(2.0) * s * (tie.height * c - arm * s)
+
+
+@wp.func
+def elongation(held: Restraints, tie: Tie, side: real, theta: real) -> real:
+    """Elongation of a tie from the state in which the block rests [m]."""
+    return -tie.side * moved(tie, arm_of(held, tie, side), theta)
+
+
+@wp.func
+def force_of(tie: Tie, state: TieState, stretch: real) -> real:
+    """Force of a tie at an elongation [N], tension positive."""
+    force = real(0.0)
+    if state.does == ELASTIC:
+        force = tie.stiffness * (stretch - state.free)
+    if state.does == YIELDING:
+        force = tie.yield_force
+    if state.does == YIELDING_BACK:
+        force = -tie.yield_force
+    return force
+
+
+@wp.func
+def pull_of(held: Restraints, side: real) -> Pull:
+    """The moments and forces of all ties of a block on the pivot at a side."""
+    p = Pull()
+    for i in range(held.ties.shape[0]):
+        tie = held.ties[i, held.lane]
+        state = held.states[i, held.lane]
+        d, x = tie.height, arm_of(held, tie, side)
+        constant = tie.side * force_of(tie, state, state.free)
+        if state.does == ELASTIC:
+            k = tie.stiffness
+            constant = -tie.side * k * state.free
+            per = k / held.inertia
+            p.sc = p.sc - per * d * d
+            p.sx = p.sx + per * d * x
+            p.sw = p.sw - per * x * x
+            p.fs = p.fs - k * d
+            p.fw = p.fw + k * x
+        p.c = p.c + constant * d / held.inertia
+        p.s = p.s - constant * x / held.inertia
+        p.f = p.f + constant
+    return p
+
+
+@wp.func
+def breaks_before_yield(tie: Tie, state: TieState) -> bool:
+    """Whether an elastic tie that is stretched breaks before it yields."""
+    return tie.longest <= state.free + tie.yield_force / tie.stiffness
+
+
+@wp.func
+def next_change(tie: Tie, state: TieState, stretches: bool) -> real:
+    """The elongation at which a tie that is stretched or let go changes [m]; NEVER if none.
+
+    One that yields and turns back is elastic from where it is: -NEVER or NEVER, which it has
+    passed.
+    """
+    bound = NEVER
+    if stretches:
+        if state.does == LOOSE:
+            bound = state.free
+        if state.does == ELASTIC:
+            bound = smaller(tie.longest, state.free + tie.yield_force / tie.stiffness)
+        if state.does == YIELDING:
+            bound = tie.longest
+        if state.does == YIELDING_BACK:
+            bound = -NEVER
+    else:
+        bound = -NEVER
+        if state.does == ELASTIC:
+            bound = state.free
+            if tie.pushes > 0:
+                bound = state.free - tie.yield_force / tie.stiffness
+        if state.does == YIELDING:
+            bound = NEVER
+    return bound
+
+
+@wp.func
+def lean_at(tie: Tie, arm: real, side: real, stretch: real) -> real:
+    """The lean to a side at which a tie has an elongation [rad]; -1 where there is none.
+
+    With t = tan(theta / 2), (2 X + u) t^2 - 2 d t + u = 0.
+    """
+    lean = real(-1.0)
+    u = -tie.side * stretch
+    d = tie.height
+    square = d * d - u * (real(2.0) * arm + u)
+    if square >= real(0.0):
+        lean = side * real(2.0) * wp.atan(u / (d + wp.sqrt(square)))
+    return lean
+
+
+@wp.func
+def next_bound(held: Restraints, side: real, lean: real, outwards: bool) -> Bound:
+    """Where a block that turns outwards or back comes to next: a change of a tie, its end."""
+    bound = Bound(wp.where(outwards, HALF_PI, real(0.0)), -1)
+    for i in range(held.ties.shape[0]):
+        tie = held.ties[i, held.lane]
+        state = held.states[i, held.lane]
+        stretches = (tie.side * side < real(0.0)) == outwards
+        at = next_change(tie, state, stretches)
+        turned_back = (stretches and at <= -NEVER) or (not stretches and at >= NEVER)
+        there = lean
+        if not turned_back:
+            there = lean_at(tie, arm_of(held, tie, side), side, at)
+        if outwards and there >= real(0.0) and there < bound.lean:
+            bound = Bound(there, i)
+        if not outwards and there > bound.lean:
+            bound = Bound(there, i)
+    return bound
+
+
+@wp.func
+def change_tie(held: Restraints, i: int, side: real, theta: real, outwards: bool, time: real):
+    """Changes what a tie does at the rotation at which it changes."""
+    tie = held.ties[i, held.lane]
+    state = held.states[i, held.lane]
+    stretch = elongation(held, tie, side, theta)
+    reach = tie.yield_force / tie.stiffness
+    if (tie.side * side < real(0.0)) == outwards:
+        if state.does == LOOSE:
+            state.does = ELASTIC
+        elif state.does == ELASTIC:
+            state.does = YIELDING
+            if breaks_before_yield(tie, state):
+                state.does = BROKEN_TIE
+                force = tie.stiffness * (stretch - state.free)
+                state.lost = state.lost + HALF * force * force / tie.stiffness
+                state.broken = time
+        elif state.does == YIELDING:
+            state.does = BROKEN_TIE
+            worn = tie.yield_force * (stretch - reach - state.free)
+            state.lost = state.lost + worn + HALF * tie.yield_force * reach
+            state.broken = time
+        else:
+            state.does = ELASTIC
+            worn = tie.yield_force * (state.free - (stretch + reach))
+            state.lost = state.lost + worn
+            state.free = stretch + reach
+    else:
+        if state.does == YIELDING:
+            state.does = ELASTIC
+            worn = tie.yield_force * (stretch - reach - state.free)
+            state.lost = state.lost + worn
+            state.free = stretch - reach
+        elif tie.pushes > 0:
+            state.does = YIELDING_BACK
+        else:
+            state.does = LOOSE
+    held.states[i, held.lane] = state
+
+
+@wp.func
+def start_ties(held: Restraints, side: real, theta: real):
+    """Puts the ties in the state that a block has which was led to a rotation."""
+    for i in range(held.ties.shape[0]):
+        tie = held.ties[i, held.lane]
+        state = TieState(tie.free_length, real(0.0), NEVER, ELASTIC)
+        stretch = elongation(held, tie, side, theta)
+        reach = tie.yield_force / tie.stiffness
+        if stretch < state.free and tie.pushes == 0:
+            state.does = LOOSE
+        if stretch > state.free + reach:
+            state.free = stretch - reach
+        if stretch < state.free - reach and tie.pushes > 0:
+            state.free = stretch + reach
+        if stretch > tie.longest:
+            state.does = BROKEN_TIE
+            state.broken = real(0.0)
+        held.states[i, held.lane] = state
+
+
+@wp.func
+def unfinished_loss(held: Restraints, i: int, side: real, theta: real) -> real:
+    """Energy that a tie has taken until now, with that of a yielding that has not ended [J]."""
+    tie = held.ties[i, held.lane]
+    state = held.states[i, held.lane]
+    stretch = elongation(held, tie, side, theta)
+    reach = tie.yield_force / tie.stiffness
+    lost = state.lost
+    if state.does == YIELDING:
+        lost = lost + tie.yield_force * (stretch - reach - state.free)
+    if state.does == YIELDING_BACK:
+        lost = lost + tie.yield_force * (state.free - (stretch + reach))
+    return lost

@@ -1,0 +1,223 @@
+"""`housner` with blocks that walls and ties hold, against closed forms and the SciPy oracle."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from tests.shared.blocks import at_rest, make_lanes, sines, velocity_steps
+from tests.shared.held import held_batch
+from warprock.model import rocking
+from warprock.model.hold import Hold, Ties, three_impacts
+from warprock.model.lanes import Lanes
+from warprock.model.motion import Control
+from warprock.model.response import Outcome, Response, SampleTimes, Status
+from warprock.oracle.block import oracle_response
+from warprock.running.batch import run_batch
+from warprock.units import GRAVITY
+
+AGREEMENT = 1e-7
+"""What is left between `housner` and the oracle, in slenderness angles: the events of the oracle
+lie on a dense output of order 7, and differences grow where a block comes close to its balance."""
+
+KINDS = [(True, 0, 1), (False, 1, 3), (False, 3, 2), (True, 2, 5)]
+"""With a wall or not, ties, and a seed: odd ones are under sines, even ones have velocity steps."""
+
+FACADE = make_lanes(0.6, 4.8, 0.5, 5.0)
+"""A wall of 0.6 x 4.8 m, let go from half of its slenderness angle; 0.5 m long."""
+
+
+def ties(lanes: Lanes, **given: float) -> Ties:
+    """One tie a lane, elastic and without slack unless it is given otherwise."""
+    fields = {
+        "side": -1.0,
+        "height": lanes.height,
+        "stiffness": 1e5,
+        "slack": 0.0,
+        "prestress": 0.0,
+        "yield_force": np.inf,
+        "ultimate_elongation": np.inf,
+    } | given
+    shape = (lanes.lane_count, 1)
+    columns = {
+        name: np.broadcast_to(np.reshape(value, (-1, 1)), shape).astype(np.float64)
+        for name, value in fields.items()
+        if name != "pushes"
+    }
+    return Ties(**columns, pushes=np.full(shape, bool(given.get("pushes", False))))
+
+
+def run(lanes: Lanes, hold: Hold, duration: float) -> Response:
+    """Lanes on a still base."""
+    held = dataclasses.replace(lanes, hold=hold)
+    return run_batch("housner", held, at_rest(lanes.lane_count), SampleTimes(duration))
+
+
+@pytest.mark.parametrize(
+    ("part", "period", "rate"),
+    [(0.0, 0.755427, 0.187681), (0.5, 0.645987, 0.202611), (1.0, 0.574686, 0.216515)],
+)
+def test_a_wall_on_a_spring_comes_back_as_quadrature_says(part, period, rate):
+    # Spring at the top, above the pivot, of a part of the stiffness W h / d^2 at which the
+    # restoring moment no longer falls; period and rate by quadrature of the energy, six digits.
+    weight = GRAVITY * FACADE.mass
+    critical = weight * 0.5 * FACADE.height / FACADE.height**2
+    np.testing.assert_allclose(2.0 * weight, 56505.6)
+    np.testing.assert_allclose(2.0 * critical, 5886.0)
+    spring = ties(FACADE, side=1.0, stiffness=part * critical, pushes=True) if part else None
+    hold = Hold(np.array([-1.0]), np.zeros(1), spring)
+    found = run(FACADE, hold, 2.0)
+    inertia = 4.0 / 3.0 * FACADE.mass * rocking.half_diagonal(0.6, 4.8) ** 2
+    np.testing.assert_allclose(found["rest_time"], period, atol=6e-7)
+    np.testing.assert_allclose(np.sqrt(2.0 * found["energy_lost"] / inertia), rate, atol=6e-7)
+    assert found["impact_count"] == 1
+    assert found["outcome"] == Outcome.AT_REST
+
+
+def test_the_formula_of_three_impacts():
+    angle = np.arctan2([0.6, 0.5, 0.4, 2.0], [4.8, 5.0, 2.0, 1.0])
+    np.testing.assert_allclose(three_impacts(angle)[:3], [0.45517, 0.47085, 0.39274], atol=6e-6)
+    # A block that is wider than high is not thrown back.
+    assert three_impacts(angle)[3] == 0.0
+
+
+def test_a_block_leaves_its_wall_with_its_rebound():
+    rebound = np.array([0.0, 0.3, 0.45, 1.0])
+    lanes = make_lanes(np.full(4, 0.6), 4.8, 0.5, 5.0)
+    held = rocking.energy(0.6, 4.8, 0.5, 2000.0, lanes.rotation_start, 0.0)
+    # At 1 s it has struck once: its quarter period is 0.755 s.
+    found = run(lanes, Hold(-np.ones(4), rebound), 1.0)
+    np.testing.assert_array_equal(found["impact_count"], 1)
+    # Round-off of the energy of a dozen steps.
+    np.testing.assert_allclose(
+        found["energy_lost"], (1.0 - rebound**2) * held, atol=1e-10 * held[0]
+    )
+
+
+def test_a_block_lifts_away_from_its_wall_alone():
+    lanes = make_lanes(np.full(2, 0.6), 4.8, 0.0, 5.0)
+    hold = Hold(np.array([-1.0, 1.0]), np.zeros(2))
+    motions = velocity_steps(np.full(2, -0.1), np.full(2, 0.1), np.full(2, 2.0))
+    found = run_batch(
+        "housner", dataclasses.replace(lanes, hold=hold), motions, SampleTimes(1.0, 0.01)
+    )
+    # The base jumps to -x: a block leans to +x, which only a wall at -x lets it do.
+    np.testing.assert_array_equal(np.isfinite(found["uplift_time"]), [True, False])
+    assert found["rotation"][0].max() > 0.0
+    assert found["rotation"][0].min() == 0.0
+    assert not found["rotation"][1].any()
+
+
+def test_one_tie_that_yields_is_overturned_by_the_step_that_energy_says():
+    lanes = make_lanes(np.full(2, 0.6), 4.8, 0.0, 5.0)
+    yield_force, stiffness, slack = 900.0, 4e4, 0.01
+    tie = ties(lanes, height=4.0, stiffness=stiffness, slack=slack, yield_force=yield_force)
+    radius = float(rocking.half_diagonal(0.6, 4.8))
+    mass, alpha = float(lanes.mass[0]), float(lanes.slenderness_angle[0])
+
+    def taken(theta: float) -> float:
+        """Energy that it takes to lean to +x by an angle [J]: of weight and of a tie at -x."""
+        stretch = 4.0 * np.sin(theta) - 0.6 * (np.cos(theta) - 1.0) - slack
+        elastic = min(max(stretch, 0.0), yield_force / stiffness)
+        work = 0.5 * stiffness * elastic**2 + yield_force * max(stretch - elastic, 0.0)
+        return mass * GRAVITY * radius * (np.cos(alpha - theta) - np.cos(alpha)) + work
+
+    top = minimize_scalar(lambda x: -taken(x), bounds=(alpha, 2.0), method="bounded")
+    # The step throws the mass back: (4/3) R theta' = cos(alpha) dv, half of it times the inertia.
+    inertia = 4.0 / 3.0 * mass * radius**2
+    step = np.sqrt(-2.0 * top.fun / inertia) * 4.0 / 3.0 * radius / np.cos(alpha)
+    # Next to the balance the top of the energy is flat: one part in 1e6 of the step is 2e-6 of it.
+    motions = velocity_steps(-step * np.array([1.0 - 1e-6, 1.0 + 1e-6]), np.zeros(2), np.ones(2))
+    motions = dataclasses.replace(motions, stop=np.full(2, 100.0))
+    found = run_batch(
+        "housner", dataclasses.replace(lanes, hold=Hold(ties=tie)), motions, SampleTimes(40.0)
+    )
+    np.testing.assert_array_equal(found["outcome"] == Outcome.OVERTURNED, [False, True])
+    np.testing.assert_allclose(found["peak_tie_force"], yield_force)
+
+
+def test_what_rests_has_lost_what_it_held():
+    count = 6
+    lanes = make_lanes(np.full(count, 0.6), 4.8, 0.5, 5.0)
+    given = {
+        "stiffness": np.array([2e3, 2e4, 2e4, 2e4, 2e4, 2e4]),
+        "slack": np.array([0.0, 0.05, 0.0, 0.0, 0.0, 0.0]),
+        "yield_force": np.array([np.inf, np.inf, 800.0, 2e3, np.inf, 1500.0]),
+        "height": np.full(count, 4.0),
+    }
+    tie = ties(lanes, **given, prestress=np.array([0.0, 0.0, 0.0, 500.0, 600.0, 0.0]), pushes=False)
+    found = run(lanes, Hold(-np.ones(count), np.full(count, 0.3), tie), 20.0)
+    np.testing.assert_array_equal(found["outcome"], Outcome.AT_REST)
+    theta = lanes.rotation_start
+    stretch = 4.0 * np.sin(theta) + 0.6 * (1.0 - np.cos(theta))
+    free = given["slack"] - tie.prestress[:, 0] / given["stiffness"]
+    reach = given["yield_force"] / given["stiffness"]
+    begun = np.minimum(np.maximum(stretch - free, 0.0), reach)
+    # The block was led to its start: what the tie had yielded by then is not counted.
+    held = rocking.energy(0.6, 4.8, 0.5, 2000.0, theta, 0.0)
+    held += 0.5 * given["stiffness"] * begun**2
+    after = np.maximum(-(free + np.maximum(stretch - free - reach, 0.0)), 0.0)
+    held -= 0.5 * given["stiffness"] * after**2
+    # Round-off of some hundred steps; the swings that the rest rule leaves out hold 1e-9 of it.
+    np.testing.assert_allclose(found["energy_lost"], held, rtol=1e-8)
+
+
+def test_a_prestressed_tie_raises_the_uplift_acceleration():
+    lanes = make_lanes(np.full(4, 0.6), 4.8, 0.0, 5.0)
+    # About the corner at +x a tie at -x holds the block down: W b + P d = m a h.
+    force, height = 700.0, 4.0
+    mass = lanes.mass[0]
+    more = (mass * GRAVITY * 0.3 + force * height) / (mass * 2.4)
+    less = (mass * GRAVITY * 0.3 - force * height) / (mass * 2.4)
+    pull = np.array([-0.999 * more, -1.001 * more, 0.999 * less, 1.001 * less])
+    tie = ties(lanes, height=height, prestress=force, stiffness=1e6)
+    motions = sines(Control.ACCELERATION, pull, 1.0, cycles=0.5)
+    found = run_batch(
+        "housner", dataclasses.replace(lanes, hold=Hold(ties=tie)), motions, SampleTimes(0.6)
+    )
+    np.testing.assert_array_equal(np.isfinite(found["uplift_time"]), [False, True, False, True])
+
+
+def test_a_tie_breaks_where_it_is_too_long():
+    lanes = make_lanes(np.full(2, 0.6), 4.8, 0.0, 5.0)
+    tie = ties(lanes, height=4.0, stiffness=2e4, slack=0.01, ultimate_elongation=[0.1, 0.5])
+    motions = velocity_steps(np.full(2, -1.0), np.zeros(2), np.full(2, 50.0))
+    found = run_batch(
+        "housner", dataclasses.replace(lanes, hold=Hold(ties=tie)), motions, SampleTimes(5.0)
+    )
+    np.testing.assert_array_equal(found["broken_ties"], [1, 0])
+    np.testing.assert_array_equal(np.isfinite(found["tie_break_time"]), [True, False])
+    np.testing.assert_allclose(found["peak_tie_force"][0], 2e3, rtol=1e-12)
+
+
+def assert_follows_oracle(count: int, seed: int, *, wall: bool, ties: int) -> None:
+    """Random lanes of one kind beside the oracle."""
+    lanes, motions = held_batch(count, seed, wall=wall, ties=ties)
+    times = SampleTimes(4.0, 0.02)
+    found = run_batch("housner", lanes, motions, times, workers=1)
+    oracle = oracle_response(lanes, motions, times)
+    assert np.isin(found["status"], [Status.OK, Status.OUTSIDE_MODEL]).all()
+    off = np.abs(found["rotation"] - oracle["rotation"]).max(axis=1) / lanes.slenderness_angle
+    assert off.max() < AGREEMENT, (int(off.argmax()), off.max())
+    for name in ("outcome", "impact_count", *(("broken_ties",) if ties else ())):
+        np.testing.assert_array_equal(found[name], oracle[name], err_msg=name)
+    names = ("peak_rotation", "energy_lost", "uplift_time", "rest_time")
+    more = ("peak_tie_force", "peak_tie_elongation", "tie_break_time")
+    for name in (*names, *(more if ties else ())):
+        np.testing.assert_allclose(
+            found[name], oracle[name], rtol=AGREEMENT, atol=1e-9, err_msg=name
+        )
+
+
+@pytest.mark.parametrize(("wall", "ties", "seed"), KINDS)
+def test_random_lanes_follow_the_oracle(wall, ties, seed):
+    assert_follows_oracle(15, seed, wall=wall, ties=ties)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("wall", "ties", "seed"), KINDS)
+def test_many_random_lanes_follow_the_oracle(wall, ties, seed):
+    assert_follows_oracle(300, seed, wall=wall, ties=ties)

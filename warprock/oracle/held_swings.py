@@ -1,0 +1,521 @@
+"""The event loop of the oracle for a block that walls and ties hold.
+
+Everything follows from forces at points, as in `warprock.oracle.block_mechanics`: the point at
+which a tie pulls is turned with the block, its displacement along the base is the tie's elongation,
+and the moment is the cross product of its lever with the force. The force is k (e - e0) cut off at
+the yield force, and at zero where a tie only pulls. As long as the block turns one way each tie is
+stretched or let go all along, so that this holds whatever it did before; where the block turns back
+e0 is moved to what the tie has yielded. SciPy's `solve_ivp` (DOP853) is stopped where a block turns
+back, lands or falls, and where the force of a tie has a corner.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq, minimize_scalar
+
+from warprock.model.hold import Hold
+from warprock.model.response import SampleTimes, Status
+from warprock.oracle.block_base import BaseSegment
+from warprock.oracle.block_mechanics import PivotingBlock, Vector, cross, turned
+from warprock.oracle.block_swings import (
+    ABSOLUTE_TOLERANCE,
+    IMPACT_LIMIT,
+    REST_ROTATION_RATIO,
+    friction_for,
+)
+from warprock.units import GRAVITY
+
+Array = npt.NDArray[np.float64]
+
+LONGEST = 0.02
+"""Longest step of DOP853 [s]: its dense output, on which events lie, is of a lower order."""
+SHORTEST = 1e-9
+"""A hop as short as this [s] is none."""
+LEAST_HOP = 1e-14
+"""Step [s] that is taken though the block does not seem to move."""
+AT_CORNER = 1e-12
+"""Distance of a tie from a corner of its force [m] from which on it has come to it."""
+LOOKS = np.linspace(0.0, 1.0, 9)
+"""Parts of a step at which the contact force is looked at."""
+
+
+@dataclasses.dataclass
+class HeldTie:
+    """A tie as the run goes on.
+
+    Attributes:
+        side: Side that it pulls to.
+        point: Its point on the block at rest, from the middle of the base [m].
+        stiffness: [N/m].
+        yield_force: [N].
+        longest: Elongation at which it breaks [m].
+        pushes: Whether it gives compression.
+        free: Elongation without force [m].
+        lost: Energy that it has taken [J].
+        broken: When it broke [s]; infinite before.
+    """
+
+    side: float
+    point: Vector
+    stiffness: float
+    yield_force: float
+    longest: float
+    pushes: bool
+    free: float
+    lost: float = 0.0
+    broken: float = math.inf
+
+    def force(self, stretch: float) -> float:
+        """Force at an elongation [N], tension positive."""
+        if self.broken < math.inf:
+            return 0.0
+        least = -self.yield_force if self.pushes else 0.0
+        return min(max(self.stiffness * (stretch - self.free), least), self.yield_force)
+
+    def corners(self) -> list[float]:
+        """Elongations at which the force has a corner [m]."""
+        if self.broken < math.inf:
+            return []
+        reach = self.yield_force / self.stiffness
+        low = self.free - reach if self.pushes else self.free
+        return [each for each in (low, self.free + reach, self.longest) if math.isfinite(each)]
+
+    def settle(self, stretch: float) -> None:
+        """Takes what it has yielded as its new length."""
+        if self.broken < math.inf or self.yield_force == math.inf:
+            return
+        reach = self.yield_force / self.stiffness
+        free = max(self.free, stretch - reach)
+        free = min(free, stretch + reach) if self.pushes else free
+        self.lost += self.yield_force * abs(free - self.free)
+        self.free = free
+
+    def snap(self, time: float) -> None:
+        """Breaks it."""
+        self.settle(self.longest)
+        self.lost += 0.5 * self.force(self.longest) ** 2 / self.stiffness
+        self.broken = time
+
+
+class HeldRun:
+    """One lane's run: the state and what has happened so far."""
+
+    def __init__(
+        self,
+        block: PivotingBlock,
+        hold: Hold,
+        lane: int,
+        times: SampleTimes,
+        rtol: float,
+        friction: float,
+    ) -> None:
+        """Puts the block flat on the base.
+
+        Args:
+            block: The block's mechanics.
+            hold: What holds the blocks.
+            lane: The lane.
+            times: Duration and sampling.
+            rtol: Relative tolerance of DOP853.
+            friction: Of the contact, which only says from where on a fall is not judged.
+        """
+        self.block, self.rtol, self.duration = block, rtol, times.duration
+        self.wall = 0 if hold.wall is None else int(hold.wall[lane])
+        self.rebound = 0.0 if hold.rebound is None else float(hold.rebound[lane])
+        self.ties = _ties(hold, lane, block)
+        self.times = times.times
+        self.rotation = np.full(len(self.times), np.nan)
+        self.filled = 0
+        self.time, self.theta, self.omega = 0.0, 0.0, 0.0
+        self.side = -self.wall or 1
+        self.flat, self.overturned, self.status = True, False, Status.OK
+        self.peak, self.peak_time, self.friction_needed = 0.0, 0.0, 0.0
+        self.impacts: list[float] = []
+        self.uplift_time, self.rest_time = math.nan, 0.0
+        self.lost, self.evaluations = 0.0, 0
+        self.peak_tie_force, self.peak_tie_elongation = 0.0, 0.0
+        self.fall_tilt = block.critical_tilt + math.atan(min(friction, 1.0))
+        self.acceleration: Callable[[float], Vector] = lambda _time: (0.0, 0.0)
+
+    @property
+    def sides(self) -> tuple[int, ...]:
+        """Sides to which the block may turn."""
+        return (-self.wall,) if self.wall else (1, -1)
+
+    @property
+    def energy_lost(self) -> float:
+        """Energy lost in impacts and by the ties [J]."""
+        yielding = 0.0
+        for tie in self.ties:
+            fresh = dataclasses.replace(tie)
+            fresh.settle(self._stretch(tie, self.side, self.theta))
+            yielding += fresh.lost
+        return self.lost + yielding
+
+    def start(self, rotation: float) -> None:
+        """Releases the block from a rotation [rad] at rest."""
+        if rotation != 0.0:
+            self.side = 1 if rotation > 0.0 else -1
+            self.flat, self.theta = False, rotation
+            self.uplift_time, self.rest_time = 0.0, math.nan
+        for tie in self.ties:
+            stretch = self._stretch(tie, self.side, rotation)
+            tie.settle(stretch)
+            tie.lost = 0.0
+            if stretch > tie.longest:
+                tie.broken = 0.0
+        self._note()
+        self._fill(0.0, lambda times: np.full(len(times), rotation))
+
+    def _stretch(self, tie: HeldTie, side: int, theta: float) -> float:
+        """Elongation of a tie [m] with the block turned towards +x on a corner."""
+        lever = (tie.point[0] - side * self._half_width, tie.point[1])
+        return -tie.side * (turned(lever, -theta)[0] - lever[0])
+
+    @property
+    def _half_width(self) -> float:
+        return -self.block.levers[1][0]
+
+    def _moment(self, side: int, theta: float) -> tuple[float, float]:
+        """Moment of the ties about a corner, towards +x [N m], and their force along the base."""
+        moment = total = 0.0
+        for tie in self.ties:
+            lever = (tie.point[0] - side * self._half_width, tie.point[1])
+            force = (tie.side * tie.force(self._stretch(tie, side, theta)), 0.0)
+            moment -= cross(turned(lever, -theta), force)
+            total += force[0]
+        return moment, total
+
+    def _bend(self, side: int, theta: float, time: float) -> float:
+        """Angular acceleration towards +x [rad/s^2]."""
+        free = side * self.block.tilt_acceleration(side, side * theta, self.acceleration(time))
+        return free + self._moment(side, theta)[0] / self.block.corner_inertia
+
+    def follow(self, segment: BaseSegment, scan: float) -> None:
+        """Follows one segment of the motion; `scan` is the time between looks at rest [s]."""
+        stop = min(segment.stop, self.duration)
+        self.acceleration = segment.acceleration
+        if any(segment.velocity_step):
+            self._step(segment.velocity_step)
+        while self.time < stop and not self.overturned and self.status == Status.OK:
+            if self.flat:
+                self._wait(stop, scan)
+            else:
+                self._swing(stop)
+
+    def _step(self, velocity_step: Vector) -> None:
+        """A velocity step of the base."""
+        kick = -math.copysign(1.0, velocity_step[0])
+        side = int(kick) if self.theta == 0.0 and not self.wall else self.side
+        change = side * self.block.rate_step(side, side * self.theta, velocity_step)
+        if self.flat:
+            if side not in self.sides or side * change <= 0.0 or self._settles(side, change, True):
+                return
+            self._leave(self.time, side)
+        if self.theta == 0.0 and not self.wall:
+            self.side = 1 if self.omega + change > 0.0 else -1
+        self.omega += change
+        if not self._falls(self.side * self.theta, self.side * self.omega):
+            impulse = self.block.step_impulse(self.side, self.side * self.theta, velocity_step)
+            self._need(friction_for(impulse))
+
+    def _lifting(self, time: float) -> float:
+        """The larger outward angular acceleration of the flat block about its corners."""
+        return max(side * self._bend(side, 0.0, time) for side in self.sides)
+
+    def _settles(self, _side: int, rate: float, still: bool = False) -> bool:
+        """The rest rule: whether a swing from flat is too small to count."""
+        before = self.acceleration
+        if still:
+            self.acceleration = lambda _time: (0.0, 0.0)
+        bend = self._lifting(self.time)
+        self.acceleration = before
+        limit = REST_ROTATION_RATIO * self.block.critical_tilt
+        return bend < 0.0 and rate * rate <= -2.0 * bend * limit
+
+    def _leave(self, time: float, side: int) -> None:
+        self.flat, self.side, self.theta, self.omega = False, side, 0.0, 0.0
+        self.rest_time = math.nan
+        if math.isnan(self.uplift_time):
+            self.uplift_time = time
+
+    def _need(self, friction: float) -> None:
+        self.friction_needed = max(self.friction_needed, friction)
+
+    def _falls(self, tilt: float, rate: float) -> bool:
+        """Whether the block falls whatever its contact does: that is not judged."""
+        return tilt >= self.fall_tilt and rate >= 0.0
+
+    def _note(self) -> None:
+        """Notes the rotation and the ties where the block is."""
+        if abs(self.theta) > self.peak:
+            self.peak, self.peak_time = abs(self.theta), self.time
+        for tie in self.ties:
+            stretch = self._stretch(tie, self.side, self.theta)
+            self.peak_tie_elongation = max(self.peak_tie_elongation, stretch)
+            self.peak_tie_force = max(self.peak_tie_force, abs(tie.force(stretch)))
+
+    def _fill(self, stop: float, rotation: Callable[[Array], Array]) -> None:
+        """Fills the samples before a time."""
+        end = int(np.searchsorted(self.times, stop, side="right"))
+        if end > self.filled:
+            self.rotation[self.filled : end] = rotation(self.times[self.filled : end])
+            self.filled = end
+
+    def _wait(self, stop: float, scan: float) -> None:
+        """Keeps the block flat until a moment lifts it, or until `stop`."""
+        count = max(2, math.ceil((stop - self.time) / scan))
+        grid = np.linspace(self.time, stop, count + 1).tolist()
+        lift = self._lift_time(grid)
+        for time in (*grid, lift):
+            if math.isfinite(time) and not time > lift:
+                along = self.block.mass * self.acceleration(time)[0] - self._moment(1, 0.0)[1]
+                if not self.wall * along < 0.0:
+                    self._need(abs(along) / (self.block.mass * GRAVITY))
+        self.time = stop if math.isnan(lift) else lift
+        self._fill(self.time, np.zeros_like)
+        if not math.isnan(lift):
+            self._leave(lift, max(self.sides, key=lambda s: s * self._bend(s, 0.0, lift)))
+
+    def _lift_time(self, grid: list[float]) -> float:
+        """First time at which a moment lifts the flat block [s]; NaN if none."""
+        values = [self._lifting(time) for time in grid]
+        for at, value in enumerate(values):
+            if value > 0.0:
+                return grid[0] if at == 0 else _crossing(self._lifting, grid[at - 1], grid[at])
+            inside = 0 < at < len(grid) - 1
+            if inside and value >= max(values[at - 1], values[at + 1]):
+                bounds = (grid[at - 1], grid[at + 1])
+                found = minimize_scalar(
+                    lambda time: -self._lifting(time), bounds=bounds, method="bounded"
+                )
+                if self._lifting(float(found.x)) > 0.0:
+                    return _crossing(self._lifting, grid[at - 1], float(found.x))
+        return math.nan
+
+    def _derivative(self, time: float, state: npt.NDArray[Any]) -> tuple[float, float]:
+        return float(state[1]), self._bend(self.side, float(state[0]), time)
+
+    def _solve(self, stop: float, events: list[Any] | None = None) -> Any:
+        found = solve_ivp(
+            self._derivative,
+            (self.time, stop),
+            (self.theta, self.omega),
+            method="DOP853",
+            rtol=self.rtol,
+            atol=ABSOLUTE_TOLERANCE,
+            max_step=LONGEST,
+            events=events,
+            dense_output=True,
+        )
+        self.evaluations += found.nfev
+        return found
+
+    def _swing(self, stop: float) -> None:
+        """Follows the block one way: until it turns back, lands, falls, or a tie changes."""
+        outwards = self._outwards(stop)
+        if outwards is None:
+            self.flat, self.rest_time = True, self.time
+            self.time = min(self.time + SHORTEST, stop)
+            return
+        if self.side * self.theta <= 0.0 and not outwards:
+            self._impact()
+            return
+        towards = self.side if outwards else -self.side
+        if self.theta == 0.0 or self.omega == 0.0:
+            self._hop(stop, towards)
+            if self.time >= stop:
+                return
+        events = [_event(lambda _t, y: towards * y[1], "turn")]
+        if outwards:
+            events.append(_event(lambda _t, y: 0.5 * math.pi - self.side * y[0], "fall"))
+        else:
+            events.append(_event(lambda _t, y: self.side * y[0], "land"))
+        for tie in self.ties:
+            stretches = tie.side * towards < 0.0
+            now = self._stretch(tie, self.side, self.theta)
+            for corner in tie.corners():
+                ahead = corner - now if stretches else now - corner
+                if ahead > AT_CORNER:
+                    events.append(self._corner(tie, corner, stretches))
+        found = self._solve(stop, events)
+        self._judge(found)
+        self._fill(found.t[-1], lambda times: found.sol(times)[0])
+        self.time, (self.theta, self.omega) = float(found.t[-1]), found.y[:, -1].tolist()
+        self._note()
+        happened = next(
+            (e for e, times in zip(events, found.t_events, strict=True) if len(times)), None
+        )
+        if happened is not None:
+            self._happen(happened)
+
+    def _corner(self, tie: HeldTie, corner: float, stretches: bool) -> Any:
+        """The event of a tie that comes to a corner of its force."""
+        sign = 1.0 if stretches else -1.0
+        event = _event(
+            lambda _t, y: sign * (corner - self._stretch(tie, self.side, float(y[0]))), "corner"
+        )
+        event.snaps = tie if stretches and corner == tie.longest else None
+        return event
+
+    def _happen(self, event: Any) -> None:
+        if event.kind == "turn":
+            self.omega = 0.0
+            for tie in self.ties:
+                tie.settle(self._stretch(tie, self.side, self.theta))
+        elif event.kind == "land":
+            self._impact()
+        elif event.kind == "fall":
+            self.theta, self.overturned = math.copysign(0.5 * math.pi, self.side), True
+            self._note()
+            self._fill(math.inf, lambda times: np.full(len(times), self.theta))
+        elif event.snaps is not None:
+            event.snaps.snap(self.time)
+
+    def _outwards(self, stop: float) -> bool | None:
+        """Whether the block turns outwards; None where round-off took it for lifted."""
+        if self.omega != 0.0:
+            return self.side * self.omega > 0.0
+        if self.theta != 0.0:
+            return self.side * self._bend(self.side, self.theta, self.time) > 0.0
+        step = min(stop - self.time, LONGEST)
+        while step > SHORTEST:
+            theta, omega = self._solve(self.time + step).y[:, -1]
+            if self.side * theta > 0.0 and self.side * omega > 0.0:
+                return True
+            step *= 0.25
+        return None
+
+    def _hop(self, stop: float, towards: int) -> None:
+        """A first short step from the base or from rest, which ends before anything happens."""
+        bend = self.side * self._bend(self.side, 0.0, self.time)
+        flight = 0.5 * abs(self.omega) / -bend if bend < 0.0 else math.inf
+        step = min(stop - self.time, LONGEST, flight or LONGEST)
+        while True:
+            found = self._solve(self.time + step)
+            theta, omega = found.y[:, -1].tolist()
+            onwards = towards * (theta - self.theta) > 0.0 and towards * omega > 0.0
+            up = self.side * theta > 0.0 and self._same_forces(theta)
+            if (onwards and up) or step < LEAST_HOP:
+                break
+            step *= 0.25
+        self._judge(found)
+        self._fill(self.time + step, lambda times: found.sol(times)[0])
+        self.time, self.theta, self.omega = self.time + step, theta, omega
+
+    def _same_forces(self, theta: float) -> bool:
+        """Whether no tie comes to a corner of its force on the way to a rotation."""
+        for tie in self.ties:
+            now, then = (self._stretch(tie, self.side, each) for each in (self.theta, theta))
+            low, high = min(now, then) + AT_CORNER, max(now, then) - AT_CORNER
+            if any(low < corner < high for corner in tie.corners()):
+                return False
+        return True
+
+    def _judge(self, found: Any) -> None:
+        """Notes the friction that the contact needs on a way."""
+
+        def needed(time: float) -> float:
+            theta, omega = (float(each) for each in found.sol(time))
+            if self._falls(self.side * theta, self.side * omega):
+                return 0.0
+            along, upwards = self.acceleration(time)
+            lever = turned(self.block.levers[self.side], -theta)
+            bend = -self._bend(self.side, theta, time)
+            along += -bend * lever[1] - omega**2 * lever[0]
+            upwards += GRAVITY + bend * lever[0] - omega**2 * lever[1]
+            pull, mass = self._moment(self.side, theta)[1], self.block.mass
+            return friction_for((mass * along - pull, mass * upwards))
+
+        times = (found.t[:-1, None] + LOOKS * np.diff(found.t)[:, None]).ravel()
+        looks = [needed(float(time)) for time in times]
+        at = int(np.argmax(looks))
+        self._need(looks[at])
+        if 0 < at < len(times) - 1 and looks[at] < math.inf:
+            bounds = (float(times[at - 1]), float(times[at + 1]))
+            top = minimize_scalar(lambda time: -needed(time), bounds=bounds, method="bounded")
+            self._need(-float(top.fun))
+
+    def _impact(self) -> None:
+        """The block comes back: it goes on about its other corner, or rebounds, or rests."""
+        before = abs(self.omega)
+        self.impacts.append(self.time)
+        self.theta = 0.0
+        for tie in self.ties:
+            tie.settle(self._stretch(tie, self.side, 0.0))
+        if self.wall:
+            kept, after = self.rebound, self.rebound * before
+        else:
+            after = max(self.block.rate_after_impact(self.side, -before), 0.0)
+            if before > 0.0:
+                self._need(friction_for(self.block.impact_impulse(self.side, -before, after)))
+            kept = after / before if before > 0.0 else 0.0
+            self.side = -self.side
+        if self._settles(self.side, after):
+            self.flat, self.rest_time = True, self.time + self._tail(after, kept)
+            after = 0.0
+        self.lost += self.block.kinetic_energy(before) - self.block.kinetic_energy(after)
+        self.omega = self.side * after
+        if len(self.impacts) >= IMPACT_LIMIT:
+            self.status = Status.EVENT_LIMIT
+
+    def _tail(self, rate: float, kept: float) -> float:
+        """Time that the impacts left out by the rest rule would take [s]."""
+        first = -2.0 * rate / (self.side * self._bend(self.side, 0.0, self.time))
+        if self.wall or rate <= 0.0:
+            return first / max(1.0 - kept, 1e-6)
+        second = 2.0 * kept * rate / (self.side * self._bend(-self.side, 0.0, self.time))
+        return (first + second) / (1.0 - kept * kept)
+
+    def finish(self) -> None:
+        """Counts where the run ends as a candidate for the peak."""
+        self._note()
+
+
+def _ties(hold: Hold, lane: int, block: PivotingBlock) -> list[HeldTie]:
+    """The ties of a lane."""
+    ties = hold.ties
+    if ties is None:
+        return []
+    half_width = -block.levers[1][0]
+    found = []
+    for tie in range(ties.count):
+        side, stiffness = float(ties.side[lane, tie]), float(ties.stiffness[lane, tie])
+        slack = float(ties.slack[lane, tie])
+        found.append(
+            HeldTie(
+                side=side,
+                point=(side * half_width, float(ties.height[lane, tie])),
+                stiffness=stiffness,
+                yield_force=float(ties.yield_force[lane, tie]),
+                longest=slack + float(ties.ultimate_elongation[lane, tie]),
+                pushes=bool(ties.pushes[lane, tie]),
+                free=slack - float(ties.prestress[lane, tie]) / stiffness,
+            )
+        )
+    return found
+
+
+def _event(function: Callable[[float, Array], float], kind: str) -> Any:
+    """An event of `solve_ivp` that ends it where a function falls to zero."""
+
+    def event(time: float, state: Array) -> float:
+        return function(time, state)
+
+    event.terminal, event.direction, event.kind = True, -1.0, kind  # type: ignore[attr-defined]
+    event.snaps = None  # type: ignore[attr-defined]
+    return event
+
+
+def _crossing(function: Callable[[float], float], low: float, high: float) -> float:
+    """The root of a function between a time at which it is negative and one at which it is not."""
+    found: float = brentq(function, low, high, xtol=1e-300, rtol=1e-15)
+    return found
