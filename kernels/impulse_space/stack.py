@@ -98,6 +98,9 @@ def solve(
         v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
     """
     u, o, p, gains = Bodies(), Bodies(), Points(), PointGains()
+    # Read inside the struct, these two would make the sweeps take half as long again.
+    ru = t.ru
+    rl = t.rl
     bodies = int(BLOCKS + 1)
     for k in range(bodies):
         u[k] = v[k]
@@ -110,20 +113,20 @@ def solve(
             e, ju, jl = rows_of(pose.axes, low), rows_of(pose.ease, k), rows_of(pose.ease, low)
             new = first[i]
             if step < 0:
-                gains[i] = gains_of(pose.light[k] + pose.light[low], e, ju, jl, t.ru[i], t.rl[i])
+                gains[i] = gains_of(pose.light[k] + pose.light[low], e, ju, jl, ru[i], rl[i])
             else:
-                at = relative_velocity(u[k], o[k], t.ru[i], u[low], o[low], t.rl[i])
+                at = relative_velocity(u[k], o[k], ru[i], u[low], o[low], rl[i])
                 new = solve_contact(pose.friction[k], t.gap[i], rate, gains[i], e, p[i], at)
             more = wp.transpose(e) * (new - p[i])
             change += wp.dot(more, more)
             whole += wp.dot(new, new)
             p[i] = new
             u[k] = pushed(u[k], pose.light[k], more)
-            o[k] = spun(o[k], ju, t.ru[i], more)
+            o[k] = spun(o[k], ju, ru[i], more)
             # The ground does not move.
             if low > 0:
                 u[low] = pushed(u[low], pose.light[low], -more)
-                o[low] = spun(o[low], jl, t.rl[i], -more)
+                o[low] = spun(o[low], jl, rl[i], -more)
         if step >= 0 and change <= SETTLED * SETTLED * whole:
             break
     return p, u, o
