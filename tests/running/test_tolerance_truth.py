@@ -198,12 +198,11 @@ def test_true_errors_lie_below_their_estimates_and_near_them(problem: str, engin
     # Measured: 98.9 % of lanes or more, and in the few of a table all. A history's largest error is
     # harder to meet by chance than that of a peak, of which two may lie close to one another.
     assert found.coverage("rotation_error") >= 0.97
-    # Of the peaks of `impulse` in bursts 78 of 83.
-    assert found.coverage("peak_rotation_error") >= 0.93
-    # Two runs leave the order open: the estimate is three times too large for one of the second,
-    # times the factor of the table, 1.5 for `event` and 4 for `impulse`.
-    assert 1.4 <= found.excess <= {"event": 5.8, "impulse": 9.0}[SETTINGS[engine][0]]
-    assert np.mean(found.ok) >= (0.94 if engine.startswith("event") else 0.7)
+    assert found.coverage("peak_rotation_error") >= 0.94
+    # Of `event` the factor of the table, 1.56, and up to a quarter more: the longer of two steps is
+    # long beside a swing. The errors of `impulse` scatter with the times of impacts.
+    assert 1.4 <= found.excess <= {"event": 2.0, "impulse": 5.5}[SETTINGS[engine][0]]
+    assert np.mean(found.ok) >= 0.94
 
 
 @pytest.mark.parametrize(
@@ -214,8 +213,7 @@ def test_a_record_of_40_s_makes_many_lanes_sensitive_and_the_rest_can_be_trusted
 ) -> None:
     found = judged("record", engine)
     assert 0.3 <= np.mean(~found.ok) <= 0.8
-    # Measured: 15 of 19 at 5e-3, 8 of 13 at 1e-2; the others part from Housner's block by more.
-    assert found.coverage("rotation_error") >= 0.6
+    assert found.coverage("rotation_error") >= 0.85
     # Housner's block and this one part ways in dozens of lanes: each of them says so.
     assert np.sum(found.fell != found.truly_fell) >= 5
     assert np.all(found.response["status"][found.fell != found.truly_fell] == Status.SENSITIVE)
@@ -238,8 +236,7 @@ def test_boxes_that_rock_with_fifth_order_err_by_less_than_their_estimates(probl
         found = run_to_tolerance("event", lanes, motions, times, settings=settings)
         stands = np.isin(found["status"], SOUND) & (found["outcome"] != Outcome.OVERTURNED)
         error = np.abs(found["rotation"] - truth["rotation"]).max(axis=1)
-        # All of 9 and 2 lanes and of 128 bursts; of 45 under a record one is not.
-        assert np.mean((error <= found["rotation_error"])[stands]) >= 0.97
+        assert np.mean((error <= found["rotation_error"])[stands]) >= 0.985
         # What stands stands in truth, within the swings below which a block rests.
         assert not np.any((truth["outcome"] == Outcome.OVERTURNED)[stands])
         assert np.median((error / lanes.slenderness_angle)[stands]) <= most
@@ -267,8 +264,8 @@ def critical_pulses() -> tuple[Lanes, Array, Array]:
         pytest.param("event 1e-2", [0.01], 0.0, marks=pytest.mark.thorough),
         ("event 5e-3", [0.01], 0.0),
         # Of the first order it errs by a twentieth of the slenderness angle there and more: some of
-        # its lanes have errors that happen not to halve with the step. Measured: 17 of 90.
-        pytest.param("impulse", np.linspace(0.01, 0.05, 9), 0.2, marks=pytest.mark.thorough),
+        # its lanes have errors that happen not to halve with the step. Measured: 4 of 90.
+        pytest.param("impulse", np.linspace(0.01, 0.05, 9), 0.1, marks=pytest.mark.thorough),
     ],
 )
 def test_lanes_at_the_brink_of_overturning_are_sensitive_and_lanes_off_it_are_not(
@@ -298,11 +295,12 @@ def test_a_coarse_step_is_told_from_chaos() -> None:
         run_to_tolerance("event", lanes, motions, times, options, settings=settings, halvings=count)
         for count in (1, 2)
     ]
-    large = [np.max(each["rotation_error"] / lanes.slenderness_angle) for each in found]
+    ratio = [each["rotation_error"] / lanes.slenderness_angle for each in found]
     # The first halving is too coarse to tell; the second shows that the runs approach one another.
-    assert large[0] > tolerance.CHAOTIC_ABOVE
-    assert np.all(found[0]["status"] == Status.SENSITIVE)
-    assert large[1] > 2.0 * tolerance.SENSITIVE_ABOVE
+    large = ratio[0] > tolerance.SENSITIVE_ABOVE
+    assert np.mean(large) >= 0.8
+    assert np.all(found[0]["status"][large] == Status.SENSITIVE)
+    assert np.max(ratio[1]) > 2.0 * tolerance.SENSITIVE_ABOVE
     assert np.mean(found[1]["status"] == Status.OK) >= 0.8
 
 
@@ -331,11 +329,10 @@ def test_the_companion_steps_finer_where_something_else_cuts_the_step() -> None:
     coarse, same = (np.median(each["rotation_error"]) for each in (found, fine))
     assert 0.2 <= coarse / same <= 5.0
     lanes, motions, duration = released(32)
-    found = run_to_tolerance("event", lanes, motions, SampleTimes(duration), settings=settings)
     times = SampleTimes(duration, duration / 2.0**13)
     truth = run_batch("housner", lanes, motions, times)["rotation"]
-    rotation = run_batch("event", lanes, motions, times, settings=settings)["rotation"]
-    error = np.abs(rotation - truth).max(axis=1)
+    found = run_to_tolerance("event", lanes, motions, times, settings=settings)
+    error = np.abs(found["rotation"] - truth).max(axis=1)
     assert np.mean(error <= found["rotation_error"]) >= 0.95
 
 

@@ -15,6 +15,9 @@ from warprock.units import GRAVITY
 
 COUNT = 200
 TIMES = SampleTimes(2.0, 0.005)
+FRICTION = 1e3
+"""So high that no block slides, not even one that falls: at 10 one slides once it leans by 70 to 80
+degrees, which the analytical model cannot, and the block below it parts from the model by 1e-4."""
 
 
 def pairs(random: np.random.Generator) -> Lanes:
@@ -28,7 +31,7 @@ def pairs(random: np.random.Generator) -> Lanes:
         height=np.stack(heights, axis=1),
         depth=0.5 * both,
         density=2000.0 * both,
-        friction=10.0 * both,
+        friction=FRICTION * both,
         chamfer=0.002 * both,
         offset=0.0 * both,
         rotation_start=0.0 * both,
@@ -66,6 +69,5 @@ def test_the_error_of_most_blocks_is_below_its_estimate(time_step: float) -> Non
     assert np.mean(error <= estimate) > 0.92
     # Of some 1e-3 of the angle at second order.
     assert np.median(error) <= 1e-6
-    # Of the few that err by more it is too small at 5 ms: 0.41 of the error in the median.
     moves = error > 1e-5
-    assert 0.3 < np.median(estimate[moves] / error[moves]) < 5.0
+    assert 0.5 < np.median(estimate[moves] / error[moves]) < 5.0

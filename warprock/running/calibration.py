@@ -1,8 +1,8 @@
 """Factors of the estimates of `run_to_tolerance`, from the table of `tools/calibrate_estimates.py`.
 
-An estimate is a factor times what two runs tell of the error, and a floor for what all runs get
+An estimate is a factor times what the runs tell of the error, and a floor for what all runs get
 wrong alike: a swing of a block that barely lifts, or a slip that ends within a step. Both were
-fitted by engine, quantity and kind of motion to lanes whose true answer is known.
+fitted by engine, quantity, scene and kind of motion to lanes whose true answer is known.
 """
 
 from __future__ import annotations
@@ -17,16 +17,21 @@ TABLE = "calibration.csv"
 
 QUANTITIES = ("rotation_error", "peak_rotation_error", "peak_slide_error")
 
-PLAIN = 1.5
+PLAIN = 1.56
 """Factor of an engine, or of a quantity, that the table does not have."""
+
+
+BLOCK, BODY, STACK = "block", "body", "stack"
+"""Scenes that have factors of their own: a single box in the plane, all else that stands alone, and
+stacks."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Factor:
-    """How the difference of two runs becomes an estimate of the error.
+    """How the differences of runs become an estimate of the error.
 
     Attributes:
-        factor: Factor on the extrapolated difference of two runs.
+        factor: Factor on what the differences of runs tell of the error.
         floor: What is added, over the slenderness angle for rotations, over the peak slide for
             slides.
     """
@@ -44,27 +49,34 @@ class Factors:
     slide: Factor = Factor()
 
 
-def estimate_factors(engine: str, *, records: bool) -> Factors:
+Key = tuple[str, str, str, str]
+"""Scene, set of lanes, engine, quantity."""
+
+
+def estimate_factors(engine: str, scene: str, *, records: bool) -> Factors:
     """The factors that an engine's estimates need.
 
     Args:
-        engine: Name in `ENGINES`; one that the table does not have gets `PLAIN`, and under
-            records the factors of pulses where it has none for records.
-        records: Whether nothing but records moves the base.
+        engine: Name in `ENGINES`; one that the table does not have gets `PLAIN`.
+        scene: `BLOCK`, `BODY` or `STACK`; the factors of blocks where the engine has none for it.
+        records: Whether nothing but records moves the base; the factors of pulses where the engine
+            has none for records of either scene.
     """
     found = shipped_factors()
+    sets = ("records", "pulses") if records else ("pulses",)
+    places = [(each, name) for name in sets for each in (scene, BLOCK)]
     parts = []
     for quantity in QUANTITIES:
-        part = found.get(("pulses", engine, quantity), Factor())
-        parts.append(found.get(("records", engine, quantity), part) if records else part)
+        keys = [(*place, engine, quantity) for place in places]
+        parts.append(next((found[key] for key in keys if key in found), Factor()))
     return Factors(*parts)
 
 
 @functools.cache
-def shipped_factors() -> dict[tuple[str, str, str], Factor]:
-    """The shipped table: (set of lanes, engine, quantity) -> its factor."""
+def shipped_factors() -> dict[Key, Factor]:
+    """The shipped table."""
     return {
-        (row["set"], row["engine"], row["quantity"]): Factor(
+        (row["scene"], row["set"], row["engine"], row["quantity"]): Factor(
             float(row["factor"]), float(row["floor"])
         )
         for row in _rows()

@@ -15,7 +15,7 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.launching import Target
 from warprock.engines.workload import FINEST_STEPS, MOST_STEPS
 from warprock.model.lanes import Lanes
-from warprock.model.motion import ComposedMotions, GroundMotions, RecordMotions
+from warprock.model.motion import ComposedMotions, GroundMotions, RecordMotions, UprightMotions
 from warprock.model.response import (
     USABLE,
     Outcome,
@@ -25,6 +25,7 @@ from warprock.model.response import (
     take_lanes,
 )
 from warprock.running.batch import run_batch
+from warprock.running.calibration import BLOCK, BODY, STACK
 from warprock.running.options import Progress, RunOptions
 
 Array = npt.NDArray[np.float64]
@@ -159,6 +160,15 @@ class Companions:
         return order
 
     @property
+    def scene(self) -> str:
+        """Which factors the estimates of its errors have."""
+        if self.lanes.stacked:
+            return STACK
+        upright = isinstance(self.motions, UprightMotions)
+        own = self.lanes.spatial or self.lanes.on_points or self.lanes.restitution_given or upright
+        return BODY if own else BLOCK
+
+    @property
     def rest_is_known(self) -> bool:
         """Whether a lane that rests for good does so at every step.
 
@@ -255,7 +265,7 @@ class Companions:
         """Runs the lanes at halved steps.
 
         Args:
-            halvings: How often, shape [lane]; -1 for twice the step.
+            halvings: How often, shape [lane]; below zero doublings.
             work: Predicted cost of every lane, in any unit, shape [lane]. Lanes of a pack wait for
                 one another, so lanes of about the same cost run side by side.
         """
@@ -275,7 +285,7 @@ class Companions:
 
 
 def companion_settings(settings: Any, count: int, lanes: Lanes) -> Any:
-    """Settings with the step halved `count` times, or doubled at -1, and the rest rule to match.
+    """Settings with the step halved `count` times, doubled below zero, and the rest rule to match.
 
     At a halved step blocks rest at smaller swings, in proportion to the square of the step. A last
     swing that every step leaves out may change the answer to a later shock, and no step would show
@@ -296,9 +306,9 @@ def companion_settings(settings: Any, count: int, lanes: Lanes) -> Any:
 
 
 def halve_step(settings: Any, count: int) -> Any:
-    """Halves the time step of settings `count` times; doubles it where the count is -1."""
+    """Halves the time step of settings `count` times; doubles it where the count is below zero."""
     if count < 0:
-        return settings.with_step_scaled(2.0)
+        return settings.with_step_scaled(2.0**-count)
     for _ in range(count):
         settings = settings.halved()
     return settings

@@ -1,28 +1,32 @@
 """Runs every lane until its rotations are within a tolerance, or says that they are not.
 
 The one estimate of a lane's error from runs at other steps. Every lane runs at the step asked for,
-and a companion at twice the step shows how far it errs. With an error of order p in the step,
-halving it leaves an r-th of the error, r = 2^p, and the finer of two runs errs by their difference
-over r - 1 (Richardson 1911). A lane whose estimate misses the tolerance runs again at half of the
-step. Only those lanes do, at most `HALVINGS` times, and the numbers of a lane are those of its
-finest run. Where doubling the setting changes no step, because something else limits it, the lane
-starts with half of the step instead.
+and a companion at twice the step shows how far it errs. With an error A h^p of order p in the step
+h, halving it leaves an r-th of the error, r = 2^p, and the finer of two runs errs by their
+difference over r - 1 (Richardson 1911). A lane whose estimate misses the tolerance runs again at
+half of the step. Only those lanes do, at most `HALVINGS` times, and the numbers of a lane are those
+of its finest run. Where doubling the setting changes no step, because something else limits it, the
+lane starts with half of the step instead.
 
-Three runs show r: it is the ratio of their two differences, but at most 2^p. Two runs do not show
-it: then r is 2, that of a first order. So the estimate is large enough for a block that converges
-slowly; after two runs it is three times too large for one that converges with the second order.
-On top come the factors and floors of `warprock.running.calibration`.
+Each two neighbouring runs tell A; an estimate is made of the root of the mean of the squares. Two
+runs that lie apart by more than `CHAOTIC_ABOVE` tell nothing, but for the last two. Three runs
+also show r, the ratio of their two differences; it lies between 2, that of a first order, and 2^p.
+Errors of the first order scatter: an impact comes late by any part of a step, and two runs may lie
+close to one another by chance. So where p is 1, lanes run at four times the step, too, which costs
+less than what lanes ran again for; and m pairs tell the error better than one, by the root of m. On
+top come the factors and floors of `warprock.running.calibration`.
 
 Under a record lanes are costly and many are chaotic. There a lane ends early where its error would
 miss the tolerance at the finest step, too, shrinking as it did so far (at first, as the order
 says), and where its `BUDGET` is spent. Under any other motion a lane ends early where its runs lie
 far apart and do not approach one another. Further runs would cost much there and help little.
 
-Of a lane that missed the tolerance two things may be true. Its runs approach one another: it keeps
-its status, its estimate says how far it may be off, and a smaller step will do. Or they do not: it
-stands in one and falls in the other, or it magnifies small differences (`Status.SENSITIVE`). Then
-its estimate says how far its runs lie apart, not how far the truth may be; an ensemble says what
-can be said of it. Of a lane that fell in every run only the time of the fall is in doubt.
+Of a lane that missed the tolerance two things may be true. Its runs approach one another, all in
+all as the order says or nearly so: it keeps its status, its estimate says how far it may be off,
+and a smaller step will do. Or they do not: it stands in one and falls in the other, or it magnifies
+small differences (`Status.SENSITIVE`). Then its estimate says how far its runs lie apart, not how
+far the truth may be; an ensemble says what can be said of it. Of a lane that fell in every run only
+the time of the fall is in doubt.
 
 Under a record a lane's companions end soon after it rests for good, if its engine holds a block at
 rest exactly: nothing in what is left depends on the step. Where a companion does not rest there, it
@@ -41,6 +45,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 import math
 from typing import Any
 
@@ -101,22 +106,32 @@ predicted, so the limit is approximate: it allows half of the step for a lane th
 end (1 + 1/2 + 2), more for one that rests early. Seven blocks under six records at ten scales took
 up to 2.99 in the mean."""
 
-SLOWEST = 1.25
-"""Least r of an estimate: an error that shrinks by less has shrunk by chance."""
+SLOWEST = 2.0
+"""Least r of an estimate, that of a first order: an error that shrinks by less has shrunk by
+chance."""
+
+FASTEST = 2.0**5
+"""Largest r of an estimate: stacks that stick are of fifth order."""
+
+SMALL = 0.02
+"""Peak / slenderness angle below which two runs show an error of the first order: such a swing is
+a few steps long. Of bodies under pulses, against Housner's equation, 10 of 1,128 with larger swings
+erred by more than 1.5 times what the order says, and 14 of 38 with smaller ones."""
+
+SCATTERED = 2
+"""How often the step of companions is doubled where errors are of the first order. Under a record
+a third companion costs too much."""
 
 SENSITIVE_ABOVE = 0.03
 """Estimate / slenderness angle above which a lane whose runs do not converge is sensitive."""
 
-STEADY = 2
-"""An estimate above `SENSITIVE_ABOVE` counts as a coarse step, not as chaos, after this many
-halvings in a row at the expected rate or nearly so."""
+SLACK = 0.5
+"""Order by which runs may approach one another more slowly than the engine's says, and the lane be
+taken for one of a coarse step, not of chaos."""
 
 CHAOTIC_ABOVE = 0.3
 """Estimate / slenderness angle above which every lane is sensitive: an error as large as the motion
 does not propagate in proportion, and its runs approach one another by chance."""
-
-UNKNOWN = 2.0
-"""r where only two runs are known: that of a first order."""
 
 SAMPLE_INTERVAL = 4e-2
 """Largest time between the samples that are compared [s]. Shorter ones cost as much as the run. Of
@@ -235,9 +250,16 @@ def _refine(case: Companions, tolerance: float, most: int) -> Response:
     work = np.minimum(known.lasted, ends)
     lanes = np.flatnonzero(known.going & case.coarser)
     if len(lanes) > 0:
-        twice = np.full(len(lanes), -1)
-        coarse = _run_until_rest(case.take(lanes), twice, ends[lanes], work[lanes], known, lanes)
-        known.weigh(lanes, coarse, take_lanes(asked, lanes), most)
+        part = case.take(lanes)
+        doubled = [
+            _run_until_rest(
+                part, np.full(len(lanes), -count), ends[lanes], work[lanes], known, lanes
+            )
+            for count in range(known.doublings, 0, -1)
+        ]
+        for coarser, coarse in itertools.pairwise(doubled):
+            known.compare(lanes, coarser, coarse)
+        known.weigh(lanes, doubled[-1], take_lanes(asked, lanes), most)
     before, before_lanes = asked, np.arange(len(ends))
     for power in range(1, most + 1):
         lanes = np.flatnonzero(known.going & known.affordable(2.0**power * work))
@@ -308,7 +330,9 @@ class _Known:
         self.engine = asked.engine
         records = record_alone(case.motions)
         self.budget = BUDGET if records else np.inf
-        self.factors = estimate_factors(case.engine, records=records)
+        self.scatters = self.order == 1 or records
+        self.doublings = SCATTERED if self.order == 1 and not records else 1
+        self.factors = estimate_factors(case.engine, case.scene, records=records)
         self.lasted = np.where(have_fallen(asked), largest(asked["peak_time"]), case.times.duration)
         self.fields = {n: v.copy() for n, v in asked.fields.items() if n not in HISTORIES}
         self.alpha = case.lanes.slenderness_angle
@@ -317,13 +341,15 @@ class _Known:
         self.met = np.zeros_like(self.going)
         self.unlike = np.zeros_like(self.going)
         self.falls = have_fallen(asked)
-        self.halvings, self.steady = np.zeros((2, len(self.going)), dtype=np.intp)
+        self.halvings, self.halved, self.pairs = np.zeros((3, len(self.going)), dtype=np.intp)
         self.first_steps = self.fields["step_count"].copy()
         self.total_steps = self.first_steps.copy()
-        # Of the last two runs; r is only known once there were three.
         self.apart = np.full(len(self.going), np.nan)
-        self.gap, self.peak, self.slide, self.error, self.peak_error, self.slide_error = (
-            np.zeros_like(self.alpha) for _ in range(6)
+        self.first_apart = np.zeros(len(self.going))
+        self.before = np.full(len(self.going), np.nan)
+        self.squares, self.errors = (
+            {name: np.zeros_like(self.alpha) for name in ("rotation", "peak", "slide")}
+            for _ in range(2)
         )
         self.uplift = np.zeros(len(self.going))
 
@@ -351,6 +377,34 @@ class _Known:
             values[lanes[sound]] = run[name][sound]
         self.halvings[lanes[sound]] = halvings[sound]
 
+    def compare(self, lanes: Numbers, before: Response, after: Response) -> None:
+        """Adds two runs to what is known of the errors of the finer one.
+
+        Args:
+            lanes: Numbers of the lanes.
+            before: Their coarser run.
+            after: Their finer run.
+        """
+        angle, full = self.alpha[lanes], 2.0**self.order
+        gaps = np.maximum(gap(before, after, angle), peaks_apart(before, after))
+        apart = largest(gaps / angle)
+        # An error as large as the motion does not shrink in proportion.
+        likely = np.isfinite(self.apart[lanes]) & (self.apart[lanes] <= CHAOTIC_ABOVE)
+        self.halved[lanes] = np.where(likely, self.halved[lanes] + 1, 0)
+        self.first_apart[lanes] = np.where(likely, self.first_apart[lanes], apart)
+        kept = likely & self.scatters
+        self.pairs[lanes] = np.where(kept, self.pairs[lanes] + 1, 1)
+        self.before[lanes], self.apart[lanes] = self.apart[lanes], apart
+        found = {
+            "rotation": gaps,
+            "peak": peak_gap(before, after),
+            "slide": slide_gap(before, after),
+        }
+        columns = as_columns(kept, angle)
+        for name, each in found.items():
+            squares = self.squares[name]
+            squares[lanes] = each**2 + np.where(columns, squares[lanes], 0.0) / full**2
+
     def weigh(self, lanes: Numbers, before: Response, after: Response, left: int) -> None:
         """Estimates the errors of the finer of two runs, and decides which lanes run again.
 
@@ -360,43 +414,45 @@ class _Known:
             after: Their finer run.
             left: Halvings that may follow.
         """
-        angle = self.alpha[lanes]
-        gaps = np.maximum(gap(before, after, angle), peaks_apart(before, after))
-        apart = largest(gaps / angle)
+        self.compare(lanes, before, after)
+        angle, full = self.alpha[lanes], 2.0**self.order
+        apart, pairs = self.apart[lanes], self.pairs[lanes]
         with np.errstate(divide="ignore", invalid="ignore"):
-            shrunk = self.apart[lanes] / apart
-        rate = np.where(np.isfinite(shrunk), np.clip(shrunk, SLOWEST, 2.0**self.order), UNKNOWN)
-        rates = as_columns(rate, angle)
-        parts, share = self.factors, 1.0 / (rates - 1.0)
-        # Under a record two runs may lie closer by chance than those before let expect.
-        before_that = self.gap[lanes] / rates if self.budget < np.inf else 0.0
-        self.gap[lanes] = np.maximum(gaps, before_that)
-        self.peak[lanes] = np.maximum(peak_gap(before, after), self.peak[lanes] / rates)
-        self.slide[lanes] = np.maximum(slide_gap(before, after), self.slide[lanes] / rates)
-        floor = self.floor[lanes] + parts.rotation.floor * angle
-        self.error[lanes] = parts.rotation.factor * share * self.gap[lanes] + floor
-        floor = self.floor[lanes] + parts.peak.floor * angle
-        self.peak_error[lanes] = parts.peak.factor * share * self.peak[lanes] + floor
+            shrunk = self.before[lanes] / apart
+            overall = self.first_apart[lanes] / apart
+        refined = np.isfinite(shrunk)
+        small = largest(np.abs(after["peak_rotation"]) / angle) < SMALL
+        # Of two runs; a stack has swings of all sizes.
+        unknown = np.where(small | self.case.lanes.stacked, SLOWEST, full)
+        # What is seen beyond an order above the first counts half.
+        most = FASTEST if self.order > 1 else full
+        seen = np.minimum(shrunk, np.sqrt(np.minimum(shrunk, most) * full))
+        rate = np.where(refined, np.maximum(seen, SLOWEST), unknown)
+        means = pairs if self.order == 1 else np.sqrt(pairs)
+        share = 1.0 / as_columns((rate - 1.0) * means, angle)
+        for name, squares in self.squares.items():
+            factor = getattr(self.factors, name)
+            size = np.abs(after["peak_slide"]) if name == "slide" else angle
+            floor = factor.floor * size + (0.0 if name == "slide" else self.floor[lanes])
+            self.errors[name][lanes] = factor.factor * share * np.sqrt(squares[lanes]) + floor
         self.uplift[lanes] = uplift_gap(before, after)
-        floor = parts.slide.floor * np.abs(after["peak_slide"])
-        self.slide_error[lanes] = parts.slide.factor * share * self.slide[lanes] + floor
-        ratio = largest(self.error[lanes] / angle)
+        ratio = largest(self.errors["rotation"][lanes] / angle)
+        likely = largest(share * np.sqrt(self.squares["rotation"][lanes]) / angle)
         differ = part_ways(before, after)
-        branched = took_branches(self.case.lanes, self.apart[lanes], apart, self.tolerance)
+        branched = took_branches(self.case.lanes, self.before[lanes], apart, self.tolerance)
         met = ~differ & ~branched & (ratio <= self.tolerance)
         # At best the error goes on to shrink as it did, at least as of a first order.
-        hope = np.where(np.isfinite(shrunk), np.maximum(rate, 2.0), 2.0**self.order)
-        best = apart / (2.0**self.order - 1.0) / hope**left
-        wild = ~(ratio <= CHAOTIC_ABOVE) & np.isfinite(shrunk) & (rate < 2.0)
+        hope = np.where(refined, np.maximum(rate, 2.0), full)
+        best = apart / (full - 1.0) / hope**left
+        wild = ~(ratio <= CHAOTIC_ABOVE) & refined & (shrunk < 2.0)
         hopeless = usable(before) & (best > self.tolerance if self.budget < np.inf else wild)
-        good = np.isfinite(shrunk) & (shrunk >= 2.0 ** (self.order - 0.5))
-        self.steady[lanes] = np.where(good, self.steady[lanes] + 1, 0)
-        doubtful = (ratio > SENSITIVE_ABOVE) & (self.steady[lanes] < STEADY)
+        halved = self.halved[lanes]
+        steady = (halved > 0) & (overall >= 2.0 ** ((self.order - SLACK) * halved))
+        doubtful = (ratio > SENSITIVE_ABOVE) & ~steady
         self.met[lanes] = met
         self.falls[lanes] &= have_fallen(before) & have_fallen(after)
         self.going[lanes] = usable(after) & ~met & ~hopeless
-        self.unlike[lanes] = differ | branched | doubtful | ~(ratio <= CHAOTIC_ABOVE)
-        self.apart[lanes] = np.where(usable(before), apart, np.nan)
+        self.unlike[lanes] = differ | branched | doubtful | ~(likely <= CHAOTIC_ABOVE)
 
     def response(self) -> Response:
         """The finest numbers, with the estimates."""
@@ -407,18 +463,18 @@ class _Known:
         columns = as_columns(answered, self.alpha)
         # A lane that fell in every run is in doubt of the time of its fall alone.
         sensitive = as_columns(sensitive & ~self.falls, self.alpha)
-        error = np.maximum(self.error, self.floor)
-        peak_error = np.minimum(np.maximum(self.peak_error, self.floor), error)
+        error = np.maximum(self.errors["rotation"], self.floor)
+        peak_error = np.minimum(np.maximum(self.errors["peak"], self.floor), error)
         fields["peak_rotation_error"] = np.where(
             columns, np.where(sensitive, error, peak_error), np.nan
         )
         fields["rotation_error"] = np.where(columns, error, np.nan)
-        fields["peak_slide_error"] = np.where(columns, self.slide_error, np.nan)
+        fields["peak_slide_error"] = np.where(columns, self.errors["slide"], np.nan)
         counts = np.unique(self.halvings)
         steps = {k: halve_step(self.case.settings, int(k)).time_step for k in counts}
         fields["time_step"] = np.array([steps[k] for k in self.halvings])
         finest = Response(engine=self.engine, fields=fields, times=np.empty(0))
-        # Of the first order, as two runs leave it open: see `UNKNOWN`.
+        # Of the first order, for two runs leave the order open.
         fields["uplift_time_error"] = uplift_error(
             finest, PLAIN * self.uplift, self.case.uplift_floor(fields["time_step"])
         )
