@@ -21,7 +21,6 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import lfilter
 
 from warprock.model.lane_motion import Array, LaneMotions
 from warprock.model.record_motion import RecordMotions
@@ -101,6 +100,8 @@ def floor_motions(motions: LaneMotions, floors: Floors, duration: Array) -> Reco
 
 def _floor(motions: LaneMotions, floors: Floors, lane: int, interval: float, count: int) -> Array:
     """Acceleration, slope and velocity at the samples of one floor, shape [3, sample]."""
+    from scipy.signal import lfilter
+
     w, z = 2.0 * math.pi * float(floors.frequency[lane]), float(floors.damping[lane])
     c, start = float(floors.height_factor[lane]), float(motions.start[lane])
     damped = w * math.sqrt(1.0 - z * z)
