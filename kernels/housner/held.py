@@ -448,7 +448,8 @@ def rock(
     knot = knot_time(m, s.segment)
     target = smaller(knot, until)
     room = larger(target - s.time, zero)
-    h = smaller(smaller(block.step_length, REACH / size(s.omega)), room)
+    # A plastic return to the wall may leave a rate of -0, of which `size` is -0.
+    h = smaller(smaller(block.step_length, REACH / wp.abs(s.omega)), room)
     side = s.side
     lean = side * s.theta
     a = pull_series(m, s.segment, s.time, ground)

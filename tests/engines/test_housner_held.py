@@ -5,8 +5,9 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import numpy.typing as npt
 import pytest
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize_scalar
 
 from tests.shared.blocks import at_rest, make_lanes, sines, velocity_steps
 from tests.shared.held import held_batch
@@ -117,6 +118,55 @@ def test_a_block_lifts_away_from_its_wall_alone():
     assert found["rotation"][0].max() > 0.0
     assert found["rotation"][0].min() == 0.0
     assert not found["rotation"][1].any()
+
+
+def test_a_block_that_sticks_to_its_wall_is_thrown_off_at_once():
+    lanes = make_lanes(np.full(2, 0.6), 4.8, [0.5, -0.5], 5.0)
+    lanes = dataclasses.replace(lanes, hold=Hold(np.array([-1.0, 1.0]), np.zeros(2)))
+    # The block comes back at 0.40 s, when the base pulls at 1.7 m/s^2; 1.23 m/s^2 lift it.
+    motions = sines(Control.ACCELERATION, [3.0, -3.0], 1.5, cycles=1.0)
+    times = SampleTimes(0.7, 0.01)
+    found = run_batch("housner", lanes, motions, times)
+    oracle = oracle_response(lanes, motions, times)
+    np.testing.assert_array_equal(found["status"], Status.OK)
+    np.testing.assert_array_equal(found["impact_count"], 1)
+    assert found["rotation"][0, -1] > 0.01
+    np.testing.assert_array_equal(found["rotation"][0], -found["rotation"][1])
+    np.testing.assert_allclose(found["rotation"], oracle["rotation"], rtol=0.0, atol=1e-12)
+
+
+def test_a_wall_that_is_hardly_touched_is_struck():
+    # A thrust lifts the block off its wall; a spring does not let it fall.
+    count, thrust, stiffness, rebound = 5, 1900.0, 4e3, 0.5
+
+    def held(theta: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Energy of weight, spring and thrust at a lean to +x [J]."""
+        across, low = 4.8 * np.sin(theta), 1.0 - np.cos(theta)
+        weight = rocking.energy(0.6, 4.8, 0.5, 2000.0, theta, 0.0)
+        stretch = across + 0.6 * low
+        return weight + 0.5 * stiffness * stretch**2 - thrust * (across + 0.3 * low)
+
+    # From `level` the block swings to its wall and stands still there. From a little beyond, it
+    # would swing through for some 0.4 to 4 ms if no wall were there.
+    level = brentq(held, 0.02, 0.1, xtol=1e-16)
+    lanes = make_lanes(np.full(count, 0.6), 4.8, 0.0, 5.0)
+    start = level * (1.0 + np.geomspace(1e-8, 1e-6, count))
+    load = TopLoad(
+        np.zeros(count), np.zeros(count), np.full(count, thrust), np.zeros(count, dtype=np.bool_)
+    )
+    hold = Hold(-np.ones(count), np.full(count, rebound), ties(lanes, stiffness=stiffness), load)
+    lanes = dataclasses.replace(lanes, rotation_start=start, hold=hold)
+    times = SampleTimes(4.0, 0.02)
+    found = run_batch("housner", lanes, at_rest(count), times)
+    oracle = oracle_response(lanes, at_rest(count), times, rtol=1e-13)
+    # At the wall 1e-8 of what the spring has held is left. Of that, 1e-14 is round-off of the steps
+    # of `housner`, and up to 1e-12 is the dense output on which the oracle lands.
+    for response, part in ((found, 1e-6), (oracle, 1e-4)):
+        np.testing.assert_array_equal(response["impact_count"], 1)
+        assert response["rotation"].min() >= 0.0
+        np.testing.assert_allclose(
+            response["energy_lost"], (1.0 - rebound**2) * held(start), rtol=part
+        )
 
 
 def test_one_tie_that_yields_is_overturned_by_the_step_that_energy_says():

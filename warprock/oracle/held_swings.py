@@ -360,13 +360,15 @@ class HeldRun:
                 if ahead > AT_CORNER:
                     events.append(self._corner(tie, corner, stretches))
         found = self._solve(stop, events)
+        happened = next(
+            (e for e, times in zip(events, found.t_events, strict=True) if len(times)), None
+        )
+        if happened is not None:
+            happened = _first_of_last_step(found, events, happened)
         self._judge(found)
         self._fill(found.t[-1], lambda times: found.sol(times)[0])
         self.time, (self.theta, self.omega) = float(found.t[-1]), found.y[:, -1].tolist()
         self._note()
-        happened = next(
-            (e for e, times in zip(events, found.t_events, strict=True) if len(times)), None
-        )
         if happened is not None:
             self._happen(happened)
 
@@ -539,6 +541,22 @@ def _event(function: Callable[[float, Array], float], kind: str) -> Any:
     event.terminal, event.direction, event.kind = True, -1.0, kind  # type: ignore[attr-defined]
     event.snaps = None  # type: ignore[attr-defined]
     return event
+
+
+def _first_of_last_step(found: Any, events: list[Any], happened: Any) -> Any:
+    """The event that comes first in the last step of a solution, which it ends there.
+
+    `solve_ivp` sees no event that a step passes and, after the block has turned back, passes again.
+    At the turning point it still has its other sign.
+    """
+    before, end, way = found.t[-2], found.t[-1], found.sol
+    for event in events:
+        passed = event is not happened and event(end, found.y[:, -1]) < 0.0
+        if passed and event(before, found.y[:, -2]) > 0.0:
+            time = brentq(lambda at, e=event: e(at, way(at)), before, end, xtol=1e-300, rtol=1e-15)
+            if time < found.t[-1]:
+                happened, found.t[-1], found.y[:, -1] = event, time, way(time)
+    return happened
 
 
 def _crossing(function: Callable[[float], float], low: float, high: float) -> float:
