@@ -18,7 +18,8 @@ wall moves nothing.
 Rest rule: as of the free block, of the sides to which the block may turn. Beside a wall the impacts
 that are left out would take 2 theta' / r / (1 - rebound).
 
-The friction that a block needs is looked up at nine times in every step, and at their crest. Of a
+The friction that a block needs is looked up at nine times in every step, and at their crest; of a
+step in which it comes to where it falls for certain (housner/block_contact.py), up to there. Of a
 block against its wall only what the wall cannot give is asked of the base; impacts on a wall are
 not judged.
 """
@@ -357,7 +358,7 @@ def turning_time(x: Series, towards: real, h: real) -> real:
 
 @wp.func
 def needed_at(block: Block, p: Pull, side: real, x: Series, a: Series, t: real) -> real:
-    """Friction that a rocking block needs a time t after the start of a step; 0 where it falls."""
+    """Friction that a rocking block needs a time t after the start of a step."""
     slope = slope_of(x)
     theta, omega = value_of(x, t), value_of(slope, t)
     bend, base = value_of(slope_of(slope), t), value_of(a, t)
@@ -370,8 +371,24 @@ def needed_at(block: Block, p: Pull, side: real, x: Series, a: Series, t: real) 
     pull = p.f + p.fs * real(2.0) * half_sine * cosine(HALF * theta) + p.fw * low
     along = block.mass * (base + radius * (bend * c - omega * omega * s)) - pull
     upwards = block.mass * (gravity - radius * (bend * s + omega * omega * c)) + p.n
-    falls = side * theta >= block.fall_angle and side * omega >= real(0.0)
-    return wp.where(falls, real(0.0), ratio(along, upwards))
+    return ratio(along, upwards)
+
+
+@wp.func
+def judged_time(x: Series, towards: real, left: real, tau: real) -> real:
+    """How much of a step of length tau the contact is judged in, up to where the block falls.
+
+    `left` is the rotation that it has left to there if it turns outwards, `towards` a side.
+    """
+    found = real(tau)
+    if left <= real(0.0):
+        found = real(0.0)
+    else:
+        ahead = -towards * x
+        ahead[0] = left
+        if value_of(ahead, tau) < real(0.0):
+            found = root_of(ahead, tau)
+    return found
 
 
 @wp.func
@@ -473,7 +490,11 @@ def rock(
         elif value_of(ahead, tau) <= zero:
             reached = True
             tau = root_of(ahead, tau)
-        seen.needed = larger(needed_in(block, pull, side, x, a, tau), seen.needed)
+        judged = real(tau)
+        if outwards:
+            judged = judged_time(x, towards, block.fall_angle - lean, tau)
+        if judged > zero:
+            seen.needed = larger(needed_in(block, pull, side, x, a, judged), seen.needed)
         arrives = tau >= fused_less(TICK, target, room)
         theta, omega = value_of(x, tau), value_of(slope_of(x), tau)
         base = value_of(a, tau)

@@ -288,11 +288,14 @@ class HeldRun:
         count = max(2, math.ceil((stop - self.time) / scan))
         grid = np.linspace(self.time, stop, count + 1).tolist()
         lift = self._lift_time(grid)
-        for time in (*grid, lift):
-            if math.isfinite(time) and not time > lift:
-                along = self.block.mass * self.acceleration(time)[0] - self._moment(1, 0.0)[1]
-                if not self.wall * along < 0.0:
-                    self._need(abs(along) / (self.block.mass * GRAVITY + self.load.weight))
+        pull, weight = self._moment(1, 0.0)[1], self.block.mass * GRAVITY + self.load.weight
+
+        def needed(time: float) -> float:
+            along = self.block.mass * self.acceleration(time)[0] - pull
+            return 0.0 if self.wall * along < 0.0 else abs(along) / weight
+
+        looks = grid if math.isnan(lift) else [*(time for time in grid if time < lift), lift]
+        self._look_at(needed, looks)
         self.time = stop if math.isnan(lift) else lift
         self._fill(self.time, np.zeros_like)
         if not math.isnan(lift):
@@ -350,6 +353,10 @@ class HeldRun:
         events = [_event(lambda _t, y: towards * y[1], "turn")]
         if outwards:
             events.append(_event(lambda _t, y: 0.5 * math.pi - self.side * y[0], "fall"))
+            # A little before, so that the contact is judged at the end.
+            judged = self.fall_tilt - AT_CORNER
+            if self.side * self.theta < judged - AT_CORNER:
+                events.append(_event(lambda _t, y: judged - self.side * y[0], "judged"))
         else:
             events.append(_event(lambda _t, y: self.side * y[0], "land"))
         for tie in self.ties:
@@ -450,15 +457,20 @@ class HeldRun:
             pull, mass = self._moment(self.side, theta)[1], self.block.mass
             return friction_for((mass * along - pull, mass * upwards + self.load.weight))
 
-        times = (found.t[:-1, None] + LOOKS * np.diff(found.t)[:, None]).ravel()
-        looks = [needed(float(time)) for time in times]
+        times: Array = (found.t[:-1, None] + LOOKS * np.diff(found.t)[:, None]).ravel()
+        self._look_at(needed, times.tolist())
+
+    def _look_at(self, needed: Callable[[float], float], times: list[float]) -> None:
+        """Notes the largest friction that is needed at some times, and at the crest among them."""
+        looks = [needed(time) for time in times]
         at = int(np.argmax(looks))
         self._need(looks[at])
         if 0 < at < len(times) - 1 and looks[at] < math.inf:
-            bounds = (float(times[at - 1]), float(times[at + 1]))
             most = 1e3 * looks[at]
             top = minimize_scalar(
-                lambda time: -min(needed(time), most), bounds=bounds, method="bounded"
+                lambda time: -min(needed(time), most),
+                bounds=(times[at - 1], times[at + 1]),
+                method="bounded",
             )
             self._need(-float(top.fun))
 
