@@ -17,7 +17,7 @@ from warprock.case.lanes import expand_lanes
 from warprock.case.load import build_case
 from warprock.case.text import parse_case
 from warprock.errors import InputError
-from warprock.tables.bodies import body_notes
+from warprock.findings.body import body_notes
 
 
 def _body(folder: pathlib.Path, mesh: trimesh.Trimesh, **asked: object) -> Body:

@@ -213,9 +213,10 @@ def test_a_record_of_40_s_makes_many_lanes_sensitive_and_the_rest_can_be_trusted
     engine: str,
 ) -> None:
     found = judged("record", engine)
-    assert 0.3 <= np.mean(~found.ok) <= 0.8
+    most, least = {"event 5e-3": (0.8, 0.85), "event 1e-2": (0.85, 0.8)}[engine]
+    assert 0.3 <= np.mean(~found.ok) <= most
     # Measured: 14 of 15 at 5e-3, 9 of 11 at 1e-2; the others part from Housner's block by more.
-    assert found.coverage("rotation_error") >= (0.85 if engine == "event 5e-3" else 0.6)
+    assert found.coverage("rotation_error") >= least
     # Housner's block and this one part ways in dozens of lanes: each of them says so.
     assert np.sum(found.fell != found.truly_fell) >= 5
     assert np.all(found.response["status"][found.fell != found.truly_fell] == Status.SENSITIVE)
