@@ -457,7 +457,7 @@ class HeldRun:
             pull, mass = self._moment(self.side, theta)[1], self.block.mass
             return friction_for((mass * along - pull, mass * upwards + self.load.weight))
 
-        times: Array = (found.t[:-1, None] + LOOKS * np.diff(found.t)[:, None]).ravel()
+        times = np.unique(found.t[:-1, None] + LOOKS * np.diff(found.t)[:, None])
         self._look_at(needed, times.tolist())
 
     def _look_at(self, needed: Callable[[float], float], times: list[float]) -> None:
