@@ -15,9 +15,6 @@ from warprock.units import GRAVITY
 
 COUNT = 200
 TIMES = SampleTimes(2.0, 0.005)
-FRICTION = 1e3
-"""So high that no block slides, not even one that falls: at 10 one slides once it leans by 70 to 80
-degrees, which the analytical model cannot, and the block below it parts from the model by 1e-4."""
 
 
 def pairs(random: np.random.Generator) -> Lanes:
@@ -31,7 +28,7 @@ def pairs(random: np.random.Generator) -> Lanes:
         height=np.stack(heights, axis=1),
         depth=0.5 * both,
         density=2000.0 * both,
-        friction=FRICTION * both,
+        friction=10.0 * both,
         chamfer=0.002 * both,
         offset=0.0 * both,
         rotation_start=0.0 * both,
@@ -70,5 +67,4 @@ def test_the_error_of_most_blocks_is_below_its_estimate(time_step: float) -> Non
     # Of some 1e-3 of the angle at second order.
     assert np.median(error) <= 1e-6
     moves = error > 1e-5
-    # Measured: 5.2 at 20 ms, where the run at twice the step misses whole swings.
-    assert 0.5 < np.median(estimate[moves] / error[moves]) < 5.5
+    assert 0.5 < np.median(estimate[moves] / error[moves]) < 5.0
