@@ -86,6 +86,10 @@ STACKS = 1.0
 """Factor of stacks in `event` but under records. Larger ones make lanes run again whose
 finer runs miss the same events: 1.75 covers 3 blocks of 100 more, at 1.06 times the steps."""
 
+DEM_AIM = 1.0
+"""The same of `dem`, of which a few dozen lanes can be judged: one of them is 2 %. Its peaks, that
+are fewer still, have the factor of its rotations at least."""
+
 SEEN_AIM = 0.93
 """The same of the errors above `SEEN` alone."""
 
@@ -323,6 +327,7 @@ def fit(found: Mapping[Place, pd.DataFrame], table: Mapping[Key, Factor]) -> dic
             key = (scene, other, engine, quantity)
             parts.append((table[key], found[key[:3]]))
         aim = OTHER_AIM.get(quantity, AIM[engine_class(engine).order or 1])
+        aim = DEM_AIM if engine == "dem" else aim
         for factor in LADDER:
             tried = Factor(factor, used.floor)
             if all(covers(rows, quantity, one, tried, aim) for one, rows in parts):
@@ -332,6 +337,8 @@ def fit(found: Mapping[Place, pd.DataFrame], table: Mapping[Key, Factor]) -> dic
         elif quantity == "rotation_error":
             # Half of the way, for this factor changes which lanes run again.
             factor = math.sqrt(used.factor * factor)
+        if engine == "dem" and quantity == "peak_rotation_error":
+            factor = max(factor, new[scene, name, engine, "rotation_error"].factor)
         new[scene, name, engine, quantity] = Factor(round(factor, 2), used.floor)
     return new
 
