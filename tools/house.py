@@ -123,7 +123,7 @@ ROOMS = (
     ),
     _room(
         "analysis",
-        """fragility functions, incremental dynamic analysis, overturning maps, rocking spectra,
+        """fragility, yearly rates, incremental dynamic analysis, overturning maps, rocking spectra,
         Sobol' indices""",
         f"{_BASE} case running sweeps",
         "numpy pandas pyarrow scipy",
