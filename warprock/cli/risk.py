@@ -37,7 +37,8 @@ def risk(
 
     Fragility functions are fitted to the lanes of each FOLDER, which a run, a sweep or an ida
     wrote, over the measure of the hazard; the rate is their integral over it, in closed form, with
-    the band over records. The hazard is a file, or a power law: an intensity x is exceeded
+    the band over records. A component table, FILE.csv, has functions that are known already, as
+    medians and dispersions. The hazard is a file, or a power law: an intensity x is exceeded
     k0 (x / at)^-k times a year.
     """
     from warprock.api.analyses.risk import named_in_turn, read_asked, risk_of

@@ -16,7 +16,13 @@ from warprock.analysis.hazard_files import parse_age, read_hazard, read_power_la
 from warprock.analysis.lane_tables import read_lanes
 from warprock.analysis.limits import read_limits
 from warprock.analysis.risk import Risk, assess
-from warprock.analysis.risk_functions import CAPACITIES, functions_of
+from warprock.analysis.risk_functions import (
+    CAPACITIES,
+    functions_of,
+    functions_of_components,
+    is_component_table,
+    read_components,
+)
 from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.work import Age, Column, Length, Quantity, Share
@@ -60,6 +66,7 @@ def risk(
 
     Args:
         table: What `run`, `sweep` or `ida` found, a lane table, or the path of one or of a folder;
+            a component table with medians and dispersions (fragility-p58.csv), as pelicun has it;
             or several, by name or in a row, which are objects side by side.
         hazard: Hazard curve: a table, or a CSV file, one of OpenQuake or NRML; #2 behind it takes
             the second curve of a file.
@@ -166,9 +173,13 @@ def risk_of(
     risks: list[Risk] = []
     for name, table in tables.items():
         rows, source = read_table(table)
-        functions = functions_of(
-            rows, hazard, source=source, limits=chosen, by=by, most_doubt=most_doubt
-        )
+        if is_component_table(rows):
+            asked = [each.text for each in chosen] if limits or slides else []
+            functions = functions_of_components(rows, hazard, source, asked)
+        else:
+            functions = functions_of(
+                rows, hazard, source=source, limits=chosen, by=by, most_doubt=most_doubt
+            )
         for each in functions:
             named = {"object": name, **each.name} if len(tables) > 1 else each.name
             risks.append(assess(dataclasses.replace(each, name=named), hazard, most_outside))
@@ -214,5 +225,7 @@ def read_table(table: Table) -> tuple[pd.DataFrame, str]:
     if isinstance(table, pd.DataFrame):
         return table, "table"
     path = pathlib.Path(table)
+    if path.suffix == ".csv":
+        return read_components(path), os.fspath(table)
     capacities = path / CAPACITIES
     return read_lanes(capacities if capacities.is_file() else path), os.fspath(table)
