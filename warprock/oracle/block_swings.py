@@ -80,6 +80,11 @@ class BlockRun:
         self.step_hint = math.inf
         self.acceleration: Callable[[float], Vector] = lambda _time: (0.0, 0.0)
 
+    @property
+    def laid(self) -> float:
+        """Tilt at which a block lies on its side [rad]."""
+        return 0.5 * math.pi
+
     def start(self, rotation: float) -> None:
         """Releases the block from a rotation [rad] at rest."""
         if rotation != 0.0:
@@ -208,7 +213,8 @@ class BlockRun:
     def _derivative(self, time: float, state: npt.NDArray[Any]) -> npt.NDArray[Any]:
         base = self.acceleration(time)
         rate = float(state[1])
-        return np.array((rate, self.block.tilt_acceleration(self.side, float(state[0]), base)))
+        bend = self.block.tilt_acceleration(self.side, float(state[0]), base, rate)
+        return np.array((rate, bend))
 
     def _solver(self, time: float, state: Array, stop: float, first: float) -> DOP853:
         return DOP853(
@@ -258,7 +264,8 @@ class BlockRun:
 
     def _first_step(self, stop: float) -> float:
         """The step that the last swing ended with, or the whole of a short swing."""
-        bend = self.block.tilt_acceleration(self.side, self.tilt, self.acceleration(self.time))
+        base = self.acceleration(self.time)
+        bend = self.block.tilt_acceleration(self.side, self.tilt, base, self.rate)
         flight = 2.02 * self.rate / -bend if bend < 0.0 < self.rate else math.inf
         step = min(self.step_hint, flight, stop - self.time, FIRST_STEP)
         while self.tilt == 0.0 and self.rate == 0.0:
@@ -281,11 +288,11 @@ class BlockRun:
         if turned and before[1] != 0.0:
             turn = _root(lambda time: float(dense(time)[1]), begin, end)
             extreme = self._state_at(begin, before, turn)[0]
-        over = turned and before[1] > 0.0 and extreme >= 0.5 * math.pi
+        over = turned and before[1] > 0.0 and extreme >= self.laid
         low = turned and before[1] < 0.0 and extreme <= 0.0
-        if over or after[0] >= 0.5 * math.pi:
+        if over or after[0] >= self.laid:
             top = turn if over else end
-            fall = _root(lambda time: float(dense(time)[0]) - 0.5 * math.pi, begin, top)
+            fall = _root(lambda time: float(dense(time)[0]) - self.laid, begin, top)
             self._judge(dense, begin, fall)
             self._fill_swing(fall, dense)
             self._overturn(fall)
@@ -322,7 +329,7 @@ class BlockRun:
         return time, rate
 
     def _overturn(self, time: float) -> None:
-        self.time, self.tilt, self.rate, self.overturned = time, 0.5 * math.pi, 0.0, True
+        self.time, self.tilt, self.rate, self.overturned = time, self.laid, 0.0, True
         self._note_peak(time, self.tilt)
         self._fill(math.inf, lambda times: np.full(len(times), self.side * self.tilt))
 
