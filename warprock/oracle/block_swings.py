@@ -30,8 +30,6 @@ FIRST_STEP = 0.1
 """Longest first step of a swing [s]; DOP853 chooses the others itself."""
 SHORTEST_STEP = 1e-9
 """A first step this short [s] that does not lift the block shows that it has not lifted."""
-FORCE_LOOKS = 6
-"""Looks at the contact force in a step of DOP853; the largest one is then refined."""
 ROOT_TOLERANCE = 4.0 * float(np.finfo(np.float64).eps)
 """Relative tolerance of a root, the smallest that `brentq` takes."""
 
@@ -42,7 +40,7 @@ def friction_for(force: Vector) -> float:
     return abs(along) / upwards if upwards > 0.0 else math.inf
 
 
-def _root(function: Callable[[float], float], low: float, high: float) -> float:
+def root_between(function: Callable[[float], float], low: float, high: float) -> float:
     """A root between two times; the nearer end if round-off hides the change of sign."""
     at_low, at_high = function(low), function(high)
     if at_low * at_high > 0.0:
@@ -52,7 +50,13 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
 
 
 class BlockRun:
-    """One lane's run: the state and what has happened so far."""
+    """One lane's run: the state and what has happened so far.
+
+    Attributes:
+        looks: Looks at the contact force in a step of DOP853; the largest one is then refined.
+    """
+
+    looks = 6
 
     def __init__(
         self, block: PivotingBlock, times: SampleTimes, rtol: float, friction: float
@@ -146,13 +150,13 @@ class BlockRun:
             base = self.acceleration(time)
             return friction_for(self.block.contact_force(self.side, tilt, rate, base))
 
-        grid = np.linspace(begin, end, FORCE_LOOKS + 1).tolist()
+        grid = np.linspace(begin, end, self.looks + 1).tolist()
         found = [
             needed(time, *state) for time, state in zip(grid, dense(grid).T.tolist(), strict=True)
         ]
         top = int(np.argmax(found))
         if found[top] > 0.98 * self.friction_needed and math.isfinite(found[top]):
-            low, high = grid[max(top - 1, 0)], grid[min(top + 1, FORCE_LOOKS)]
+            low, high = grid[max(top - 1, 0)], grid[min(top + 1, self.looks)]
             best = minimize_scalar(
                 lambda time: -needed(time, *dense(time).tolist()),
                 bounds=(low, high),
@@ -206,7 +210,7 @@ class BlockRun:
                     ).x
                 )
             if self._lifting(top) > 0.0:
-                return _root(self._lifting, low, top)
+                return root_between(self._lifting, low, top)
             values = values[1:]
         return math.nan
 
@@ -286,13 +290,13 @@ class BlockRun:
         turn = begin
         extreme = before[0]
         if turned and before[1] != 0.0:
-            turn = _root(lambda time: float(dense(time)[1]), begin, end)
+            turn = root_between(lambda time: float(dense(time)[1]), begin, end)
             extreme = self._state_at(begin, before, turn)[0]
         over = turned and before[1] > 0.0 and extreme >= self.laid
         low = turned and before[1] < 0.0 and extreme <= 0.0
         if over or after[0] >= self.laid:
             top = turn if over else end
-            fall = _root(lambda time: float(dense(time)[0]) - self.laid, begin, top)
+            fall = root_between(lambda time: float(dense(time)[0]) - self.laid, begin, top)
             self._judge(dense, begin, fall)
             self._fill_swing(fall, dense)
             self._overturn(fall)
@@ -318,7 +322,7 @@ class BlockRun:
     ) -> tuple[float, float]:
         """Time [s] at which the free corner meets the base, and the tilt rate [rad/s] then."""
         height, speed = self.block.corner_height, self.block.corner_speed
-        time = _root(lambda t: height(self.side, float(dense(t)[0])), low, high)
+        time = root_between(lambda t: height(self.side, float(dense(t)[0])), low, high)
         begin, before = step
         for _ in range(2):
             tilt, rate = self._state_at(begin, before, time).tolist()

@@ -20,13 +20,15 @@ from scipy.optimize import brentq
 from warprock.model.response import SampleTimes
 from warprock.model.strip import LAID, Strip
 from warprock.oracle.block_mechanics import PivotingBlock, Vector, turned
-from warprock.oracle.block_swings import BlockRun, friction_for
+from warprock.oracle.block_swings import BlockRun, friction_for, root_between
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
 ROUNDS = 50
 """Newton's steps for the turn of the upper body, most of which are not needed."""
+AT_FALL = 1e-12
+"""Distance from there [rad] from which on it has come to it."""
 JUST_BEFORE = 1e-12
 """Time [s] before a strip falls at which its contacts are looked at for the last time."""
 
@@ -261,6 +263,7 @@ class StripRun(BlockRun):
     """One lane's run of a strip, whose fall depends on its side."""
 
     block: StripWall
+    looks = 12
 
     def __init__(self, block: StripWall, times: SampleTimes, rtol: float, friction: float) -> None:
         """Puts the strip upright; see `BlockRun`."""
@@ -278,6 +281,6 @@ class StripRun(BlockRun):
     def _judge(self, dense: Callable[[Any], Array], begin: float, end: float) -> None:
         """Up to where the strip falls, at which what it needs may be largest."""
         past = self._fall_tilts[self.side]
-        if dense(begin)[0] < past < dense(end)[0]:
-            end = brentq(lambda time: dense(time)[0] - past, begin, end, xtol=1e-15) - JUST_BEFORE
+        if dense(begin)[0] < past and dense(end)[0] > past - AT_FALL:
+            end = root_between(lambda time: dense(time)[0] - past, begin, end) - JUST_BEFORE
         super()._judge(dense, begin, end)
