@@ -15,9 +15,9 @@
     run.table
 
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Contact`,
-`TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Start`, `Motion`, `Support`, `Times`, `Sweep`, `Grid`,
-`Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`, `with_unit`,
-`save_record`. Commands: `run`, `fragility`, `risk`, `map`, `spectrum`, `ida`, `sensitivity`,
+`TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Strip`, `Start`, `Motion`, `Support`, `Times`,
+`Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`,
+`with_unit`, `save_record`. Commands: `run`, `fragility`, `risk`, `map`, `spectrum`, `ida`, `sensitivity`,
 `sweep`, `compare`, `validate`, `study`, `body`, `trade`, `stability`. Bad input is an `InputError`.
 Below them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`,
 `write_run`.
@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from warprock.api.parts import Sample as Sample
     from warprock.api.parts import Spectrum as Spectrum
     from warprock.api.parts import Start as Start
+    from warprock.api.parts import Strip as Strip
     from warprock.api.parts import Study as Study
     from warprock.api.parts import Support as Support
     from warprock.api.parts import Sweep as Sweep
@@ -115,6 +116,7 @@ _HOME = {
     "Spectrum": "api.parts",
     "Start": "api.parts",
     "Status": "model.response",
+    "Strip": "api.parts",
     "Study": "api.parts",
     "Support": "api.parts",
     "Sweep": "api.parts",

@@ -17,6 +17,7 @@ DECLARED = [
     wr.Tie,
     wr.TopLoad,
     wr.Frame,
+    wr.Strip,
     wr.Start,
     wr.Motion,
     wr.Support,

@@ -77,6 +77,7 @@ def test_the_kinds_of_templates():
         "spatial",
         "spectrum",
         "stack",
+        "strip",
         "study",
         "sweep",
     ]
@@ -363,7 +364,7 @@ def test_engine_settings_of_a_case_and_defaults(write):
 def test_the_table_of_keys_and_the_models_are_the_same_keys():
     from warprock.case.block import Block, StackedBlock
     from warprock.case.body import Body, StackedBody
-    from warprock.case.hold import Frame, Tie, TopLoad, TransverseWall
+    from warprock.case.hold import Frame, Strip, Tie, TopLoad, TransverseWall
     from warprock.case.motion import Motion
     from warprock.case.support import Support
 
@@ -376,6 +377,7 @@ def test_the_table_of_keys_and_the_models_are_the_same_keys():
     models |= {f"transverse_wall.{name}" for name in TransverseWall.model_fields}
     models |= {f"support.{name}" for name in Support.model_fields}
     models |= {f"frame.{name}" for name in Frame.model_fields}
+    models |= {f"strip.{name}" for name in Strip.model_fields}
     models |= {f"top_load.{name}" for name in TopLoad.model_fields}
     models |= {f"tie.N.{name}" for name in Tie.model_fields}
     lists = {"base", "centre", "inertia", "top"}

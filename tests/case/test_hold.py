@@ -8,6 +8,8 @@ from tests.shared.case_texts import FREE, refusal
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.engines import ENGINES, engine_class
+from warprock.running.case_run import run_case
+from warprock.running.scene_motion import scene_motion
 
 HELD = (
     FREE
@@ -178,3 +180,65 @@ def test_other_engines_say_what_runs_it(write, engine):
     else:
         assert "free-standing" in reason
         assert "(transverse_wall and tie); housner runs it" in reason
+
+
+STRIP = FREE.replace("0.5 m", "0.1 m") + '[strip]\nhinge_height = 0.5\nweight = "5 kN"\n'
+
+
+def test_a_block_is_a_strip_of_wall(write):
+    lane_set = expand_lanes(
+        load_case(write(STRIP), ["strip.hinge_height=0.3 to 0.7, 3", "start.rotation_ratio=0.5"])
+    )
+    strip = lane_set.lanes.hold.strip
+    assert lane_set.scene.held == ("strip",)
+    np.testing.assert_allclose(strip.lower, [0.3, 0.5, 0.7])
+    np.testing.assert_array_equal(strip.arm, [[0.1, 0.1]] * 3)
+    inputs = lane_set.inputs
+    np.testing.assert_allclose(inputs["hinge_height"], [0.3, 0.5, 0.7])
+    assert (inputs["floor_weight_N"] == 5e3).all()
+    assert "floor_eccentricity_mm" not in inputs
+    np.testing.assert_allclose(inputs["slenderness_angle_rad"], strip.critical[:, 0])
+    np.testing.assert_allclose(inputs["rotation_start_rad"], 0.5 * strip.critical[:, 0])
+    np.testing.assert_allclose(inputs["angular_restitution"], strip.angular_restitution)
+    beside = expand_lanes(load_case(write(STRIP), ["strip.eccentricity=2 cm"]))
+    np.testing.assert_allclose(beside.lanes.hold.strip.arm, [[0.03, 0.07]])
+    assert beside.inputs["floor_eccentricity_mm"].tolist() == [20.0]
+    np.testing.assert_allclose(lane_set.lanes.take(np.array([2])).hold.strip.lower, [0.7])
+
+
+@pytest.mark.parametrize(
+    ("overrides", "said"),
+    [
+        (["strip.hinge_height=0.95"], "strip.hinge_height: got 0.95, must be the height"),
+        (["strip.eccentricity=30 cm"], "must lie on the top of the block, at most 0.05 m"),
+        (["top_load.weight=1 kN"], "top_load: got a table, must be left out beside [strip]"),
+        (["strip.hinge_height=0.1"], "strip.hinge_height: got 0.1, must be higher, or contact"),
+        (["start.rotation=60 deg"], "must be less than the lean at which the strip is in balance"),
+        (["model=spatial"], "must be left out: it holds a single box in the plane"),
+        (["strip.load=1 kN"], "unknown key (allowed: hinge_height, weight, eccentricity)"),
+    ],
+)
+def test_what_does_not_fit_a_strip_is_refused_in_one_line(write, overrides, said):
+    with pytest.raises(wr.InputError) as caught:
+        expand_lanes(load_case(write(STRIP), overrides))
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_other_engines_say_what_runs_a_strip(write, engine):
+    reason = engine_class(engine).supports(expand_lanes(load_case(write(STRIP))).scene)
+    assert reason is None if engine == "housner" else "(strip); housner runs it" in reason
+
+
+def test_a_strip_is_drawn_in_two_pieces(write):
+    file = write(STRIP.replace('duration = "5 s"', 'duration = "2 s"\nsample_interval = "0.1 s"'))
+    run = run_case(load_case(file, ["start.rotation_ratio=0.5"]), "housner")
+    seen = scene_motion(run, 0, 0.1)
+    assert seen.sizes[:, 2].tolist() == [0.5, 0.5]
+    corners = seen.corners()
+    leans = run.response["rotation"][0] > 0.0
+    # One base edge stays, the bodies share the hinge, and the top stays below its floor.
+    np.testing.assert_allclose(corners[0, leans, 1], [[0.05, 0.0]] * leans.sum(), atol=1e-12)
+    np.testing.assert_allclose(corners[0, leans, 3], corners[1, leans, 0], atol=1e-12)
+    np.testing.assert_allclose(corners[1, leans, 2, 0], 0.05, atol=1e-12)

@@ -51,6 +51,7 @@ class Case(JudgedCase):
         tie: One `Tie`, or a list of them.
         top_load: `TopLoad` that rests on the block; nothing rests on it without.
         frame: `Frame` of which the block is a column.
+        strip: `Strip` of wall between two floors that the block is.
         run: `Times`: length of the run, sampling of histories.
         motion: `Motion` of the base; still without.
         support: `Support`: a floor or an isolator between the motion and the block.
@@ -108,6 +109,7 @@ class Case(JudgedCase):
         tie: Given | Sequence[Given] = (),
         top_load: Given | None = None,
         frame: Given | None = None,
+        strip: Given | None = None,
         run: Given | None = None,
         motion: Given | None = None,
         support: Given | None = None,
@@ -136,6 +138,7 @@ class Case(JudgedCase):
                 "transverse_wall": transverse_wall,
                 "top_load": top_load,
                 "frame": frame,
+                "strip": strip,
                 "tie": ([tie] if isinstance(tie, Mapping) else list(tie)) or None,
                 "start": start,
                 "motion": motion,

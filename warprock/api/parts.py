@@ -22,6 +22,7 @@ from warprock.case.body import Body as BodyTable
 from warprock.case.body import StackedBody
 from warprock.case.contact import Contact as ContactTable
 from warprock.case.hold import Frame as FrameTable
+from warprock.case.hold import Strip as StripTable
 from warprock.case.hold import Tie as TieTable
 from warprock.case.hold import TopLoad as TopLoadTable
 from warprock.case.hold import TransverseWall as TransverseWallTable
@@ -206,6 +207,18 @@ class Support(_Declared):
     """
 
     _tables = (SupportTable,)
+
+
+class Strip(_Declared):
+    """A strip of wall between two floors: the block, in two pieces with a hinge between them.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.Strip(hinge_height=0.5, weight="20 kN")
+        Strip(hinge_height=0.5, weight='20 kN')
+    """
+
+    _tables = (StripTable,)
 
 
 class Start(_Declared):

@@ -128,7 +128,9 @@ def _uplift(lanes: Lanes, table: str, turn: Array | None = None) -> Array:
     if lanes.stacked:
         return np.asarray(uplift_ratio(lanes).min(axis=1))
     if not isinstance(lanes, SpatialLanes):
-        return lanes.uplift_ratios.min(axis=1) if lanes.body else lanes.width / lanes.height
+        if lanes.body is not None or (lanes.hold is not None and lanes.hold.strip is not None):
+            return np.asarray(lanes.uplift_ratios.min(axis=1))
+        return lanes.width / lanes.height
     angle = lanes.yaw_start if turn is None else turn - lanes.yaw_start
     if lanes.body is not None:
         ahead = (

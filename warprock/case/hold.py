@@ -1,4 +1,4 @@
-"""The tables [transverse_wall], [[tie]], [top_load] and [frame]: what a block is held by."""
+"""The tables [transverse_wall], [[tie]], [top_load], [frame], [strip]: what a block is held by."""
 
 from __future__ import annotations
 
@@ -223,6 +223,41 @@ class Frame(Table):
             column=Column("beam_mass"),
         ),
     ]
+
+
+class Strip(Table):
+    """A strip of wall between two floors: the block, in two pieces with a hinge between them."""
+
+    place: ClassVar[str] = "strip"
+
+    hinge_height: Annotated[
+        float,
+        NumberKey(
+            "the height of the hinge over the height of the strip",
+            "0.1 to 0.9",
+            swept=True,
+            column=Column("hinge_height"),
+        ),
+    ]
+    weight: Annotated[
+        float,
+        NumberKey(
+            "the weight that the floor above lays on the strip",
+            "0 N to 1e12 N",
+            swept=True,
+            column=Column("floor_weight"),
+        ),
+    ] = 0.0
+    eccentricity: Annotated[
+        float | None,
+        NumberKey(
+            "the distance, towards +x, of the point that the floor above bears on from the middle "
+            "of the top; without it that is the edge that rises",
+            "-1 km to 1 km",
+            swept=True,
+            column=Column("floor_eccentricity", "mm"),
+        ),
+    ] = None
 
 
 class Ties(pydantic.RootModel[dict[str, Tie]]):

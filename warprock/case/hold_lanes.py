@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.hold import BY_FORMULA, STAYS, Frame, Tie, TopLoad, TransverseWall
+from warprock.case.hold import BY_FORMULA, STAYS, Frame, Strip, Tie, TopLoad, TransverseWall
 from warprock.case.input_columns import computed, key_column
 from warprock.errors import InputError
 from warprock.model.hold import SIDES, Hold, Ties, three_impacts
 from warprock.model.hold import Frame as Frames
 from warprock.model.hold import TopLoad as Loads
 from warprock.model.lanes import Lanes
+from warprock.model.strip import Strip as Strips
 from warprock.quantity import NumberKey, Said
 
 if TYPE_CHECKING:
@@ -22,11 +23,12 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-WALL, TIE, LOAD, FRAME = (
+WALL, TIE, LOAD, FRAME, STRIP = (
     TransverseWall.place,
     Tie.place.partition(".")[0],
     TopLoad.place,
     Frame.place,
+    Strip.place,
 )
 
 
@@ -39,10 +41,13 @@ def held(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]:
 
     Raises:
         InputError: A block that starts in its wall, a tie above its block, forces and elongations
-            of a tie that do not fit together, or a weight beside its block.
+            of a tie that do not fit together, a weight beside its block, or a strip that starts
+            beyond its balance or is too stout to rock on.
     """
     columns: dict[str, object] = {}
     hold = Hold()
+    if values.case.tables.strip is not None:
+        return _strips(values, lanes)
     if values.case.tables.frame is not None:
         return _frames(values, lanes)
     if values.case.tables.transverse_wall is not None:
@@ -129,10 +134,7 @@ def _tie_columns(values: LaneValues, number: int) -> dict[str, object]:
 
 def _frames(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]:
     """Frames of which the blocks are columns, and their columns of the table of inputs."""
-    for name in (WALL, TIE, LOAD):
-        if getattr(values.case.tables, name) is not None:
-            allowed = "must be left out beside [frame], whose columns stand free"
-            raise InputError(values.case.source_of(name), name, Said("a table"), allowed)
+    _refuse_beside(values, (WALL, TIE, LOAD), "[frame], whose columns stand free")
     count, beam = values.numbers(f"{FRAME}.columns"), values.numbers(f"{FRAME}.beam_mass")
     values.refuse(count != np.round(count), f"{FRAME}.columns", "must be a whole number")
     frame = Frames(count, beam / (count * lanes.mass))
@@ -149,14 +151,72 @@ def _frames(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]
     return lanes, columns
 
 
+def _strips(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]:
+    """Strips of wall, and their columns of the table of inputs."""
+    others = (WALL, TIE, LOAD, FRAME)
+    _refuse_beside(values, others, "[strip], which base and floor alone hold")
+    hinge, weight = values.numbers(f"{STRIP}.hinge_height"), values.numbers(f"{STRIP}.weight")
+    columns: dict[str, object] = {
+        **key_column(f"{STRIP}.hinge_height", hinge),
+        **key_column(f"{STRIP}.weight", weight),
+    }
+    arm = np.stack([lanes.width] * 2, axis=1)
+    if values.given(f"{STRIP}.eccentricity"):
+        aside = values.numbers(f"{STRIP}.eccentricity")
+        _refuse_beside_top(values, aside, f"{STRIP}.eccentricity", lanes)
+        arm = np.stack([0.5 * lanes.width - aside, 0.5 * lanes.width + aside], axis=1)
+        columns |= key_column(f"{STRIP}.eccentricity", aside)
+    lower = hinge * lanes.height
+    strip = Strips(lanes.width, lower, lanes.height - lower, lanes.mass, weight, arm)
+    lanes = dataclasses.replace(lanes, hold=Hold(strip=strip))
+    if not lanes.restitution_given:
+        found = strip.angular_restitution
+        at = int(np.argmax(found <= 0.0))
+        allowed = (
+            "must be higher, or contact.angular_restitution given: bodies as stout as these would "
+            f"turn back where they come upright (ratio {found[at]:.3g})"
+        )
+        values.refuse(found <= 0.0, f"{STRIP}.hinge_height", allowed)
+        lanes = dataclasses.replace(lanes, angular_restitution=found)
+    angle = lanes.slenderness_angle
+    if values.given("start.rotation_ratio"):
+        start = angle * values.numbers("start.rotation_ratio")
+        lanes = dataclasses.replace(lanes, rotation_start=start)
+    beyond = np.abs(lanes.rotation_start) >= angle
+    limit = np.rad2deg(angle[int(np.argmax(beyond))])
+    allowed = f"must be less than the lean at which the strip is in balance, {limit:.6g} deg"
+    values.refuse(beyond, "start.rotation", allowed)
+    return lanes, columns | {
+        **key_column("contact.angular_restitution", lanes.angular_restitution),
+        **computed("slenderness_angle", angle),
+        **computed("frequency_parameter", lanes.frequency_parameter),
+        **key_column("start.rotation", lanes.rotation_start),
+        **key_column("start.rotation_ratio", lanes.rotation_start / angle),
+    }
+
+
+def _refuse_beside(values: LaneValues, names: tuple[str, ...], table: str) -> None:
+    """Refuses tables beside one that says why."""
+    for name in names:
+        if getattr(values.case.tables, name) is not None:
+            allowed = f"must be left out beside {table}"
+            raise InputError(values.case.source_of(name), name, Said("a table"), allowed)
+
+
+def _refuse_beside_top(values: LaneValues, aside: Array, key: str, lanes: Lanes) -> None:
+    """Refuses weights beside the top of their block."""
+    beside = np.abs(aside) > 0.5 * lanes.width
+    half = 0.5 * lanes.width[int(np.argmax(beside))]
+    values.refuse(
+        beside, key, f"must lie on the top of the block, at most {half:g} m from its middle"
+    )
+
+
 def _load(values: LaneValues, lanes: Lanes) -> tuple[Loads, dict[str, object]]:
     """Loads on top of blocks, and their columns."""
     names = ("weight", "eccentricity", "thrust")
     numbers = {name: values.numbers(f"{LOAD}.{name}") for name in names}
-    beside = np.abs(numbers["eccentricity"]) > 0.5 * lanes.width
-    half = 0.5 * lanes.width[int(np.argmax(beside))]
-    allowed = f"must lie on the top of the block, at most {half:g} m from its middle"
-    values.refuse(beside, f"{LOAD}.eccentricity", allowed)
+    _refuse_beside_top(values, numbers["eccentricity"], f"{LOAD}.eccentricity", lanes)
     points, codes = values.texts(f"{LOAD}.point")
     columns: dict[str, object] = {}
     for name, each in numbers.items():
@@ -175,7 +235,7 @@ def refuse_elsewhere(values: LaneValues, place: str) -> None:
     Raises:
         InputError: The case holds its block.
     """
-    for name in (WALL, TIE, LOAD, FRAME):
+    for name in (WALL, TIE, LOAD, FRAME, STRIP):
         if getattr(values.case.tables, name) is not None:
             allowed = f"must be left out: it holds a single box in the plane, and the case {place}"
             raise InputError(values.case.source_of(name), name, Said("a table"), allowed)

@@ -11,7 +11,7 @@ from warprock.case.block import Block, StackedBlock
 from warprock.case.body import Body, StackedBody
 from warprock.case.case_file import CaseFile
 from warprock.case.contact import Contact
-from warprock.case.hold import Frame, Tie, TopLoad, TransverseWall
+from warprock.case.hold import Frame, Strip, Tie, TopLoad, TransverseWall
 from warprock.case.motion import Motion
 from warprock.case.run import DURATION, Run
 from warprock.case.start import Start
@@ -20,7 +20,20 @@ from warprock.case.validation import Table
 from warprock.quantity import NumberKey, TextKey
 
 _TABLES: tuple[type[Table], ...] = (
-    *(Body, Block, Contact, TransverseWall, Tie, TopLoad, Frame, Start, Motion, Support, Run),
+    *(
+        Body,
+        Block,
+        Contact,
+        TransverseWall,
+        Tie,
+        TopLoad,
+        Frame,
+        Strip,
+        Start,
+        Motion,
+        Support,
+        Run,
+    ),
     *(StackedBody, StackedBlock),
 )
 

@@ -319,7 +319,9 @@ def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:
         rotation_start = nearer * values.numbers("start.rotation_ratio")
     elif values.given("start.rotation"):
         rotation_start = values.numbers("start.rotation")
-        beyond = (np.abs(rotation_start) >= angle) & (not in_space)
+        # A strip of wall has another balance, which is judged where it is known.
+        in_one_piece = values.case.tables.strip is None
+        beyond = (np.abs(rotation_start) >= angle) & (not in_space) & in_one_piece
         if beyond.any():
             limit = np.rad2deg(angle[int(np.argmax(beyond))])
             allowed = f"must be less than the block's slenderness angle, {limit:.6g} deg"

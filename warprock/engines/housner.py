@@ -13,6 +13,7 @@ from warprock.engines.blocks import start_columns
 from warprock.engines.decoding import asked_friction, lane_fields, planar_fields, time_or_nan
 from warprock.engines.housner_body import body_inputs
 from warprock.engines.housner_held import held_fields, held_inputs, inertia_of, tie_rate
+from warprock.engines.housner_strip import strip_inputs, strip_of, strip_rate
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.workload import step_limit
 from warprock.kernels import housner
@@ -42,6 +43,8 @@ steps, so this is far above any rocking motion and ends only a lane that makes n
 
 FRAME = ("frame",)
 """What holds blocks that rock as free-standing ones do."""
+STRIP = ("strip",)
+"""What makes a block a strip of wall."""
 
 
 @final
@@ -91,7 +94,7 @@ class Housner(AbstractEngine):
                 f"{WIDEST:.4g} times the height: the smallest is {scene.angular_restitution:.3g}, "
                 "and that block does not rock over to its other corner"
             )
-        if scene.friction_ratio < 1.0:
+        if scene.friction_ratio < 1.0 and scene.held != STRIP:
             return (
                 "housner needs friction >= tan(slenderness angle) in every lane, the smallest "
                 f"ratio is {scene.friction_ratio:.3g}: that block slides before it rocks"
@@ -100,6 +103,8 @@ class Housner(AbstractEngine):
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene; see `AbstractEngine.kernel_of`."""
+        if scene.held == STRIP:
+            return Kernel(housner, "strip_run")
         if scene.held and scene.held != FRAME:
             return Kernel(housner, "held_run")
         name = "body_run" if scene.on_points else "block_run"
@@ -111,6 +116,8 @@ class Housner(AbstractEngine):
         """What the kernel takes; see `AbstractEngine.inputs`."""
         if lanes.body is not None:
             return self._body_inputs(lanes, motions, times)
+        if lanes.held == STRIP:
+            return self._strip_inputs(lanes, motions, times)
         alpha = lanes.slenderness_angle
         radius = rocking.half_diagonal(lanes.width, lanes.height)
         frequency_squared = 3.0 * GRAVITY / (4.0 * radius)
@@ -147,6 +154,27 @@ class Housner(AbstractEngine):
             **more,
         }
 
+    def _strip_inputs(
+        self, lanes: Lanes, motions: GroundMotions, times: SampleTimes
+    ) -> dict[str, Any]:
+        """What the kernel of strips takes."""
+        precision = self.target.precision
+        rate = np.maximum(strip_rate(lanes), motions.components[0].fastest_rate)
+        step_length = PHASE_STEP[precision] / rate
+        ratio = max(self.settings.rest_rotation_ratio, REST_RATIO_LEAST[precision])
+        blocks = strip_inputs(lanes) | {
+            "angular_restitution": lanes.angular_restitution,
+            "rest_rotation": lanes.slenderness_angle * ratio,
+            "step_length": step_length,
+            "step_limit": step_limit(
+                motions, times.duration, step_length, STEPS_SPARE, len(times.times)
+            ),
+        }
+        return {
+            "blocks": {name: each[:, None] for name, each in blocks.items()},
+            **start_columns(lanes),
+        }
+
     def _body_inputs(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
@@ -174,6 +202,8 @@ class Housner(AbstractEngine):
         needed, slides = asked_friction(rows, lanes.friction, self.target.precision)
         # Of bodies the kernel has weighed every impact with the inertia about its own points.
         inertia = inertia_of(lanes) if lanes.body is None else lanes.mass
+        if lanes.held == STRIP:
+            inertia = strip_of(lanes).upright.inertia[:, 0]
         rest_time = np.where(rows["mode"] == RESTING, time_or_nan(rows["rest_time"]), np.nan)
         marks = [(slides, Status.OUTSIDE_MODEL)]
         lost = 0.5 * inertia * rows["loss"]
@@ -185,7 +215,7 @@ class Housner(AbstractEngine):
                 **planar_fields(found.blocks),
                 "energy_lost": lost,
             }
-        if lanes.hold is not None:
+        if lanes.hold is not None and lanes.held != STRIP:
             lost = lost + rows["tie_loss"]
             more = held_fields(lanes, rows)
         return {

@@ -44,6 +44,9 @@ def planar_places(lanes: Lanes, rotation: Array, places: Array | None) -> dict[s
     if places is None and lanes.body is not None:
         x, z = (each[:, None] for each in lanes.body.roll_centres(rotation[:, 0]))
         return {"slide": np.zeros_like(rotation), "x": x, "z": z}
+    if places is None and lanes.hold is not None and lanes.hold.strip is not None:
+        lower = lanes.hold.strip.places(rotation[:, 0])[:, :1]
+        return {"slide": np.zeros_like(rotation), "x": lower[..., 0], "z": lower[..., 1]}
     if places is None:
         x, z = _pivot(stacks, rotation)
         return {"slide": np.zeros_like(rotation), "x": x, "z": z}

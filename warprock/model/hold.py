@@ -8,6 +8,8 @@ from typing import Self, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from warprock.model.strip import Strip
+
 Array = npt.NDArray[np.float64]
 
 SIDES = {"left": -1.0, "right": 1.0}
@@ -133,6 +135,7 @@ class Hold:
         ties: Their ties; None without ties.
         load: Loads on their tops; None without loads.
         frame: Frames of which the blocks are columns; None of blocks that stand alone.
+        strip: Strips of wall that the blocks are; None of blocks in one piece.
     """
 
     wall: Array | None = None
@@ -140,6 +143,7 @@ class Hold:
     ties: Ties | None = None
     load: TopLoad | None = None
     frame: Frame | None = None
+    strip: Strip | None = None
 
     @property
     def tables(self) -> tuple[str, ...]:
@@ -149,6 +153,7 @@ class Hold:
             "tie": self.ties,
             "top_load": self.load,
             "frame": self.frame,
+            "strip": self.strip,
         }
         return tuple(name for name, part in parts.items() if part is not None)
 
@@ -161,6 +166,7 @@ class Hold:
             ties=None if self.ties is None else _take(self.ties, lanes),
             load=None if self.load is None else _take(self.load, lanes),
             frame=None if self.frame is None else _take(self.frame, lanes),
+            strip=None if self.strip is None else self.strip.take(lanes),
         )
 
 

@@ -148,16 +148,21 @@ class Lanes:
         return np.asarray(self.density * self.width * self.height * self.depth)
 
     def _of_body(self, values: Array) -> Array:
-        """Values of bodies in the shape of those of blocks."""
+        """Values of bodies or strips in the shape of those of blocks."""
         return values[:, None] if self.stacked else values
 
     @property
     def slenderness_angle(self) -> Array:
-        """Critical angle of every block on a flat base [rad]; of a body to its weaker side."""
+        """Critical angle of every block on a flat base [rad]; of bodies and strips the smaller one.
+
+        Of a strip of wall it is the turn of the lower body at the unstable balance.
+        """
         if self.body is not None:
             return self._of_body(self.body.slenderness_angles.min(axis=1))
         if self.profiles is not None:
             return np.asarray(self.profiles.slenderness_angles.min(axis=2))
+        if self.hold is not None and self.hold.strip is not None:
+            return self._of_body(self.hold.strip.critical.min(axis=1))
         return np.arctan2(self.face_width, self.height)
 
     @property
@@ -165,6 +170,8 @@ class Lanes:
         """Critical angles of single blocks to -x and to +x [rad], shape [lane, 2]."""
         if self.body is not None:
             return self.body.slenderness_angles
+        if self.hold is not None and self.hold.strip is not None:
+            return self.hold.strip.critical
         return np.stack([self.slenderness_angle] * 2, axis=1)
 
     @property
@@ -175,6 +182,8 @@ class Lanes:
         of_block = rocking.frequency_parameter(self.width, self.height)
         if self.hold is not None and self.hold.frame is not None:
             return of_block * self.hold.frame.frequency_factor
+        if self.hold is not None and self.hold.strip is not None:
+            return self.hold.strip.frequency_parameter
         return of_block
 
     @property
@@ -182,6 +191,8 @@ class Lanes:
         """Base acceleration / g along x that lifts single blocks over either end, [lane, 2]."""
         if self.body is not None:
             return self.body.uplift_ratios
+        if self.hold is not None and self.hold.strip is not None:
+            return self.hold.strip.uplift_ratios
         return np.stack([self.face_width / self.height] * 2, axis=1)
 
     @property

@@ -55,6 +55,7 @@ from warprock.oracle.block_mechanics import PivotingBlock
 from warprock.oracle.block_swings import BlockRun
 from warprock.oracle.frame import RockingFrame
 from warprock.oracle.held_swings import HeldRun
+from warprock.oracle.strip import StripRun, StripWall
 from warprock.processes import worker_processes
 
 Array = npt.NDArray[np.float64]
@@ -161,6 +162,10 @@ def _block(lanes: Lanes, lane: int) -> PivotingBlock:
             columns=int(frame.columns[lane]),
             mass_ratio=float(frame.mass_ratio[lane]),
         )
+    strip = None if lanes.hold is None else lanes.hold.strip
+    if strip is not None:
+        given_restitution = given if lanes.restitution_given else None
+        return StripWall((width, height, depth), density, given_restitution, strip, lane)
     rigid = PivotingBlock(width, height, depth, density, None)
     if abs(rigid.rate_after_impact(1, -1.0) - given) <= 1e-12:
         return rigid
@@ -188,12 +193,14 @@ def rock(
     parts = (motions.x, motions.z) if isinstance(motions, UprightMotions) else (motions,)
     friction = float(lanes.friction[lane])
     run: BlockRun | HeldRun
-    if lanes.hold is None or lanes.hold.frame is not None:
-        run = BlockRun(_block(lanes, lane), times, rtol, friction)
-        run.start(float(lanes.rotation_start[lane]))
+    block = _block(lanes, lane)
+    if isinstance(block, StripWall):
+        run = StripRun(block, times, rtol, friction)
+    elif lanes.hold is None or lanes.hold.frame is not None:
+        run = BlockRun(block, times, rtol, friction)
     else:
-        run = HeldRun(_block(lanes, lane), lanes.hold, lane, times, rtol, friction)
-        run.start(float(lanes.rotation_start[lane]))
+        run = HeldRun(block, lanes.hold, lane, times, rtol, friction)
+    run.start(float(lanes.rotation_start[lane]))
     # A resting block is looked at so often; in a segment of a record its ends are enough.
     scan = min(float(part.shortest_period[lane]) for part in parts) / SCANS_PER_PERIOD
     for segment in base_segments(motions, lane):

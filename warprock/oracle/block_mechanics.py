@@ -67,8 +67,13 @@ class PivotingBlock:
         self.critical_tilt = math.atan2(width, height)
         self._restitution = restitution
 
-    def tilt_acceleration(self, side: int, tilt: float, base_acceleration: Vector) -> float:
-        """Second time derivative of the tilt [rad/s^2] under gravity and a base acceleration."""
+    def tilt_acceleration(
+        self, side: int, tilt: float, base_acceleration: Vector, rate: float = 0.0
+    ) -> float:
+        """Second time derivative of the tilt [rad/s^2] under gravity and a base acceleration.
+
+        Of what turns as one it does not depend on the tilt rate.
+        """
         lever = turned(self.levers[side], -side * tilt)
         along, upwards = base_acceleration
         force = (-self.mass * along, -self.mass * (GRAVITY + upwards))

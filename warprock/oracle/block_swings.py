@@ -30,8 +30,6 @@ FIRST_STEP = 0.1
 """Longest first step of a swing [s]; DOP853 chooses the others itself."""
 SHORTEST_STEP = 1e-9
 """A first step this short [s] that does not lift the block shows that it has not lifted."""
-FORCE_LOOKS = 6
-"""Looks at the contact force in a step of DOP853; the largest one is then refined."""
 ROOT_TOLERANCE = 4.0 * float(np.finfo(np.float64).eps)
 """Relative tolerance of a root, the smallest that `brentq` takes."""
 
@@ -42,7 +40,7 @@ def friction_for(force: Vector) -> float:
     return abs(along) / upwards if upwards > 0.0 else math.inf
 
 
-def _root(function: Callable[[float], float], low: float, high: float) -> float:
+def root_between(function: Callable[[float], float], low: float, high: float) -> float:
     """A root between two times; the nearer end if round-off hides the change of sign."""
     at_low, at_high = function(low), function(high)
     if at_low * at_high > 0.0:
@@ -52,7 +50,13 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
 
 
 class BlockRun:
-    """One lane's run: the state and what has happened so far."""
+    """One lane's run: the state and what has happened so far.
+
+    Attributes:
+        looks: Looks at the contact force in a step of DOP853; the largest one is then refined.
+    """
+
+    looks = 6
 
     def __init__(
         self, block: PivotingBlock, times: SampleTimes, rtol: float, friction: float
@@ -79,6 +83,11 @@ class BlockRun:
         self.energy_lost, self.evaluations = 0.0, 0
         self.step_hint = math.inf
         self.acceleration: Callable[[float], Vector] = lambda _time: (0.0, 0.0)
+
+    @property
+    def laid(self) -> float:
+        """Tilt at which a block lies on its side [rad]."""
+        return 0.5 * math.pi
 
     def start(self, rotation: float) -> None:
         """Releases the block from a rotation [rad] at rest."""
@@ -141,13 +150,13 @@ class BlockRun:
             base = self.acceleration(time)
             return friction_for(self.block.contact_force(self.side, tilt, rate, base))
 
-        grid = np.linspace(begin, end, FORCE_LOOKS + 1).tolist()
+        grid = np.linspace(begin, end, self.looks + 1).tolist()
         found = [
             needed(time, *state) for time, state in zip(grid, dense(grid).T.tolist(), strict=True)
         ]
         top = int(np.argmax(found))
         if found[top] > 0.98 * self.friction_needed and math.isfinite(found[top]):
-            low, high = grid[max(top - 1, 0)], grid[min(top + 1, FORCE_LOOKS)]
+            low, high = grid[max(top - 1, 0)], grid[min(top + 1, self.looks)]
             best = minimize_scalar(
                 lambda time: -needed(time, *dense(time).tolist()),
                 bounds=(low, high),
@@ -201,14 +210,15 @@ class BlockRun:
                     ).x
                 )
             if self._lifting(top) > 0.0:
-                return _root(self._lifting, low, top)
+                return root_between(self._lifting, low, top)
             values = values[1:]
         return math.nan
 
     def _derivative(self, time: float, state: npt.NDArray[Any]) -> npt.NDArray[Any]:
         base = self.acceleration(time)
         rate = float(state[1])
-        return np.array((rate, self.block.tilt_acceleration(self.side, float(state[0]), base)))
+        bend = self.block.tilt_acceleration(self.side, float(state[0]), base, rate)
+        return np.array((rate, bend))
 
     def _solver(self, time: float, state: Array, stop: float, first: float) -> DOP853:
         return DOP853(
@@ -258,7 +268,8 @@ class BlockRun:
 
     def _first_step(self, stop: float) -> float:
         """The step that the last swing ended with, or the whole of a short swing."""
-        bend = self.block.tilt_acceleration(self.side, self.tilt, self.acceleration(self.time))
+        base = self.acceleration(self.time)
+        bend = self.block.tilt_acceleration(self.side, self.tilt, base, self.rate)
         flight = 2.02 * self.rate / -bend if bend < 0.0 < self.rate else math.inf
         step = min(self.step_hint, flight, stop - self.time, FIRST_STEP)
         while self.tilt == 0.0 and self.rate == 0.0:
@@ -279,13 +290,13 @@ class BlockRun:
         turn = begin
         extreme = before[0]
         if turned and before[1] != 0.0:
-            turn = _root(lambda time: float(dense(time)[1]), begin, end)
+            turn = root_between(lambda time: float(dense(time)[1]), begin, end)
             extreme = self._state_at(begin, before, turn)[0]
-        over = turned and before[1] > 0.0 and extreme >= 0.5 * math.pi
+        over = turned and before[1] > 0.0 and extreme >= self.laid
         low = turned and before[1] < 0.0 and extreme <= 0.0
-        if over or after[0] >= 0.5 * math.pi:
+        if over or after[0] >= self.laid:
             top = turn if over else end
-            fall = _root(lambda time: float(dense(time)[0]) - 0.5 * math.pi, begin, top)
+            fall = root_between(lambda time: float(dense(time)[0]) - self.laid, begin, top)
             self._judge(dense, begin, fall)
             self._fill_swing(fall, dense)
             self._overturn(fall)
@@ -311,7 +322,7 @@ class BlockRun:
     ) -> tuple[float, float]:
         """Time [s] at which the free corner meets the base, and the tilt rate [rad/s] then."""
         height, speed = self.block.corner_height, self.block.corner_speed
-        time = _root(lambda t: height(self.side, float(dense(t)[0])), low, high)
+        time = root_between(lambda t: height(self.side, float(dense(t)[0])), low, high)
         begin, before = step
         for _ in range(2):
             tilt, rate = self._state_at(begin, before, time).tolist()
@@ -322,7 +333,7 @@ class BlockRun:
         return time, rate
 
     def _overturn(self, time: float) -> None:
-        self.time, self.tilt, self.rate, self.overturned = time, 0.5 * math.pi, 0.0, True
+        self.time, self.tilt, self.rate, self.overturned = time, self.laid, 0.0, True
         self._note_peak(time, self.tilt)
         self._fill(math.inf, lambda times: np.full(len(times), self.side * self.tilt))
 

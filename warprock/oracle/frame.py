@@ -47,7 +47,9 @@ class RockingFrame(PivotingBlock):
         moments = [mass * cross(turned(arm, -side * tilt), pull) for mass, arm in masses]
         return -side * sum(moments)
 
-    def tilt_acceleration(self, side: int, tilt: float, base_acceleration: Vector) -> float:
+    def tilt_acceleration(
+        self, side: int, tilt: float, base_acceleration: Vector, rate: float = 0.0
+    ) -> float:
         """Second time derivative of the tilt [rad/s^2]."""
         along, upwards = base_acceleration
         pull = (-along, -(GRAVITY + upwards))

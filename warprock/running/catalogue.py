@@ -128,6 +128,8 @@ def write_case(start: Start, path: pathlib.Path, source: str = "PATH") -> list[p
 
 def _scene_text(scene: SceneKind) -> str:
     """What a lane is, in words."""
+    if scene.held == ("strip",):
+        return "a strip of wall between two floors, two planar bodies with a hinge between them"
     if scene.bodies and scene.stacked:
         return (
             f"a planar stack of {scene.block_count} blocks on a base, bodies among them; each "

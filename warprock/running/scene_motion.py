@@ -211,6 +211,10 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
     else:
         # Clockwise in the plane, towards +x: about +y.
         attitude = quaternion(np.stack([nothing, fields["rotation"], nothing], axis=-1))
+    sizes = np.stack([lanes.width[0], lanes.depth[0], lanes.height[0]], axis=-1)
+    ratio = _ratio(fields["rotation"], lanes)
+    if lanes.hold is not None and lanes.hold.strip is not None:
+        sizes, place, attitude, ratio = _two_bodies(lanes, fields["rotation"], base)
     outline = None
     if lanes.body is not None:
         outline = lanes.body.outline(lanes.height[:, 0])[0]
@@ -237,15 +241,33 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
         outcome=Outcome(int(response["outcome"][0])).name.lower().replace("_", " "),
         spatial=spatial,
         times=response.times,
-        sizes=np.stack([lanes.width[0], lanes.depth[0], lanes.height[0]], axis=-1),
+        sizes=sizes,
         position=place,
         attitude=attitude,
-        ratio=_ratio(fields["rotation"], lanes),
+        ratio=ratio,
         base=base,
         acceleration=pulled,
         outline=outline,
         parts=parts,
         ground=None if ground is None else base_places(ground, lane, response.times),
+    )
+
+
+def _two_bodies(lanes: Lanes, rotation: Array, base: Array) -> tuple[Array, Array, Array, Array]:
+    """Sizes, positions, attitudes and ratios of both bodies of a strip of wall."""
+    assert lanes.hold is not None
+    assert lanes.hold.strip is not None
+    strip = lanes.hold.strip
+    places = strip.places(rotation)[0]
+    turn = places[..., 2]
+    nothing = np.zeros_like(turn)
+    heights = np.concatenate([strip.lower, strip.upper])
+    sizes = np.stack(np.broadcast_arrays(lanes.width[0], lanes.depth[0], heights), axis=-1)
+    return (
+        sizes,
+        np.stack([places[..., 0], nothing, places[..., 1]], axis=-1) + base,
+        quaternion(np.stack([nothing, turn, nothing], axis=-1)),
+        np.abs(turn) / lanes.slenderness_angle[0],
     )
 
 

@@ -42,6 +42,8 @@ def print_explanation(found: Mapping[str, Any], then: str) -> None:
     out.print(case["source"].strip())
     say(out, f"\nScene: {scene['why']}.")
     restitution = "given by the case" if scene["restitution_given"] else "Housner's closed form"
+    if scene["held"] in (("frame",), ("strip",)) and not scene["restitution_given"]:
+        restitution = "from the momentum that its motion after an impact keeps"
     if scene["stacked"] or scene["spatial_because"]:
         restitution = "from the contact laws of the engine"
     sampling = found["sample_interval_s"]
@@ -101,6 +103,8 @@ def _print_list(out: Console, heading: str, texts: Sequence[str]) -> None:
 
 def _friction_text(scene: Mapping[str, Any]) -> str:
     """Whether blocks rock or slide, in words."""
+    if scene["held"] == ("strip",):
+        return "asked of base and hinge while the strip rocks; the floor lets no top slide"
     ratio = scene["friction_ratio"]
     if ratio >= 1.0:
         return (
