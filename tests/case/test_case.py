@@ -67,6 +67,7 @@ def test_a_template_is_a_commented_case_that_loads(kind, write):
 
 def test_the_kinds_of_templates():
     kinds = [
+        "arch",
         "ensemble",
         "facade",
         "free",
@@ -82,7 +83,8 @@ def test_the_kinds_of_templates():
     ]
     assert template_kinds() == kinds
     with pytest.raises(
-        InputError, match=r"KIND: got 'fre', must be one of ensemble, facade, free, .* mean free\?"
+        InputError,
+        match=r"KIND: got 'fre', must be one of arch, ensemble, facade, free, .* mean free\?",
     ):
         template_text("fre")
 

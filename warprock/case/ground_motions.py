@@ -62,6 +62,9 @@ def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[
     along, columns, peak = found[ALONG]
     # In the plane a direction has turned the body.
     turn = values.numbers(DIRECTION) if lanes.spatial and values.given(DIRECTION) else None
+    if lanes.assembly is not None:
+        # No closed form says when one of many blocks begins to move.
+        return on_support(values, along) if on_floor else (along, columns)
     uplift = _uplift(lanes, ALONG, turn)
     columns |= {"normalised_acceleration": peak / (GRAVITY * uplift)}
     if _PEAK_VELOCITY in columns and not lanes.stacked:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 
+from warprock.case.assembly import Assembly
 from warprock.case.block import Block, StackedBlock
 from warprock.case.body import Body, StackedBody
 from warprock.case.case_file import CaseFile
@@ -20,7 +21,20 @@ from warprock.case.validation import Table
 from warprock.quantity import NumberKey, TextKey
 
 _TABLES: tuple[type[Table], ...] = (
-    *(Body, Block, Contact, TransverseWall, Tie, TopLoad, Frame, Start, Motion, Support, Run),
+    *(
+        Body,
+        Block,
+        Assembly,
+        Contact,
+        TransverseWall,
+        Tie,
+        TopLoad,
+        Frame,
+        Start,
+        Motion,
+        Support,
+        Run,
+    ),
     *(StackedBody, StackedBlock),
 )
 
