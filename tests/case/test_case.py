@@ -363,6 +363,7 @@ def test_engine_settings_of_a_case_and_defaults(write):
 
 
 def test_the_table_of_keys_and_the_models_are_the_same_keys():
+    from warprock.case.assembly import Assembly
     from warprock.case.block import Block, StackedBlock
     from warprock.case.body import Body, StackedBody
     from warprock.case.hold import Frame, Tie, TopLoad, TransverseWall
@@ -376,6 +377,7 @@ def test_the_table_of_keys_and_the_models_are_the_same_keys():
     }
     models |= {f"motion.{name}" for name in Motion.model_fields if name not in "yz"}
     models |= {f"transverse_wall.{name}" for name in TransverseWall.model_fields}
+    models |= {f"assembly.{name}" for name in Assembly.model_fields if name != "openings"}
     models |= {f"support.{name}" for name in Support.model_fields}
     models |= {f"frame.{name}" for name in Frame.model_fields}
     models |= {f"top_load.{name}" for name in TopLoad.model_fields}
@@ -388,6 +390,8 @@ def test_the_table_of_keys_and_the_models_are_the_same_keys():
     assert set(KEYS) == models | {"model"}
     assert set(KEYS) - set(SWEEP_KEYS) == {
         "model",
+        "assembly.first_course",
+        "assembly.pattern",
         "motion.sa_period",
         "run.sample_interval",
     }

@@ -13,8 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse
-import scipy.sparse.csgraph
 
 Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
@@ -291,10 +289,11 @@ def _find_joints(corners: Array, pairs: tuple[Places, Places], flush: float) -> 
 
 def _require_held(joints: Joints, names: tuple[str, ...], fixed: npt.NDArray[np.bool_]) -> None:
     """Refuses a block that no joints connect with a fixed one."""
-    count = len(names)
-    graph = scipy.sparse.coo_array(
-        (np.ones(joints.count), (joints.blocks[:, 0], joints.blocks[:, 1])), shape=(count, count)
-    )
-    _number, part = scipy.sparse.csgraph.connected_components(graph, directed=False)
-    for place in np.flatnonzero(~np.isin(part, part[fixed])):
+    held, before = fixed.copy(), np.zeros_like(fixed)
+    first, second = joints.blocks.T
+    while (held != before).any():
+        before = held.copy()
+        held[first[before[second]]] = True
+        held[second[before[first]]] = True
+    for place in np.flatnonzero(~held):
         raise ValueError(f"rest on something fixed: block {names[place]} touches nothing that does")
