@@ -14,11 +14,12 @@
     run = wr.run(case)
     run.table
 
-Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Contact`,
+Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Assembly`, `Contact`,
 `TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Strip`, `Start`, `Motion`, `Support`, `Times`,
 `Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`,
-`with_unit`, `save_record`. Commands: `run`, `fragility`, `risk`, `map`, `spectrum`, `ida`, `sensitivity`,
-`sweep`, `compare`, `validate`, `study`, `body`, `trade`, `stability`. Bad input is an `InputError`.
+`with_unit`, `save_record`. Commands: `run`, `fragility`, `risk`, `map`, `spectrum`, `ida`,
+`sensitivity`, `sweep`, `compare`, `validate`, `study`, `body`, `limit`, `trade`, `stability`. Bad
+input is an `InputError`.
 Below them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`,
 `write_run`.
 
@@ -43,6 +44,8 @@ if TYPE_CHECKING:
     from warprock.api.case import load_case as load_case
     from warprock.api.comparison import compare as compare
     from warprock.api.found import Found as Found
+    from warprock.api.limit import limit as limit
+    from warprock.api.parts import Assembly as Assembly
     from warprock.api.parts import Block as Block
     from warprock.api.parts import Contact as Contact
     from warprock.api.parts import Ensemble as Ensemble
@@ -94,6 +97,7 @@ __version__ = "0.1.0"
 _HOME = {
     "ENGINES": "engines",
     "FIELDS": "model.response",
+    "Assembly": "api.parts",
     "Block": "api.parts",
     "Case": "api.case",
     "CaseRun": "running.case_run",
@@ -132,6 +136,7 @@ _HOME = {
     "fragility": "api.analyses.fragility",
     "ida": "api.analyses.ida",
     "lane_table": "running.lane_table",
+    "limit": "api.limit",
     "load_case": "api.case",
     "map": "api.analyses.map",
     "risk": "api.analyses.risk",

@@ -42,13 +42,14 @@ UNMODELLED = (
     ),
     Unmodelled(
         "Neighbours and other obstacles that a block strikes, but for the [transverse_wall] that a "
-        "single box leans against; arches",
+        "single box leans against",
         (
             *("wall", "neighbour", "neighbor", "obstacle", "pounding", "corner wall"),
-            *("arch", "vault", "facade", "building", "portal"),
+            *("vault", "facade", "building"),
         ),
         "a [transverse_wall] beside one [block], or a stack of up to six, [block.1], [block.2], "
-        "...; motion of a floor as the record of the base",
+        "...; an [assembly], a wall or an arch of many blocks, for warprock limit; motion of a "
+        "floor as the record of the base",
     ),
     Unmodelled(
         "Hazard models: how often a motion comes is read from a hazard curve, not computed",

@@ -12,6 +12,7 @@ from warprock.case.reference import find_sections
 
 DECLARED = [
     wr.Block,
+    wr.Assembly,
     wr.Contact,
     wr.TransverseWall,
     wr.Tie,
@@ -41,7 +42,7 @@ def test_the_objects_have_all_keys_of_case_files():
         row.key.rpartition(".")[2]
         for section in find_sections()
         for row in section.keys
-        if row.key.startswith(("block.", "contact.", "start.", "motion.", "run."))
+        if row.key.startswith(("block.", "assembly.", "contact.", "start.", "motion.", "run."))
     }
     found = {name for part in DECLARED for name in inspect.signature(part).parameters}
     assert wanted <= found

@@ -67,6 +67,7 @@ def test_a_template_is_a_commented_case_that_loads(kind, write):
 
 def test_the_kinds_of_templates():
     kinds = [
+        "arch",
         "ensemble",
         "facade",
         "free",
@@ -83,7 +84,8 @@ def test_the_kinds_of_templates():
     ]
     assert template_kinds() == kinds
     with pytest.raises(
-        InputError, match=r"KIND: got 'fre', must be one of ensemble, facade, free, .* mean free\?"
+        InputError,
+        match=r"KIND: got 'fre', must be one of arch, ensemble, facade, free, .* mean free\?",
     ):
         template_text("fre")
 
@@ -362,6 +364,7 @@ def test_engine_settings_of_a_case_and_defaults(write):
 
 
 def test_the_table_of_keys_and_the_models_are_the_same_keys():
+    from warprock.case.assembly import Assembly
     from warprock.case.block import Block, StackedBlock
     from warprock.case.body import Body, StackedBody
     from warprock.case.hold import Frame, Strip, Tie, TopLoad, TransverseWall
@@ -375,6 +378,7 @@ def test_the_table_of_keys_and_the_models_are_the_same_keys():
     }
     models |= {f"motion.{name}" for name in Motion.model_fields if name not in "yz"}
     models |= {f"transverse_wall.{name}" for name in TransverseWall.model_fields}
+    models |= {f"assembly.{name}" for name in Assembly.model_fields if name != "openings"}
     models |= {f"support.{name}" for name in Support.model_fields}
     models |= {f"frame.{name}" for name in Frame.model_fields}
     models |= {f"strip.{name}" for name in Strip.model_fields}
@@ -388,6 +392,8 @@ def test_the_table_of_keys_and_the_models_are_the_same_keys():
     assert set(KEYS) == models | {"model"}
     assert set(KEYS) - set(SWEEP_KEYS) == {
         "model",
+        "assembly.first_course",
+        "assembly.pattern",
         "motion.sa_period",
         "run.sample_interval",
     }

@@ -261,7 +261,8 @@ def test_init_writes_a_case_that_runs_and_never_overwrites(tmp_path: pathlib.Pat
         result = invoke("init", kind, file)
         assert result.exit_code == 0, result.output
         assert result.stdout.splitlines()[0] == str(file)
-        assert f"warprock {'run' if kind not in ('map', 'spectrum') else kind}" in result.stdout
+        command = {"map": "map", "spectrum": "spectrum", "arch": "limit"}.get(kind, "run")
+        assert f"warprock {command}" in result.stdout
         assert invoke("explain", file).exit_code == 0
         text = file.read_text(encoding="utf-8")
         refused(invoke("init", kind, file), str(file), "must not exist")

@@ -39,6 +39,7 @@ ASKED: dict[str, list[str]] = {
         *("run", "sensitivity-b0", "-s", "run.duration=1 s", "-s", "study.engines=['direct']"),
         *("-s", "study.vary={substeps=[10, 20]}", "-s", "engines.direct.substeps=10"),
     ],
+    "limit": ["limit", "ARCH", "-s", "assembly.voussoirs=7"],
     "body": ["body", "MESH", "--density", "2700 kg/m^3"],
     "trade": ["trade", "--scene", "free", "-e", "housner"],
     "stability": [
@@ -73,6 +74,9 @@ def made(asked: list[str], place: pathlib.Path) -> list[str]:
         seen.to_csv(files["SEEN"], index=False)
     if "RUN" in asked:
         told(["run", "sobol-single-block", "-s", "sample.lanes=64"], files["RUN"])
+    if "ARCH" in asked:
+        files["ARCH"] = place / "arch.toml"
+        succeed("init", "arch", files["ARCH"])
     if "MESH" in asked:
         files["MESH"] = write(l_profile(), place, "corbel.stl")
     return [str(files.get(text, text)) for text in asked]

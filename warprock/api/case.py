@@ -46,6 +46,7 @@ class Case(JudgedCase):
 
     Args:
         block: One `Block`; a list of them is a stack, the lowest first.
+        assembly: `Assembly` of many blocks with joints, in the place of a block.
         contact: `Contact`: friction, and what an impact leaves.
         transverse_wall: `TransverseWall` that the block leans against; without, it has none.
         tie: One `Tie`, or a list of them.
@@ -104,6 +105,7 @@ class Case(JudgedCase):
         self,
         *,
         block: Given | Sequence[Given] | None = None,
+        assembly: Given | None = None,
         contact: Given | None = None,
         transverse_wall: Given | None = None,
         tie: Given | Sequence[Given] = (),
@@ -134,6 +136,7 @@ class Case(JudgedCase):
                 "source": source,
                 "model": model,
                 "block": block,
+                "assembly": assembly,
                 "contact": contact,
                 "transverse_wall": transverse_wall,
                 "top_load": top_load,

@@ -16,6 +16,7 @@ import pandas as pd
 
 from warprock.api.plain import plain
 from warprock.arguments import at_the_door
+from warprock.case.assembly import Assembly as AssemblyTable
 from warprock.case.block import Block as BlockTable
 from warprock.case.block import StackedBlock
 from warprock.case.body import Body as BodyTable
@@ -135,6 +136,21 @@ mm, km, in, ft), such as "8 mm"
     """
 
     _tables = (StackedBody, StackedBlock, BodyTable, BlockTable)
+
+
+class Assembly(_Declared):
+    """Many blocks with dry joints, laid by a pattern: an arch, a wall, a column or a frame.
+
+    A case has it in the place of a block. Each pattern has keys of its own.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.Assembly(pattern="column", drum_width="1 m", drum_height="0.5 m", drums=12,
+        ...             density="2400 kg/m^3")["drums"]
+        12
+    """
+
+    _tables = (AssemblyTable,)
 
 
 class Contact(_Declared):

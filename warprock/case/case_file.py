@@ -10,6 +10,7 @@ from typing import Annotated, Any, Self
 
 import pydantic
 
+from warprock.case.assembly import Assembly
 from warprock.case.block import Block, Stack, read_block
 from warprock.case.body import Body
 from warprock.case.check import CheckSpec, read_check
@@ -21,7 +22,7 @@ from warprock.case.start import Start
 from warprock.case.support import Support
 from warprock.case.validation import KeyedError, Table
 from warprock.case.value_kinds import ProseKey
-from warprock.quantity import Said, TextKey
+from warprock.quantity import NOTHING, Said, TextKey
 
 PLANAR, SPATIAL = "planar", "spatial"
 
@@ -45,7 +46,8 @@ class CaseFile(Table):
     title: Annotated[str, TextKey("text that says what the case is")]
     source: Annotated[str, ProseKey("where the numbers of the case come from")]
     model: Annotated[str | None, TextKey(MODEL_TEXT, (PLANAR, SPATIAL))] = None
-    block: Annotated[Block | Stack | Body, pydantic.PlainValidator(read_block)]
+    block: Annotated[Block | Stack | Body | None, pydantic.PlainValidator(read_block)] = None
+    assembly: Assembly | None = None
     contact: Contact
     transverse_wall: TransverseWall | None = None
     tie: Ties | None = None
@@ -64,6 +66,14 @@ class CaseFile(Table):
     def names(cls) -> tuple[str, ...]:
         """Names of all keys and tables of a case file."""
         return super().names() + APART
+
+    @pydantic.model_validator(mode="after")
+    def _block_or_assembly(self) -> Self:
+        if self.block is None and self.assembly is None:
+            raise KeyedError("block", NOTHING, "must be given, or an [assembly] of many")
+        if self.block is not None and self.assembly is not None:
+            raise KeyedError("block", Said("a table"), "must not be given beside [assembly]")
+        return self
 
     @pydantic.model_validator(mode="after")
     def _keys_of_a_stack(self) -> Self:

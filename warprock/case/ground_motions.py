@@ -68,13 +68,8 @@ def lane_motions(
     _, columns, peak = found[ALONG]
     # In the plane a direction has turned the body.
     turn = values.numbers(DIRECTION) if lanes.spatial and values.given(DIRECTION) else None
-    uplift = _uplift(lanes, ALONG, turn)
-    columns |= {"normalised_acceleration": peak / (GRAVITY * uplift)}
-    if _PEAK_VELOCITY in columns and not lanes.stacked:
-        p = lanes.frequency_parameter
-        columns["normalised_velocity"] = (
-            p * np.asarray(columns[_PEAK_VELOCITY]) / (GRAVITY * uplift)
-        )
+    if lanes.assembly is None:
+        _add_normalised(columns, lanes, peak, _uplift(lanes, ALONG, turn))
     parts = {table: motion for table, (motion, _, _) in found.items()}
     floors: dict[str, PlanarMotions] = {}
     for table in parts if on_floor else ():
@@ -91,6 +86,19 @@ def lane_motions(
     if on_floor:
         return _together(floors, lanes, turn), ground, columns
     return ground, None, columns
+
+
+def _add_normalised(columns: dict[str, object], lanes: Lanes, peak: Array, uplift: Array) -> None:
+    """Adds the peaks of a motion over what uplifts a block, and over what overturns it.
+
+    No closed form says when one of the many blocks of an assembly begins to move.
+    """
+    columns |= {"normalised_acceleration": peak / (GRAVITY * uplift)}
+    if _PEAK_VELOCITY in columns and not lanes.stacked:
+        p = lanes.frequency_parameter
+        columns["normalised_velocity"] = (
+            p * np.asarray(columns[_PEAK_VELOCITY]) / (GRAVITY * uplift)
+        )
 
 
 def _together(

@@ -36,6 +36,8 @@ _COMPUTED = (
         "base",
     ),
     Column("frequency_parameter", "rad/s", "Frequency parameter"),
+    Column("blocks", text="Number of blocks of the assembly that can move"),
+    Column("joints", text="Number of joints of the assembly, each with two contact points"),
     Column("record_source", text="Where the record is from"),
     Column("record_licence", text="Licence of the record"),
     Column("record_sha256", text="SHA-256 of the record's file"),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 
+from warprock.case.assembly import Assembly
 from warprock.case.block import Block, StackedBlock
 from warprock.case.body import Body, StackedBody
 from warprock.case.case_file import CaseFile
@@ -23,6 +24,7 @@ _TABLES: tuple[type[Table], ...] = (
     *(
         Body,
         Block,
+        Assembly,
         Contact,
         TransverseWall,
         Tie,

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.arguments import at_the_door
+from warprock.case.assembly_lanes import assembly_columns, assembly_lanes
 from warprock.case.axes import LABEL
 from warprock.case.body_lanes import body_columns, body_lanes, body_of
 from warprock.case.case import Case
@@ -271,7 +272,9 @@ def _scene(
     """Blocks, motions of bases and of the ground below supports, and columns of the input table."""
     stacked = values.case.tables.stacked
     body = body_of(values)
+    assembly = values.case.tables.assembly is not None
     beyond = (
+        assembly and "is an assembly ([assembly])",
         in_space and "has blocks in space",
         stacked and "has a stack",
         body is not None and "has a body (block.base)",
@@ -279,6 +282,11 @@ def _scene(
     )
     for place in filter(None, beyond):
         refuse_elsewhere(values, str(place))
+    if assembly:
+        blocks = assembly_lanes(values)
+        motions, ground, more = lane_motions(values, blocks)
+        columns = assembly_columns(values, blocks) | more | _own_duration(values)
+        return blocks, (motions, ground), columns
     if body is not None:
         blocks = body_lanes(values, body, in_space=in_space)
     else:
@@ -303,9 +311,12 @@ def _scene(
         blocks, of_hold = held(values, blocks)
         columns |= of_hold
     motions, ground, more = lane_motions(values, blocks)
-    if values.swept(DURATION):
-        more |= key_column(DURATION, values.numbers(DURATION))
-    return blocks, (motions, ground), columns | more
+    return blocks, (motions, ground), columns | more | _own_duration(values)
+
+
+def _own_duration(values: LaneValues) -> dict[str, Array]:
+    """The column of the duration, where lanes differ by it."""
+    return key_column(DURATION, values.numbers(DURATION)) if values.swept(DURATION) else {}
 
 
 def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from pydantic.fields import FieldInfo
 
+from warprock.case.assembly import Assembly
 from warprock.case.block import Block, StackedBlock
 from warprock.case.body import Body, StackedBody
 from warprock.case.case_file import CaseFile
@@ -93,6 +94,7 @@ def sections() -> Iterator[Section]:
     yield _section("[block] of a body", Body)
     yield _section("[block.N]", StackedBlock)
     yield _section("[block.N] of a body", StackedBody)
+    yield _section("[assembly]", Assembly)
     yield _section("[contact]", Contact)
     yield _section("[transverse_wall]", TransverseWall)
     yield _section("[[tie]]", Tie)
@@ -142,7 +144,7 @@ def _first_line(table: type[Any]) -> str:
 
 
 def _default(field: FieldInfo) -> str | None:
-    if field.is_required() or field.default is None or field.default_factory is not None:
+    if field.is_required() or field.default in (None, ()) or field.default_factory is not None:
         return None
     return f"{field.default:g}" if isinstance(field.default, float | int) else str(field.default)
 

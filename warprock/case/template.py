@@ -247,10 +247,10 @@ def _put(draft: Draft, text: str, option: str) -> str:
 def _put_body(draft: Draft, kind: str, body: str) -> None:
     """Puts a body into [block]; of a stack on block 1, the pedestal, which it makes wide enough."""
     tables = tomllib.loads(draft.text())
-    on = "block.2" if "2" in tables["block"] else "block"
-    if "spectrum" in tables:
+    if "spectrum" in tables or "assembly" in tables:
         allowed = f"must be left out with {kind}, which makes its own sizes: change them with -s"
         raise InputError("--body", "", body, allowed)
+    on = "block.2" if "2" in tables["block"] else "block"
     known = bodies()
     found = dict(known[body]) if body in known else _own_body(body, known)
     for name in SIZES:

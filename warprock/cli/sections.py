@@ -33,6 +33,7 @@ SECTIONS: dict[str, dict[str, str]] = {
         "ida": "the factor on a motion at which each lane first falls",
         "map": "which pulses overturn a block, with an impact or without",
         "spectrum": "rocking spectra: peaks of blocks of many sizes",
+        "limit": "the sideways load at which an assembly collapses",
         "sensitivity": "which inputs explain the variance of a result",
     },
     "Sweep": {

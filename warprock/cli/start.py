@@ -78,7 +78,7 @@ def init(
 
     For a body of any shape, from its mesh: warprock body.
 
-    KIND is free, pulse, record, facade, strip, stack, spatial, sweep, sample, ensemble, map,
+    KIND is free, pulse, record, facade, strip, stack, spatial, arch, sweep, sample, ensemble, map,
     spectrum or study.
 
     For example: warprock init record mine/case.toml --body cabinet --record quake.csv --unit g
@@ -106,7 +106,7 @@ def init(
     for file in files:
         click.echo(file)
     lanes = "one lane" if start.lanes == 1 else f"{start.lanes:,} lanes"
-    command = {"map": "map", "spectrum": "spectrum"}.get(kind, "run")
+    command = {"map": "map", "spectrum": "spectrum", "arch": "limit"}.get(kind, "run")
     print_end(
         f"The case has {lanes}; change what is not yours.",
         f"warprock {command} {shlex.quote(str(files[0]))} -o results",

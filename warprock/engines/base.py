@@ -62,6 +62,8 @@ class AbstractEngine(abc.ABC):
     """Whether its kernels give heights relative to those of a pile of rigid blocks."""
     starts_moving: ClassVar[tuple[str, ...]] = ()
     """Where boxes may start with velocities or be thrown: plane, space."""
+    assemblies: ClassVar[bool] = False
+    """Whether it runs assemblies of many blocks with joints."""
     bodies_move: ClassVar[tuple[str, ...]] = ()
     """Where bodies may start with velocities or be thrown: plane, space."""
     reference_of: ClassVar[str | None] = None
@@ -80,6 +82,11 @@ class AbstractEngine(abc.ABC):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the engine cannot run a scene; None if it can."""
+        if scene.assembly and not cls.assemblies:
+            return (
+                f"{cls.name} runs single blocks and stacks, and the case has an [assembly]; "
+                "warprock limit says at which load it collapses"
+            )
         if scene.beyond_the_plane and not cls.spatial:
             return scene.beyond_the_plane
         if scene.bodies and not cls.bodies[scene.spatial]:

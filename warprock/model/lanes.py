@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model import rocking
+from warprock.model.assembly import Assemblies
 from warprock.model.bodies import Bodies
 from warprock.model.hold import Hold
 from warprock.model.profiles import Profiles
@@ -16,7 +17,7 @@ from warprock.model.release import Release
 
 Array = npt.NDArray[np.float64]
 
-_NO_ARRAYS = ("body", "profiles", "release", "restitution_given", "hold")
+_NO_ARRAYS = ("body", "profiles", "release", "restitution_given", "hold", "assembly")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,6 +50,8 @@ class Lanes:
         release: Velocities at the start, and attitudes of blocks that are thrown; None of blocks
             that are let go from rest.
         hold: What holds single blocks besides their base; None of free-standing ones.
+        assembly: Assemblies of many blocks; the width, height and density are then of the box
+            around those that can move, which says nothing of how they move.
 
     Example:
         >>> import warprock as wr
@@ -71,6 +74,7 @@ class Lanes:
     restitution_given: bool = dataclasses.field(default=False, kw_only=True)
     release: Release | None = dataclasses.field(default=None, kw_only=True)
     hold: Hold | None = dataclasses.field(default=None, kw_only=True)
+    assembly: Assemblies | None = dataclasses.field(default=None, kw_only=True)
 
     @property
     def lane_count(self) -> int:
@@ -207,6 +211,8 @@ class Lanes:
             parts["body"] = self.body.take(lanes)
         if self.profiles is not None:
             parts["profiles"] = self.profiles.take(lanes)
+        if self.assembly is not None:
+            parts["assembly"] = self.assembly.take(lanes)
         if self.release is not None:
             parts["release"] = self.release.take(lanes)
         if self.hold is not None:

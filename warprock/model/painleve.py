@@ -110,7 +110,7 @@ def above_limit(lanes: Lanes) -> tuple[npt.NDArray[np.bool_], Array]:
 
     Blocks of higher stacks are not judged: what they stand on moves, too.
     """
-    if lanes.block_count > 1:
+    if lanes.block_count > 1 or lanes.assembly is not None:
         return np.zeros(lanes.lane_count, np.bool_), np.full(lanes.lane_count, np.inf)
     body = lanes.body if lanes.profiles is None else lanes.profiles.of(0)
     if body is not None:
@@ -123,7 +123,7 @@ def above_limit(lanes: Lanes) -> tuple[npt.NDArray[np.bool_], Array]:
 def ambiguous(lanes: Lanes, response: Response) -> npt.NDArray[np.bool_]:
     """Lanes of single blocks that slid with friction above the limit, shape [lane]."""
     count = lanes.lane_count
-    if lanes.block_count > 1:
+    if lanes.block_count > 1 or lanes.assembly is not None:
         return np.zeros(count, dtype=np.bool_)
     if lanes.bodies:
         above, _limit = above_limit(lanes)

@@ -28,6 +28,7 @@ class SceneKind:
         rounded: Whether the corners of a body are rounded.
         vertical: Whether the base moves upwards, too, under blocks in the plane.
         held: What holds its block besides its base, by the tables of a case; mostly nothing.
+        assembly: Whether a lane is an assembly of many blocks with joints.
         moving: What starts in motion; empty where blocks are let go from rest.
         spatial_because: What makes a planar model fall short; empty where the scene is planar.
         friction_ratio: Smallest friction coefficient / base acceleration in g that makes the block
@@ -55,6 +56,7 @@ class SceneKind:
     rounded: bool = False
     vertical: bool = False
     held: tuple[str, ...] = ()
+    assembly: bool = False
 
     @property
     def spatial(self) -> bool:
@@ -74,6 +76,11 @@ class SceneKind:
     @property
     def left_out(self) -> tuple[str, ...]:
         """What the model does without because nothing in the scene needs it, and why."""
+        if self.assembly:
+            return (
+                "motion out of the plane: its base moves along x",
+                "contact but at the joints that the blocks have where they stand",
+            )
         parts = []
         ways = "and upwards" if self.vertical else "at most"
         if not self.spatial and self.bodies:
@@ -134,7 +141,7 @@ def scene_kind(
         spatial_because: What asks for space, of lanes that are spatial.
     """
     above, limit = above_limit(lanes)
-    body = lanes.body
+    body, assembly = lanes.body, lanes.assembly
     if body is not None:
         uplift = body.uplift_ratios.min(axis=1)
     else:
@@ -142,8 +149,10 @@ def scene_kind(
     return SceneKind(
         motion=motions.kind,
         stacked=lanes.stacked,
-        block_count=lanes.block_count,
-        contact_point_count=lanes.contact_point_count,
+        block_count=lanes.block_count if assembly is None else assembly.most_blocks,
+        contact_point_count=(
+            lanes.contact_point_count if assembly is None else 2 * assembly.most_joints
+        ),
         centred=not lanes.offset.any(),
         restitution_given=restitution_given,
         moving=lanes.moving,
@@ -156,4 +165,5 @@ def scene_kind(
         rounded=body is not None and bool(body.corner_radius.any()),
         vertical=isinstance(motions, UprightMotions),
         held=lanes.held,
+        assembly=assembly is not None,
     )

@@ -128,6 +128,8 @@ def require_scenes(
     """
     if lanes.moving and not PROGRAMS[name].starts_moving:
         raise DeclinedError(f"it lets blocks go from rest here, and the case {lanes.moving}")
+    if lanes.assembly is not None:
+        raise DeclinedError("it is given single blocks and stacks, and the case is an assembly")
     if lanes.held:
         tables = " and ".join(lanes.held)
         raise DeclinedError(

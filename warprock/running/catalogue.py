@@ -18,6 +18,7 @@ from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Target
 from warprock.errors import InputError
 from warprock.model.drift import drift_text
+from warprock.model.lanes import Lanes
 from warprock.model.scene import SceneKind
 from warprock.model.undecided import cut_text
 from warprock.programs.table import PROGRAMS
@@ -25,6 +26,9 @@ from warprock.running.engine_choice import choose_engine
 from warprock.running.files import replacing, require_writable_file
 from warprock.settings.engines import SETTINGS, declared_settings
 from warprock.unmodelled import UNMODELLED
+
+JOINTS_SHOWN = 12
+"""Joints of an assembly that are named."""
 
 VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
@@ -80,6 +84,7 @@ def explain_case(case: Case) -> dict[str, Any]:
             "left_out": list(scene.left_out),
             "friction_note": scene.friction_note,
             "replaced": round_base_note(inputs) or None,
+            "touching": _touching(lane_set.lanes),
         },
         "lanes": case.lane_count,
         "inputs_of_lanes": lane_set.lanes.lane_count,
@@ -126,8 +131,24 @@ def write_case(start: Start, path: pathlib.Path, source: str = "PATH") -> list[p
     return list(contents)
 
 
+def _touching(lanes: Lanes) -> str | None:
+    """Which blocks of the first lane touch, in words; None where it is no assembly."""
+    if lanes.assembly is None:
+        return None
+    first = lanes.assembly.of(0)
+    pairs = [f"{first.names[a]} and {first.names[b]}" for a, b in first.joints.blocks]
+    more = len(pairs) - JOINTS_SHOWN
+    left = f"; {more:,} more" if more > 0 else ""
+    return f"{'; '.join(pairs[:JOINTS_SHOWN])}{left}"
+
+
 def _scene_text(scene: SceneKind) -> str:
     """What a lane is, in words."""
+    if scene.assembly:
+        return (
+            f"a planar assembly of {scene.block_count} blocks that can move; blocks touch at the "
+            "two ends of every edge that they share"
+        )
     if scene.held == ("strip",):
         return "a strip of wall between two floors, two planar bodies with a hinge between them"
     if scene.bodies and scene.stacked:

@@ -78,6 +78,9 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     scene = lane_set.scene
     analytical = reference_engine()
     contact, *others = (each for each in preferred_engines() if engine_class(each).slides)
+    if scene.assembly:
+        declined = engine_class(contact).supports(scene)
+        return EngineChoice(contact, str(declined), planar_block=False)
     if scene.spatial:
         return EngineChoice(contact, "the blocks move in space", planar_block=False)
     if scene.stacked:

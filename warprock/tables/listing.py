@@ -44,7 +44,7 @@ def print_explanation(found: Mapping[str, Any], then: str) -> None:
     restitution = "given by the case" if scene["restitution_given"] else "Housner's closed form"
     if scene["held"] in (("frame",), ("strip",)) and not scene["restitution_given"]:
         restitution = "from the momentum that its motion after an impact keeps"
-    if scene["stacked"] or scene["spatial_because"]:
+    if scene["stacked"] or scene["spatial_because"] or scene["assembly"]:
         restitution = "from the contact laws of the engine"
     sampling = found["sample_interval_s"]
     facts = [
@@ -58,7 +58,10 @@ def print_explanation(found: Mapping[str, Any], then: str) -> None:
     ]
     for name, value in facts:
         say(out, f"  {name}: {cell_text(value)}")
-    say(out, f"  friction: {_friction_text(scene)}")
+    if scene["touching"] is None:
+        say(out, f"  friction: {_friction_text(scene)}")
+    else:
+        say(out, f"  joints: {scene['touching']}")
     for note in (
         found["scene"]["replaced"],
         found["motion_cut_short"],
@@ -80,15 +83,18 @@ def print_explanation(found: Mapping[str, Any], then: str) -> None:
     for name, spread in found["inputs"].items():
         say(out, f"  {heading(name).label}: {_spread_text(spread)}")
     engine = found["engine"]
-    say(out, f"\nWhere no engine is named, {engine['engine']} runs: {engine['why']}.")
+    able = any(not each["declines"] for each in found["engines"])
+    if able:
+        say(out, f"\nWhere no engine is named, {engine['engine']} runs: {engine['why']}.")
     out.print("\nEngines:")
     for engine in found["engines"]:
         _print_engine(out, engine)
     if any(engine["estimate"] for engine in found["engines"]):
         say(out, f"\n{next(e['estimate'] for e in found['engines'] if e['estimate'])}")
+    runs = f"{found['engine']['engine']} runs them unless another engine is named"
     print_end(
         f"{case['name']} makes {found['lanes']:,} {'lane' if found['lanes'] == 1 else 'lanes'}; "
-        f"{found['engine']['engine']} runs them unless another engine is named.",
+        f"{runs if able else 'no engine runs them'}.",
         then,
         out,
     )

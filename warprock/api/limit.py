@@ -1,0 +1,67 @@
+"""Limit analysis: the function, and what the command of its name calls, too."""
+
+from __future__ import annotations
+
+import functools
+
+from warprock.analysis.load_limit import run_limits
+from warprock.api.case import AnyCase, any_case
+from warprock.api.found import Found
+from warprock.api.names import python_names
+from warprock.api.progress import Shown, shown
+from warprock.arguments import at_the_door
+from warprock.case.case import Case
+from warprock.case.load import Overrides
+from warprock.figures.limit import draw_limit
+from warprock.findings.limit import find_limit
+from warprock.running.options import Progress
+
+
+@at_the_door
+def limit(case: AnyCase, *, overrides: Overrides = (), progress: Shown = True) -> Found:
+    """At which sideways load an assembly collapses, or tilt, and by which mechanism.
+
+    Limit analysis by linear programme, without a simulation: blocks are rigid, joints have no
+    tension, and Coulomb's friction. The load is a sideways acceleration of all blocks, over g. Each
+    lane of the case is judged to both sides; the weaker one is told. Where joints slide the load
+    is an upper bound.
+
+    Args:
+        case: The case, as in `run`, with an `Assembly`.
+        overrides: As in `run`.
+        progress: As in `run`.
+
+    Returns:
+        A `Found` whose table has one row a lane.
+
+    Raises:
+        InputError: The case has no assembly, or something of it cannot be used.
+
+    References:
+        R. K. Livesley (1978), Limit analysis of structures formed from rigid blocks,
+        *International Journal for Numerical Methods in Engineering* 12.
+
+    Example:
+        >>> import warprock as wr
+        >>> drums = wr.Assembly(pattern="column", drum_width="1 m", drum_height="0.5 m", drums=12,
+        ...                     density="2400 kg/m^3")
+        >>> case = wr.Case(assembly=drums, contact=wr.Contact(friction=0.7),
+        ...                run=wr.Times(duration="1 s"))
+        >>> wr.limit(case, progress=False).table["load_factor"].round(4).tolist()
+        [0.1667]
+    """
+    with python_names():
+        judged = any_case(case, overrides).judged
+        with shown(progress, judged.name, judged.lane_count) as report:
+            return limit_of(judged, report)
+
+
+def limit_of(case: Case, progress: Progress | None = None) -> Found:
+    """Limit analysis of all lanes of a case."""
+    found = run_limits(case, progress)
+    return Found(
+        f"{case.name}: limit analysis",
+        found,
+        functools.partial(find_limit, found),
+        functools.partial(draw_limit, found),
+    )

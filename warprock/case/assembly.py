@@ -1,0 +1,173 @@
+"""The table [assembly]: many blocks with dry joints, laid by a pattern."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
+
+import pydantic
+
+from warprock.case.contact import FRICTION
+from warprock.case.validation import KeyedError, Table
+from warprock.case.value_kinds import OtherKey
+from warprock.quantity import NOTHING, Column, FrictionKey, NumberKey, TextKey
+from warprock.units import Dimension, parse_quantity
+
+ARCH, WALL, COLUMN, FRAME = "arch", "wall", "column", "frame"
+"""Patterns."""
+
+WHOLE, HALF = "whole", "half"
+"""What the lowest course of a wall begins with."""
+
+MOST_BLOCKS = 500
+"""Blocks of an assembly: limit analysis takes some 15 s for 400 of a wall, and twice as many take
+six times as long."""
+
+MOST_OPENINGS = 20
+
+
+class Keys(NamedTuple):
+    """Keys that belong to a pattern alone.
+
+    Attributes:
+        needs: Those that must be given.
+        may: Those that may be given, too.
+    """
+
+    needs: tuple[str, ...]
+    may: tuple[str, ...] = ()
+
+
+PATTERNS: dict[str, Keys] = {
+    ARCH: Keys(("mean_radius", "thickness", "embrace", "voussoirs")),
+    WALL: Keys(
+        ("block_length", "block_height", "blocks", "courses"),
+        ("first_course", "head_friction", "openings"),
+    ),
+    COLUMN: Keys(("drum_width", "drum_height", "drums")),
+    FRAME: Keys(("column_width", "column_height", "columns", "span", "beam_height")),
+}
+"""Pattern -> its keys."""
+
+_MUST = (
+    "must be a list of rectangles [left, bottom, width, height], lengths from the lower left "
+    'corner of the wall, such as [["1 m", "0.5 m", "0.8 m", "1 m"]]'
+)
+
+
+def _read_openings(got: Any) -> tuple[tuple[float, ...], ...]:
+    """Rectangles of lengths [m]."""
+    if not isinstance(got, list | tuple) or not 0 < len(got) <= MOST_OPENINGS:
+        raise ValueError(f"{_MUST}, 1 to {MOST_OPENINGS} of them")
+    found = []
+    for each in got:
+        if not isinstance(each, list | tuple) or len(each) != 4:
+            raise ValueError(_MUST)
+        rectangle = tuple(parse_quantity(length, Dimension.LENGTH) for length in each)
+        if min(rectangle[:2]) < 0.0 or min(rectangle[2:]) <= 0.0:
+            raise ValueError(f"{_MUST}, none below 0 m, width and height above")
+        found.append(rectangle)
+    return tuple(found)
+
+
+def _length(text: str, column: str) -> NumberKey:
+    return NumberKey(text, "1 mm to 1 km", swept=True, column=Column(column))
+
+
+def _number(text: str, most: int, column: str) -> NumberKey:
+    return NumberKey(text, f"1 to {most}", swept=True, column=Column(column))
+
+
+class Assembly(Table):
+    """Many blocks with dry joints, laid by a pattern on what is fixed to the base."""
+
+    place: ClassVar[str] = "assembly"
+
+    pattern: Annotated[str, TextKey("the pattern by which the blocks are laid", tuple(PATTERNS))]
+    density: Annotated[
+        float,
+        NumberKey(
+            "the density of the blocks",
+            "1 kg/m^3 to 1e5 kg/m^3",
+            swept=True,
+            column=Column("density"),
+        ),
+    ]
+    depth: Annotated[float, _length("the depth of the blocks across the plane", "depth")] = 1.0
+    mean_radius: Annotated[
+        float | None, _length("the radius of the middle line of the arch", "mean_radius")
+    ] = None
+    thickness: Annotated[
+        float | None, _length("the thickness of the arch, along its radial joints", "thickness")
+    ] = None
+    embrace: Annotated[
+        float | None,
+        NumberKey(
+            "the angle between the springings of the arch, seen from its centre",
+            "1 deg to 180 deg",
+            swept=True,
+            column=Column("embrace", "deg"),
+        ),
+    ] = None
+    voussoirs: Annotated[
+        float | None, _number("the number of voussoirs", MOST_BLOCKS, "voussoirs")
+    ] = None
+    block_length: Annotated[
+        float | None, _length("the length of a whole block of the wall", "block_length")
+    ] = None
+    block_height: Annotated[
+        float | None, _length("the height of a course of the wall", "block_height")
+    ] = None
+    blocks: Annotated[
+        float | None, _number("the length of the wall in blocks", MOST_BLOCKS, "wall_blocks")
+    ] = None
+    courses: Annotated[
+        float | None, _number("the number of courses of the wall", MOST_BLOCKS, "courses")
+    ] = None
+    first_course: Annotated[
+        str,
+        TextKey("what the lowest course begins with, a whole block or half of one", (WHOLE, HALF)),
+    ] = WHOLE
+    openings: Annotated[
+        tuple[tuple[float, ...], ...],
+        OtherKey(
+            "the openings of the wall, [left, bottom, width, height] from its lower left corner",
+            "list of rectangles",
+            _read_openings,
+            _MUST,
+        ),
+    ] = ()
+    drum_width: Annotated[float | None, _length("the width of a drum", "drum_width")] = None
+    drum_height: Annotated[float | None, _length("the height of a drum", "drum_height")] = None
+    drums: Annotated[float | None, _number("the number of drums", MOST_BLOCKS, "drums")] = None
+    column_width: Annotated[float | None, _length("the width of a column", "column_width")] = None
+    column_height: Annotated[float | None, _length("the height of a column", "column_height")] = (
+        None
+    )
+    columns: Annotated[
+        float | None, _number("the number of columns below the beam", MOST_BLOCKS, "columns")
+    ] = None
+    span: Annotated[float | None, _length("the clear distance between columns", "span")] = None
+    beam_height: Annotated[float | None, _length("the height of the beam", "beam_height")] = None
+    head_friction: Annotated[
+        float | None,
+        FrictionKey(
+            "the friction of the upright head joints of the wall; without it contact.friction",
+            FRICTION,
+            swept=True,
+            column=Column("head_friction"),
+        ),
+    ] = None
+
+    @pydantic.model_validator(mode="after")
+    def _keys_of_the_pattern(self) -> Self:
+        own = PATTERNS[self.pattern]
+        for name in self.model_fields_set:
+            others = [pattern for pattern, keys in PATTERNS.items() if name in sum(keys, ())]
+            if others and self.pattern not in others:
+                allowed = f"must be left out: it belongs to pattern {others[0]}"
+                raise KeyedError(name, getattr(self, name), allowed)
+        for name in own.needs:
+            if getattr(self, name) is None:
+                allowed = f"{self.declared()[name].allowed}, with pattern {self.pattern}"
+                raise KeyedError(name, NOTHING, allowed)
+        return self

@@ -1,0 +1,201 @@
+"""Assemblies from the values of a case, lane by lane, and their input columns."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.case.assembly import (
+    ARCH,
+    COLUMN,
+    FRAME,
+    MOST_BLOCKS,
+    PATTERNS,
+    WALL,
+    WHOLE,
+    Assembly,
+)
+from warprock.case.case_file import PLANAR, SPATIAL
+from warprock.case.input_columns import computed, key_column
+from warprock.errors import InputError
+from warprock.model import patterns
+from warprock.model.assembly import Assemblies, assemble
+from warprock.model.assembly import Assembly as Laid
+from warprock.model.lanes import Lanes
+from warprock.quantity import NumberKey, Said
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from warprock.case.values import LaneValues
+    from warprock.model.assembly import Piece
+
+PLACE = Assembly.place
+FRICTION = "contact.friction"
+COUNTS = ("voussoirs", "blocks", "courses", "drums", "columns")
+"""Keys that hold whole numbers."""
+
+
+def assembly_lanes(values: LaneValues) -> Lanes:
+    """Assemblies at rest, each in the box around its blocks.
+
+    Raises:
+        InputError: A key of a single block, numbers that are not whole, too many blocks, or blocks
+            that overlap or rest on nothing.
+    """
+    table = values.case.tables.assembly
+    assert table is not None
+    _refuse_others(values)
+    numbers = _numbers(values, table)
+    _refuse_numbers(values, table, numbers)
+    stacked = np.stack([*numbers.values()], axis=1)
+    distinct, lane = np.unique(stacked, axis=0, return_inverse=True)
+    lane = lane.reshape(-1)
+    kinds = []
+    for place, row in enumerate(distinct):
+        own = dict(zip(numbers, row.tolist(), strict=True))
+        try:
+            kinds.append(_assemble(table, own))
+        except ValueError as error:
+            # The blocks of one pattern overlap or float where an opening leaves them nothing.
+            key = f"{PLACE}.openings" if table.openings else PLACE
+            at = values.lanes[int(np.argmax(lane == place))]
+            allowed = f"must {error} (lane {at})"
+            raise InputError(values.case.source_of(key), key, Said("blocks"), allowed) from None
+    found = Assemblies(tuple(kinds), lane)
+    size = np.array([kind.size for kind in kinds])[lane]
+    mass = np.array([kind.mass[~kind.fixed].sum() for kind in kinds])[lane]
+    nothing = np.zeros(len(lane))
+    return Lanes(
+        width=size[:, 0],
+        height=size[:, 1],
+        depth=numbers["depth"],
+        density=mass / (size.prod(axis=1) * numbers["depth"]),
+        friction=numbers[FRICTION],
+        chamfer=nothing,
+        offset=nothing,
+        rotation_start=nothing,
+        angular_restitution=nothing,
+        assembly=found,
+    )
+
+
+def assembly_columns(values: LaneValues, lanes: Lanes) -> dict[str, object]:
+    """Input columns of assemblies: keys that are given, and what follows from them."""
+    table = values.case.tables.assembly
+    assert table is not None
+    assert lanes.assembly is not None
+    columns: dict[str, object] = {}
+    for name, numbers in _numbers(values, table).items():
+        columns |= key_column(name if name == FRICTION else f"{PLACE}.{name}", numbers)
+    columns |= {"pattern": values.column(f"{PLACE}.pattern")}
+    kinds, lane = lanes.assembly.kinds, lanes.assembly.lane
+    columns |= computed("blocks", np.array([int((~kind.fixed).sum()) for kind in kinds])[lane])
+    return columns | computed("joints", np.array([kind.joints.count for kind in kinds])[lane])
+
+
+def _numbers(values: LaneValues, table: Assembly) -> dict[str, npt.NDArray[np.float64]]:
+    """Numbers that make an assembly by their keys, shape [lane] each."""
+    keys = PATTERNS[table.pattern]
+    names = [
+        name
+        for name in ("density", "depth", *keys.needs, *keys.may)
+        if isinstance(Assembly.declared()[name], NumberKey) and values.given(f"{PLACE}.{name}")
+    ]
+    found = {name: values.numbers(f"{PLACE}.{name}") for name in names}
+    return found | {FRICTION: values.numbers(FRICTION)}
+
+
+def _refuse_others(values: LaneValues) -> None:
+    """Refuses what only single blocks have."""
+    case, tables = values.case, values.case.tables
+    for key in ("motion.y", "motion.z"):
+        if tables.constant(key) is not None:
+            allowed = "must be left out: an assembly stands on a base that moves along x"
+            raise InputError(case.source_of(key), key, Said("a table"), allowed)
+    if tables.model == SPATIAL:
+        allowed = f"must be {PLANAR}, or left out, with [assembly]"
+        raise InputError(case.source_of("model"), "model", SPATIAL, allowed)
+    for key in tables.start.model_fields_set:
+        allowed = "must be left out: an assembly starts at rest"
+        raise InputError(case.source_of("start"), f"start.{key}", Said("a start"), allowed)
+    if values.given("contact.angular_restitution"):
+        key, allowed = "contact.angular_restitution", "must be left out: impacts are plastic"
+        raise InputError(case.source_of(key), key, Said("a value"), f"{allowed} in an assembly")
+
+
+def _refuse_numbers(
+    values: LaneValues, table: Assembly, numbers: Mapping[str, npt.NDArray[np.float64]]
+) -> None:
+    """Refuses counts that are not whole, an arch that is too thick, and too many blocks."""
+    for name in COUNTS:
+        if name in numbers:
+            broken = numbers[name] != np.round(numbers[name])
+            values.refuse(broken, f"{PLACE}.{name}", "must be a whole number")
+    if table.pattern == ARCH:
+        thick = numbers["thickness"] >= 2.0 * numbers["mean_radius"]
+        allowed = f"must be less than twice {PLACE}.mean_radius"
+        values.refuse(thick, f"{PLACE}.thickness", allowed)
+    if table.pattern == WALL:
+        blocks = (numbers["blocks"] + 0.5) * numbers["courses"]
+        allowed = f"must make at most {MOST_BLOCKS} blocks"
+        values.refuse(blocks > MOST_BLOCKS, f"{PLACE}.courses", allowed)
+        _refuse_openings(values, table, numbers)
+
+
+def _refuse_openings(
+    values: LaneValues, table: Assembly, numbers: Mapping[str, npt.NDArray[np.float64]]
+) -> None:
+    """Refuses openings beside the wall, or that begin or end within a course."""
+    key = f"{PLACE}.openings"
+    length = numbers["blocks"] * numbers["block_length"]
+    high = numbers["block_height"]
+    for left, bottom, width, height in table.openings:
+        for level in (bottom, bottom + height):
+            parts = level / high
+            between = np.abs(parts - np.round(parts)) > WITHIN_A_COURSE
+            beyond = np.round(parts) > numbers["courses"]
+            bad = between | beyond | (left + width > length * (1.0 + WITHIN_A_COURSE))
+            if bad.any():
+                at = int(np.argmax(bad))
+                said = Said(f"an opening from {bottom:g} m to {bottom + height:g} m")
+                allowed = (
+                    f"must lie in the wall, {length[at]:g} m long, and begin and end with courses "
+                    f"of {high[at]:g} m (lane {values.lanes[at]})"
+                )
+                raise InputError(values.case.source_of(key), key, said, allowed)
+
+
+WITHIN_A_COURSE = 1e-6
+"""How far an opening may be from the edge of a course, over its height: round-off of lengths."""
+
+
+def _assemble(table: Assembly, own: Mapping[str, Any]) -> Laid:
+    """The assembly of some numbers."""
+    return assemble(
+        _pieces(table, own),
+        depth=own["depth"],
+        density=own["density"],
+        friction=own[FRICTION],
+        head_friction=own.get("head_friction"),
+    )
+
+
+def _pieces(table: Assembly, own: Mapping[str, float]) -> list[Piece]:
+    """The blocks of a pattern."""
+    numbers: dict[str, Any] = {
+        name: round(own[name]) if name in COUNTS else own[name]
+        for name in PATTERNS[table.pattern].needs
+    }
+    if table.pattern == WALL:
+        openings = [patterns.Opening(*each) for each in table.openings]
+        whole = table.first_course == WHOLE
+        return patterns.wall(**numbers, whole_first=whole, openings=openings)
+    laid: dict[str, Callable[..., list[Piece]]] = {
+        ARCH: patterns.arch,
+        COLUMN: patterns.column,
+        FRAME: patterns.frame,
+    }
+    return laid[table.pattern](**numbers)

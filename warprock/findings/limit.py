@@ -1,0 +1,201 @@
+"""What limit analysis came to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from warprock.analysis.load_limit import Collapse, LoadLimits
+from warprock.case.input_columns import input_meaning
+from warprock.findings.asked import naming_columns
+from warprock.findings.finding import Facts, Finding, Kind, Tables
+from warprock.findings.lanes import lane_name
+from warprock.findings.numbers import counted, listed, three
+from warprock.findings.sheets import declared, heading, sheet_of
+from warprock.running.provenance import case_facts, surroundings
+from warprock.running.run_file import CASE
+
+LOAD_FACTOR, TILT = "load_factor", "tilt_deg"
+COLUMNS: dict[str, tuple[str, str]] = {
+    LOAD_FACTOR: (
+        "-",
+        "Sideways load / self-weight at which it collapses; nothing where it does not stand",
+    ),
+    TILT: ("deg", "Angle of a tilting table at which it collapses"),
+    "towards": ("-", "Side to which it is weaker: right is +x"),
+    "upper_bound": ("-", "Whether joints slide, so that the load factor is an upper bound"),
+    "opening": ("-", "Number of joints that open without sliding"),
+    "sliding": ("-", "Number of joints that slide"),
+    "opens": ("-", "Blocks between which joints open"),
+    "slides": ("-", "Blocks between which joints slide"),
+}
+SHOWN = tuple(COLUMNS)[:-2]
+"""Columns of the table to read: names of many joints are in the file."""
+MOST_NAMED = 8
+"""Joints that a sentence names."""
+BETWEEN, APART = " / ", ", "
+"""What stands between the two blocks of a joint, and between joints."""
+
+BOUND = (
+    "Where joints slide the load is an upper bound: limit analysis lets a joint open as it slides, "
+    "which Coulomb's friction does not."
+)
+
+
+def limit_facts(found: LoadLimits) -> dict[str, Any]:
+    """What was asked and what came of it, ready for JSON."""
+    lanes = found.lane
+    stands = np.array([each.stands for each in found.collapses])[lanes]
+    bounds = np.array([each.upper_bound for each in found.collapses])[lanes]
+    return {
+        "case": case_facts(found.case),
+        **surroundings(found.case),
+        "lanes": len(lanes),
+        "standing": int(stands.sum()),
+        "upper_bounds": int(bounds.sum()),
+        "wall_time_s": found.wall_time,
+    }
+
+
+def limit_table(found: LoadLimits) -> pd.DataFrame:
+    """The inputs of the lanes, and at which load each collapses and how."""
+    inputs, lanes = found.lane_set.inputs, found.lane
+    columns: dict[str, Any] = {"lane": np.arange(len(lanes))}
+    columns |= {str(name): inputs[name].array for name in inputs.columns}
+    table = declared(pd.DataFrame(columns), {name: input_meaning(name) for name in columns})
+    rows = pd.DataFrame([_row(each) for each in found.collapses]).iloc[lanes]
+    return declared(table.assign(**{name: rows[name].to_numpy() for name in COLUMNS}), COLUMNS)
+
+
+def _row(collapse: Collapse) -> dict[str, Any]:
+    named = {
+        name: APART.join(_joints(collapse, getattr(collapse, name))) for name in ("opens", "slides")
+    }
+    factor = collapse.load_factor
+    return {
+        LOAD_FACTOR: factor,
+        TILT: np.rad2deg(np.arctan(factor)),
+        "towards": ("right" if collapse.direction > 0.0 else "left") * bool(np.isfinite(factor)),
+        "upper_bound": collapse.upper_bound,
+        "opening": int(collapse.opens.sum()),
+        "sliding": int(collapse.slides.sum()),
+        **named,
+    }
+
+
+def _joints(collapse: Collapse, chosen: np.ndarray[Any, np.dtype[np.bool_]]) -> list[str]:
+    """Joints by the names of their blocks, each pair once."""
+    names, joints = collapse.assembly.names, collapse.assembly.joints
+    pairs = [BETWEEN.join(names[block] for block in pair) for pair in joints.blocks[chosen]]
+    return list(dict.fromkeys(pairs))
+
+
+def find_limit(found: LoadLimits) -> Finding:
+    """What limit analysis came to."""
+    return tell_limit(limit_facts(found), {"limits": limit_table(found)})
+
+
+def tell_limit(facts: Facts, tables: Tables) -> Finding:
+    """What limit analysis came to, of its facts and table."""
+    table = tables["limits"]
+    shown = ["lane", *naming_columns(facts, table), *SHOWN]
+    sheet = table[shown].copy()
+    sheet.attrs = table.attrs
+    return Finding(
+        kind="Limit analysis",
+        facts=facts,
+        tables=tables,
+        sentences=_sentences(facts, table),
+        sheets=[sheet_of("Lanes", sheet, file="limits.parquet")],
+        rows={"rows": "limits"},
+        pictures=["mechanism*.png"],
+    )
+
+
+LIMIT = Kind(
+    ("limits",),
+    tell_limit,
+    "upper_bounds",
+    {"case": CASE, "lanes": int, "standing": int, "upper_bounds": int},
+)
+
+
+def _sentences(facts: Facts, table: pd.DataFrame) -> list[str]:
+    """At which load, of how many lanes, and by which mechanism."""
+    up = table[table[LOAD_FACTOR].notna()]
+    if len(table) == 1:
+        found = [_of_one(table.iloc[0])]
+    else:
+        found = [_of_many(facts, table, up)]
+        found += _where_it_stands(facts, table)
+    if len(up):
+        weakest = up.iloc[int(up[LOAD_FACTOR].argmin())]
+        found += _mechanism(facts, table, weakest)
+    return [*found, *([BOUND] if facts["upper_bounds"] else [])]
+
+
+def _of_one(row: pd.Series[Any]) -> str:
+    factor = float(row[LOAD_FACTOR])
+    if np.isnan(factor):
+        return "The assembly does not carry its own weight."
+    if np.isinf(factor):
+        return "No sideways load brings the assembly to collapse."
+    most = "at most " if row["upper_bound"] else ""
+    return (
+        f"The assembly collapses to the {row['towards']} under a sideways load of {most}"
+        f"{three(factor)} of its weight, or on a table that tilts by {most}"
+        f"{three(float(row[TILT]))} degrees."
+    )
+
+
+def _of_many(facts: Facts, table: pd.DataFrame, up: pd.DataFrame) -> str:
+    standing = f"{facts['standing']:,} of {counted(len(table), 'assembly', 'assemblies')}"
+    if not len(up):
+        return f"{standing} carry their own weight."
+    least, most = float(up[LOAD_FACTOR].min()), float(up[LOAD_FACTOR].max())
+    bounds = facts["upper_bounds"]
+    are = f"; {bounds:,} of these loads are upper bounds" if bounds else ""
+    return (
+        f"{standing} carry their own weight, and collapse under a sideways load of {three(least)} "
+        f"to {three(most)} of it{are}."
+    )
+
+
+def _where_it_stands(facts: Facts, table: pd.DataFrame) -> list[str]:
+    """From which value of the one input that varies on it stands, or no more."""
+    names = naming_columns(facts, table)
+    if len(names) != 1 or not pd.api.types.is_numeric_dtype(table[names[0]]):
+        return []
+    ordered = table.sort_values(names[0])
+    stands = ordered[LOAD_FACTOR].notna().to_numpy()
+    change = np.flatnonzero(np.diff(stands.astype(int)))
+    if len(change) != 1:
+        return []
+    head = heading(names[0])
+    below, above = (
+        f"{three(float(value))} {head.unit}".strip()
+        for value in ordered[names[0]].iloc[[change[0], change[0] + 1]]
+    )
+    stood, fell = (below, above) if stands[0] else (above, below)
+    return [f"With a {head.text} of {stood} it stands, with {fell} it does not."]
+
+
+def _mechanism(facts: Facts, table: pd.DataFrame, row: pd.Series[Any]) -> list[str]:
+    """Which joints open and slide in a lane."""
+    opens, slides = (
+        [each for each in str(row[name]).split(APART) if each] for name in ("opens", "slides")
+    )
+    parts = []
+    for joints, does in ((opens, "open"), (slides, "slide")):
+        if joints:
+            named = listed(joints[:MOST_NAMED])
+            more = len(joints) - MOST_NAMED
+            rest = f", and {more:,} more," if more > 0 else ""
+            parts.append(f"joints {does} between {named}{rest}")
+    if not parts:
+        return []
+    where = "" if len(table) == 1 else f", of {lane_name(facts, table, int(row['lane']))},"
+    none = "" if slides else "; none slides"
+    return [f"In the weakest mechanism{where} {' and '.join(parts)}{none}."]

@@ -1,0 +1,299 @@
+"""Assemblies: blocks in the plane with dry joints, and which of them touch where.
+
+A joint is an edge that two blocks share: two contact points, its ends. Joints are found from the
+polygons alone, so that a block that touches two others below it has a joint with each of them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Places = npt.NDArray[np.intp]
+
+FLUSH = 1e-7
+"""Distance up to which edges touch, over the size of the assembly: far above round-off of
+coordinates, far below any gap that is meant."""
+
+SHORTEST = 10.0
+"""Shortest joint over that distance."""
+
+
+class Piece(NamedTuple):
+    """A block before its joints are known.
+
+    Attributes:
+        name: What the block is called.
+        corners: Corners of a convex polygon [m], shape [corner, 2].
+        fixed: Whether it moves with the base.
+    """
+
+    name: str
+    corners: Array
+    fixed: bool = False
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Joints:
+    """Edges that blocks share.
+
+    Attributes:
+        blocks: The two blocks of every joint, shape [joint, 2].
+        ends: Its ends [m], shape [joint, end, 2].
+        normal: Unit normal from the second block into the first, shape [joint, 2].
+        friction: Coulomb friction coefficient, shape [joint].
+    """
+
+    blocks: Places
+    ends: Array
+    normal: Array
+    friction: Array
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return len(self.blocks)
+
+    @property
+    def tangent(self) -> Array:
+        """Unit vector along every joint, shape [joint, 2]: its normal turned by -90 degrees."""
+        return np.stack([self.normal[:, 1], -self.normal[:, 0]], axis=1)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Assembly:
+    """Blocks with dry joints, at rest in the plane.
+
+    Attributes:
+        corners: Corners counterclockwise [m], shape [block, corner, 2]; of a block with fewer
+            corners than others the last one is repeated.
+        names: What the blocks are called.
+        fixed: Whether a block moves with the base, shape [block].
+        depth: Across the plane [m].
+        density: [kg/m^3].
+        joints: Where they touch.
+    """
+
+    corners: Array
+    names: tuple[str, ...]
+    fixed: npt.NDArray[np.bool_]
+    depth: float
+    density: float
+    joints: Joints
+
+    @property
+    def count(self) -> int:
+        """How many blocks there are, fixed ones included."""
+        return len(self.names)
+
+    @functools.cached_property
+    def area(self) -> Array:
+        """Area of the blocks [m^2], shape [block]."""
+        return _areas(self.corners)
+
+    @functools.cached_property
+    def centre(self) -> Array:
+        """Centres of mass [m], shape [block, 2]."""
+        # About a corner of its own, so that a block far from the origin loses no digits.
+        first = self.corners[:, :1]
+        here = self.corners - first
+        after = np.roll(here, -1, axis=1)
+        parts = (here + after) * _cross(here, after)[..., None]
+        return np.asarray(first[:, 0] + parts.sum(axis=1) / (6.0 * self.area[:, None]))
+
+    @functools.cached_property
+    def gyration(self) -> Array:
+        """Squares of the radii of gyration about the centres of mass [m^2], shape [block]."""
+        here = self.corners - self.centre[:, None]
+        after = np.roll(here, -1, axis=1)
+        squares = (here * here + here * after + after * after).sum(axis=2)
+        return np.asarray((squares * _cross(here, after)).sum(axis=1) / (12.0 * self.area))
+
+    @property
+    def mass(self) -> Array:
+        """Mass of the blocks [kg], shape [block]."""
+        return np.asarray(self.area * self.depth * self.density)
+
+    @property
+    def size(self) -> Array:
+        """Width and height of the blocks that can move, together [m]."""
+        return np.asarray(np.ptp(self.corners[~self.fixed].reshape(-1, 2), axis=0))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Assemblies:
+    """The assemblies of lanes.
+
+    Attributes:
+        kinds: Those that differ.
+        lane: The place of every lane's among them, shape [lane].
+    """
+
+    kinds: tuple[Assembly, ...]
+    lane: Places
+
+    def of(self, lane: int) -> Assembly:
+        """That of a lane."""
+        return self.kinds[int(self.lane[lane])]
+
+    def take(self, lanes: slice | Places) -> Assemblies:
+        """Those of some lanes, by slice or by number."""
+        used, place = np.unique(self.lane[lanes], return_inverse=True)
+        return Assemblies(tuple(self.kinds[kind] for kind in used), place.reshape(-1))
+
+    @property
+    def most_blocks(self) -> int:
+        """Most blocks that can move."""
+        return max(int((~kind.fixed).sum()) for kind in self.kinds)
+
+    @property
+    def most_joints(self) -> int:
+        """Most joints."""
+        return max(kind.joints.count for kind in self.kinds)
+
+
+def assemble(
+    pieces: Sequence[Piece],
+    *,
+    depth: float,
+    density: float,
+    friction: float,
+    head_friction: float | None = None,
+) -> Assembly:
+    """Blocks with the joints that their edges make.
+
+    Args:
+        pieces: The blocks.
+        depth: Across the plane [m].
+        density: [kg/m^3].
+        friction: Coefficient of every joint.
+        head_friction: That of head joints, which are nearer to upright than to level; None where
+            it is the same.
+
+    Raises:
+        ValueError: A block is not convex, two blocks overlap, or a block rests on nothing that is
+            fixed. The message ends a sentence "must ...".
+    """
+    corners = _padded([piece.corners for piece in pieces])
+    names = tuple(piece.name for piece in pieces)
+    fixed = np.array([piece.fixed for piece in pieces])
+    flush = FLUSH * float(np.ptp(corners.reshape(-1, 2), axis=0).max())
+    _require_convex(corners, names, flush)
+    first, second = _near(corners, flush)
+    _require_apart(corners, names, (first, second), flush)
+    apart = ~(fixed[first] & fixed[second])
+    joints = _find_joints(corners, (first[apart], second[apart]), flush)
+    upright = np.abs(joints.normal[:, 0]) > np.abs(joints.normal[:, 1])
+    own = friction if head_friction is None else head_friction
+    joints = dataclasses.replace(joints, friction=np.where(upright, own, friction))
+    _require_held(joints, names, fixed)
+    return Assembly(corners, names, fixed, depth, density, joints)
+
+
+def _padded(polygons: Sequence[Array]) -> Array:
+    """Corners of all polygons, counterclockwise, shape [block, corner, 2]."""
+    most = max(map(len, polygons))
+    found = np.empty((len(polygons), most, 2))
+    for place, polygon in enumerate(polygons):
+        found[place, : len(polygon)] = polygon
+        found[place, len(polygon) :] = polygon[-1]
+    clockwise = _areas(found) < 0.0
+    found[clockwise] = found[clockwise, ::-1]
+    return found
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+
+def _areas(corners: Array) -> Array:
+    here = corners - corners[:, :1]
+    return np.asarray(0.5 * _cross(here, np.roll(here, -1, axis=1)).sum(axis=1))
+
+
+def _edges(corners: Array) -> tuple[Array, Array]:
+    """Unit vectors along the edges, shape [block, corner, 2], and lengths; of none 0."""
+    along = np.roll(corners, -1, axis=1) - corners
+    length = np.linalg.norm(along, axis=2)
+    return along / np.where(length > 0.0, length, 1.0)[..., None], length
+
+
+def _require_convex(corners: Array, names: tuple[str, ...], flush: float) -> None:
+    unit, length = _edges(corners)
+    beside = corners[:, None, :, :] - corners[:, :, None, :]
+    right = (_cross(unit[:, :, None, :], beside) < -flush) & (length > 0.0)[..., None]
+    for place in np.flatnonzero(right.any(axis=(1, 2))):
+        raise ValueError(f"be convex: block {names[place]} is not")
+
+
+def _near(corners: Array, flush: float) -> tuple[Places, Places]:
+    """Pairs of blocks whose boxes touch; the first of a pair comes before the second."""
+    low, high = corners.min(axis=1) - flush, corners.max(axis=1) + flush
+    order = np.argsort(low[:, 0], kind="stable")
+    ends = np.searchsorted(low[order, 0], high[order, 0], side="right")
+    count = ends - np.arange(1, len(order) + 1)
+    here = np.repeat(np.arange(len(order)), count)
+    there = np.arange(len(here)) - np.repeat(np.cumsum(count) - count, count) + here + 1
+    a, b = order[here], order[there]
+    level = (low[a, 1] <= high[b, 1]) & (low[b, 1] <= high[a, 1])
+    first, second = np.minimum(a, b)[level], np.maximum(a, b)[level]
+    sort = np.lexsort((second, first))
+    return first[sort], second[sort]
+
+
+def _require_apart(
+    corners: Array, names: tuple[str, ...], pairs: tuple[Places, Places], flush: float
+) -> None:
+    """Refuses blocks that overlap: convex polygons do where no edge of either parts them."""
+    unit, length = _edges(corners)
+    parted = np.full(len(pairs[0]), -np.inf)
+    for one, other in (pairs, pairs[::-1]):
+        beyond = corners[other][:, None, :, :] - corners[one][:, :, None, :]
+        # The interior lies to the left of an edge.
+        outside = (-_cross(unit[one][:, :, None, :], beyond)).min(axis=2)
+        outside[length[one] == 0.0] = -np.inf
+        parted = np.maximum(parted, outside.max(axis=1))
+    for place in np.flatnonzero(parted < -flush):
+        a, b = (names[pair[place]] for pair in pairs)
+        raise ValueError(f"keep blocks apart: {a} and {b} overlap by {-1e3 * parted[place]:.3g} mm")
+
+
+def _find_joints(corners: Array, pairs: tuple[Places, Places], flush: float) -> Joints:
+    """Edges of pairs of blocks that lie on one line, face each other and overlap."""
+    first, second = pairs
+    unit, length = _edges(corners)
+    along, start = unit[first][:, :, None, :], corners[first][:, :, None, :]
+    near = corners[second][:, None, :, :] - start
+    far = np.roll(corners, -1, axis=1)[second][:, None, :, :] - start
+    on_line = (np.abs(_cross(along, near)) <= flush) & (np.abs(_cross(along, far)) <= flush)
+    ends = np.stack([(along * near).sum(axis=-1), (along * far).sum(axis=-1)], axis=-1)
+    low = np.maximum(ends.min(axis=-1), 0.0)
+    high = np.minimum(ends.max(axis=-1), length[first][:, :, None])
+    facing = ends[..., 1] < ends[..., 0]
+    pair, edge, other = np.nonzero(on_line & facing & (high - low > SHORTEST * flush))
+    direction, origin = unit[first[pair], edge], corners[first[pair], edge]
+    places = np.stack([low[pair, edge, other], high[pair, edge, other]], axis=1)
+    return Joints(
+        blocks=np.stack([first[pair], second[pair]], axis=1),
+        ends=origin[:, None, :] + places[..., None] * direction[:, None, :],
+        normal=np.stack([-direction[:, 1], direction[:, 0]], axis=1),
+        friction=np.zeros(len(pair)),
+    )
+
+
+def _require_held(joints: Joints, names: tuple[str, ...], fixed: npt.NDArray[np.bool_]) -> None:
+    """Refuses a block that no joints connect with a fixed one."""
+    held, before = fixed.copy(), np.zeros_like(fixed)
+    first, second = joints.blocks.T
+    while (held != before).any():
+        before = held.copy()
+        held[first[before[second]]] = True
+        held[second[before[first]]] = True
+    for place in np.flatnonzero(~held):
+        raise ValueError(f"rest on something fixed: block {names[place]} touches nothing that does")
