@@ -35,7 +35,7 @@ UNMODELLED = (
         "engines.dem.cohesion",
     ),
     Unmodelled(
-        "Springs and dampers under a block, but for the [support] that moves along x",
+        "Springs and dampers under a block, but for the [support] that moves sideways",
         ("isolator", "isolation", "base isolation", "damper", "spring", "bearing", "tmd"),
         "[support], a linear oscillator between motion and block; "
         "contact stiffness and damping of the engines dem and direct: warprock keys engines.dem",

@@ -89,10 +89,12 @@ class Assembly(Table):
             "the density of the blocks",
             "1 kg/m^3 to 1e5 kg/m^3",
             swept=True,
-            column=Column("density"),
+            column=Column("assembly_density"),
         ),
     ]
-    depth: Annotated[float, _length("the depth of the blocks across the plane", "depth")] = 1.0
+    depth: Annotated[
+        float, _length("the depth of the blocks across the plane", "assembly_depth")
+    ] = 1.0
     mean_radius: Annotated[
         float | None, _length("the radius of the middle line of the arch", "mean_radius")
     ] = None
