@@ -17,11 +17,10 @@
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Assembly`, `Contact`,
 `TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Strip`, `Start`, `Motion`, `Support`, `Times`,
 `Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`,
-`with_unit`, `save_record`. Commands: `run`, `fragility`, `risk`, `map`, `spectrum`, `ida`,
-`sensitivity`, `sweep`, `compare`, `validate`, `study`, `body`, `limit`, `trade`, `stability`. Bad
-input is an `InputError`.
-Below them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`,
-`write_run`.
+`with_unit`, `save_record`. Commands: `run`, `verdict`, `fragility`, `risk`, `map`, `spectrum`,
+`ida`, `sensitivity`, `sweep`, `compare`, `validate`, `study`, `body`, `identify`, `limit`, `trade`,
+`stability`. Bad input is an `InputError`. Below them lie the functions that they call:
+`expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
 """
@@ -75,6 +74,7 @@ if TYPE_CHECKING:
     from warprock.api.sweep import sweep as sweep
     from warprock.api.trade import trade as trade
     from warprock.api.validation import validate as validate
+    from warprock.api.verdict import verdict as verdict
     from warprock.case.lanes import LaneSet as LaneSet
     from warprock.case.lanes import expand_lanes as expand_lanes
     from warprock.case.text import case_names as case_names
@@ -151,6 +151,7 @@ _HOME = {
     "sweep": "api.sweep",
     "trade": "api.trade",
     "validate": "api.validation",
+    "verdict": "api.verdict",
     "with_unit": "api.plain",
     "write_run": "running.results",
 }

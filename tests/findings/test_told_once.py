@@ -34,6 +34,10 @@ ASKED: dict[str, list[str]] = {
     "validate": ["validate", "record-ridgecrest", *SHORT, "--observed", "SEEN"],
     "fragility": ["fragility", "RUN", "--max-doubt", "1"],
     "risk": ["risk", "RUN", "--max-doubt", "1", "--k0", "1e-4", "--k", "2"],
+    "verdict": [
+        *("verdict", "record-ridgecrest", "-e", "housner", "-s", "motion.scale=0.5"),
+        *("--neighbours", "16", *SHORT),
+    ],
     "compare": ["compare", "free-b0", "-e", "housner", "-e", "event"],
     "study": [
         *("run", "sensitivity-b0", "-s", "run.duration=1 s", "-s", "study.engines=['direct']"),

@@ -88,6 +88,21 @@ def override_tables(raw: dict[str, Any], overrides: Overrides) -> frozenset[str]
     return overridden
 
 
+def changed(case: Case, changes: Overrides) -> Case:
+    """A case some keys of which have other values, without its checks.
+
+    Args:
+        case: The case.
+        changes: As in `load_case`; a list of values sweeps the key.
+
+    Raises:
+        InputError: A change that cannot be used.
+    """
+    raw = copy.deepcopy({name: each for name, each in case.raw.items() if name != "check"})
+    keys = override_tables(raw, changes)
+    return build_case(case.name, case.file, case.folder, raw, case.overridden | keys)
+
+
 def build_case(
     name: str,
     file: str,

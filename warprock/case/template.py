@@ -15,6 +15,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from warprock.case.case import Case
 from warprock.case.keys import KEYS, general_key, rivals
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import build_case
@@ -119,6 +120,33 @@ def start_case(
             draft.give(DURATION, f"{math.ceil(least)} s")
             text = draft.text()
     return Start(text, case.lane_count, beside)
+
+
+def case_of_record(body: str | None, record: str | None) -> Case:
+    """A case of a body under a record, one lane, that no file holds.
+
+    Args:
+        body: Name of one of `bodies()`, or sizes, as in `start_case`.
+        record: Name of a shipped record, or a file.
+
+    Raises:
+        InputError: One of them is missing, or cannot be used.
+    """
+    for option, given in (("--body", body), ("--record", record)):
+        if given is None:
+            allowed = "must be given, and so must --body and --record, where no CASE is"
+            raise InputError(option, "", given, allowed)
+    draft = Draft(template_text("record"))
+    _put_body(draft, "record", str(body))
+    taken = take_record(str(record))
+    draft.drop_axes(None)
+    draft.give("title", f"{body} under {record}")
+    draft.give("run.duration", taken.duration)
+    draft.give(
+        "motion.record", str(pathlib.Path(str(record)).resolve()) if taken.beside else record
+    )
+    raw = parse_case(draft.text(), "the case")
+    return build_case("body", "--body, --record", None, raw)
 
 
 class Draft:

@@ -17,6 +17,7 @@ from warprock.cli.pages import asked_command, leave, on_case
 
 if TYPE_CHECKING:
     from warprock.api.found import Found
+    from warprock.case.case import Case
     from warprock.running.work import Work
 
 
@@ -32,6 +33,7 @@ def case_work(
     estimate: bool = True,
     factors: Sequence[float] = (1.0,),
     runs: int = 0,
+    made: Case | None = None,
 ) -> Iterator[Work]:
     """The case that `case_options` and `estimate_options` ask for, and how far it is.
 
@@ -48,6 +50,7 @@ def case_work(
         estimate: Whether errors are estimated at all.
         factors: On the motion of the case: those at which it will run.
         runs: How often all lanes will run; 0 where that is not known.
+        made: A case that is at hand, which the overrides change, in the place of the one asked for.
 
     Yields:
         The case, its engine, and how lanes are run, with the progress to report.
@@ -55,11 +58,11 @@ def case_work(
     Raises:
         InputError: The case cannot be read, or an option is out of bounds.
     """
-    from warprock.case.load import load_case
+    from warprock.case.load import changed, load_case
     from warprock.running.work import Work
     from warprock.tables.terminal import lane_progress
 
-    case = load_case(case_name, overrides)
+    case = load_case(case_name, overrides) if made is None else changed(made, overrides)
     options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
     choice = engine_for(case, engine, factors)
     with lane_progress(case.name, runs * case.lane_count or None) as progress:

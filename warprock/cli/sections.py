@@ -28,6 +28,7 @@ SECTIONS: dict[str, dict[str, str]] = {
         "reproduce": "the tables and figures of the benchmark paper",
     },
     "Analyse": {
+        "verdict": "does it stand under this motion, and by how much",
         "fragility": "fragility functions from the lanes of a run or a sweep",
         "risk": "how often a year blocks fall, under a hazard curve of yours",
         "ida": "the factor on a motion at which each lane first falls",

@@ -63,6 +63,11 @@ class EngineChoice:
         return f"engine {self.engine}: {self.why}"
 
 
+def slides(engine: str) -> bool:
+    """Whether an engine lets blocks slide."""
+    return engine_class(engine).slides
+
+
 def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice:
     """The engine of a case where none is named; see the head of this file.
 
