@@ -18,9 +18,9 @@ Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Co
 `TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Start`, `Motion`, `Support`, `Times`, `Sweep`, `Grid`,
 `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`, `with_unit`,
 `save_record`. Commands: `run`, `fragility`, `map`, `spectrum`, `ida`, `sensitivity`, `sweep`,
-`compare`, `validate`, `study`, `body`, `trade`, `stability`. Bad input is an `InputError`. Below
-them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`,
-`write_run`.
+`compare`, `validate`, `study`, `body`, `identify`, `trade`, `stability`. Bad input is an
+`InputError`. Below them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`,
+`lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
 """
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from warprock.api.case import load_case as load_case
     from warprock.api.comparison import compare as compare
     from warprock.api.found import Found as Found
+    from warprock.api.identification import identify as identify
     from warprock.api.parts import Block as Block
     from warprock.api.parts import Contact as Contact
     from warprock.api.parts import Ensemble as Ensemble
@@ -128,6 +129,7 @@ _HOME = {
     "expand_lanes": "case.lanes",
     "fragility": "api.analyses.fragility",
     "ida": "api.analyses.ida",
+    "identify": "api.identification",
     "lane_table": "running.lane_table",
     "load_case": "api.case",
     "map": "api.analyses.map",
