@@ -123,8 +123,8 @@ ROOMS = (
     ),
     _room(
         "analysis",
-        """fragility functions, incremental dynamic analysis, overturning maps, spectra, Sobol'
-        indices, tests""",
+        """fragility, incremental dynamic analysis, overturning maps, rocking spectra, Sobol'
+        indices, free rocking""",
         f"{_BASE} case running sweeps",
         "numpy pandas pyarrow scipy",
     ),

@@ -8,9 +8,9 @@ that two peaks in succession give the share that the impact between them leaves:
 Their logarithms have a common mean, log eta^2, and errors of two kinds: those of the peaks, known
 from the noise of the history, each in two neighbours with opposite signs; and a spread from impact
 to impact, of which each has its own. For a spread, the mean is that of least squares with both.
-It is averaged over all spreads by their restricted likelihood, evenly in their cube root, so that the
-error counts that few impacts hardly tell the spread: where there is none, errors are 1.7 times too
-large, and nowhere too small by more than a third. The spread that is shown is the likeliest one.
+It is averaged over all spreads by their restricted likelihood, evenly in their cube root, so that
+the error counts that few impacts hardly tell the spread: where there is none, errors are 1.7 times
+too large, and nowhere too small by more than a third. The spread that is shown is the likeliest.
 
 A swing to a peak lasts twice the quarter period of Housner's equation, F(peak, a) / p. Slenderness
 angle a and frequency parameter p are those of least squares over the swings, each by the error of
