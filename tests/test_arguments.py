@@ -44,6 +44,8 @@ def calls(run: wr.Run) -> dict[Any, dict[str, Any]]:
     fitted = {"table": lanes(), "im": "PGA", "limit": "0.5", "limit_slide": [], "by": []}
     mesh = {"mesh": "slab.ply", "density": "1 t/m^3", "unit": "m", "up": "z", "pose": 0}
     mesh |= {"base": "hull", "points": 8, "model": "planar", "direction": None, "record": None}
+    block = {"width": "1 m", "height": "5 m", "slenderness": None, "frequency_parameter": None}
+    block |= {"fit": "slenderness", "column": None, "unit": None}
     record = {"file": "r.csv", "samples": [0.0, 1.0], "interval": "0.1 s", "unit": "g"}
     return {
         wr.run: {"case": "free-b0", **HELD, "cheapest": False},
@@ -57,6 +59,7 @@ def calls(run: wr.Run) -> dict[Any, dict[str, Any]]:
         wr.compare: {"case": "free-b0", "engine": "housner", "workers": 1, "overrides": SHORT},
         wr.validate: {"case": "free-b0", "observed": None, "engine": "housner", "column": "x"},
         wr.body: {**mesh, "mass": None, "tolerance": None},
+        wr.identify: {"history": run.history(0, "10 ms"), **block},
         wr.trade: {"engine": "housner", "scene": "free", "folder": "trade"},
         wr.stability: {"engine": "housner", "map": "step", "points": 2, "steps": 50, "workers": 1},
         wr.load_case: {"name_or_path": "free-b0", "overrides": SHORT},

@@ -123,8 +123,8 @@ ROOMS = (
     ),
     _room(
         "analysis",
-        """fragility, yearly rates, incremental dynamic analysis, overturning maps, rocking spectra,
-        Sobol' indices""",
+        """fragility, yearly rates, incremental dynamic analysis, maps, rocking spectra, Sobol'
+        indices, free rocking""",
         f"{_BASE} case running sweeps",
         "numpy pandas pyarrow scipy",
     ),

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from warprock.api.case import load_case as load_case
     from warprock.api.comparison import compare as compare
     from warprock.api.found import Found as Found
+    from warprock.api.identification import identify as identify
     from warprock.api.limit import limit as limit
     from warprock.api.parts import Assembly as Assembly
     from warprock.api.parts import Block as Block
@@ -135,6 +136,7 @@ _HOME = {
     "expand_lanes": "case.lanes",
     "fragility": "api.analyses.fragility",
     "ida": "api.analyses.ida",
+    "identify": "api.identification",
     "lane_table": "running.lane_table",
     "limit": "api.limit",
     "load_case": "api.case",

@@ -44,6 +44,7 @@ ASKED: dict[str, list[str]] = {
         *("-s", "study.vary={substeps=[10, 20]}", "-s", "engines.direct.substeps=10"),
     ],
     "limit": ["limit", "ARCH", "-s", "assembly.voussoirs=7"],
+    "identify": ["identify", "HISTORY", "--width", "1 m", "--height", "5 m"],
     "body": ["body", "MESH", "--density", "2700 kg/m^3"],
     "trade": ["trade", "--scene", "free", "-e", "housner"],
     "stability": [
@@ -72,7 +73,10 @@ def told(asked: list[str], out: pathlib.Path) -> list[str]:
 
 def made(asked: list[str], place: pathlib.Path) -> list[str]:
     """A command whose files are there."""
-    files = {"SEEN": place / "seen.csv", "RUN": place / "run"}
+    files = {"SEEN": place / "seen.csv", "RUN": place / "run", "HISTORY": place / "rocking.csv"}
+    if "HISTORY" in asked:
+        run = wr.run("free-b0", "housner", progress=False)
+        run.history(0, "10 ms").to_csv(files["HISTORY"], index=False)
     if "SEEN" in asked:
         seen = pd.DataFrame({"lane": range(7), "observed": [False] * 4 + [True] * 3})
         seen.to_csv(files["SEEN"], index=False)

@@ -16,7 +16,7 @@ _ARGUMENTS = {
 }
 """Options whose arguments have other names."""
 
-_PLACES = ("CASE", "TABLE", "MESH")
+_PLACES = ("CASE", "TABLE", "MESH", "HISTORY")
 """What the command line has in a place of its own, not behind an option."""
 
 _OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")

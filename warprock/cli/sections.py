@@ -11,6 +11,7 @@ SECTIONS: dict[str, dict[str, str]] = {
         "list": "the shipped cases, the engines, programs of others",
         "init": "write a case of your own: a body, a record, a sweep",
         "body": "a case of a statue, a machine or a rock, from its mesh",
+        "identify": "what a block keeps at an impact, from a test of free rocking",
         "explain": "what a case asks for, and which engine runs it",
         "keys": "every key of a case file, with bounds and units",
         "records": "strong-motion records: shipped ones, and files of your own",

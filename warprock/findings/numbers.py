@@ -13,6 +13,9 @@ Item = TypeVar("Item")
 
 MISSING = "-"
 
+_MOST_DIGITS = 6
+"""Digits behind the point that anyone reads."""
+
 
 def three(value: Any) -> str:
     """A number with three digits; counts and words as they are, a dash where there is nothing.
@@ -42,6 +45,21 @@ def _three(value: float) -> str:
         return f"{value:,.{digits}f}"
     mantissa, exponent = f"{value:.2e}".split("e")
     return f"{mantissa}e{int(exponent)}"
+
+
+def with_error(value: float, error: float) -> str:
+    """A value and its standard error, two digits of that; a value without one alone.
+
+    >>> with_error(0.91176, 0.00042), with_error(0.911764706, 1.6e-9), with_error(0.25, 0.0)
+    ('0.91176 ± 0.00042', '0.911765 ± 1.6e-9', '0.250')
+    """
+    if not error > 0.0:
+        return three(value)
+    digits = max(0, 1 - math.floor(math.log10(error)))
+    if digits <= _MOST_DIGITS:
+        return f"{value:.{digits}f} ± {error:.{digits}f}"
+    mantissa, exponent = f"{error:.1e}".split("e")
+    return f"{value:.{_MOST_DIGITS}f} ± {mantissa}e{int(exponent)}"
 
 
 def counted(count: int, thing: str, plural: str = "") -> str:

@@ -135,14 +135,26 @@ def quarter_period(width: Numbers, height: Numbers, rotation: Numbers) -> Array:
     References:
         Housner (1963), period of free rocking, before its linearisation.
     """
-    angle = slenderness_angle(width, height)
+    angle, rate = slenderness_angle(width, height), frequency_parameter(width, height)
+    return quarter_period_of(angle, rate, rotation)
+
+
+def quarter_period_of(angle: Numbers, rate: Numbers, rotation: Numbers) -> Array:
+    """As `quarter_period`, of a block by what Housner's equation knows of it.
+
+    Args:
+        angle: Slenderness angle [rad].
+        rate: Frequency parameter [rad/s].
+        rotation: Rotation at release [rad], 0 < |rotation| < slenderness angle.
+    """
+    angle = _array(angle)
     left = angle - np.abs(_array(rotation))
     end = _reach(angle, left)
     half = 0.25 * end[..., np.newaxis] * (1.0 + _NODES)
     one = np.sinc(left[..., np.newaxis] * np.cosh(half) ** 2 / np.pi)
     other = np.sinc(left[..., np.newaxis] * np.sinh(half) ** 2 / np.pi)
     integral = 0.5 * end * np.sum(_WEIGHTS / np.sqrt(one * other), axis=-1)
-    return np.asarray(integral / frequency_parameter(width, height))
+    return np.asarray(integral / _array(rate))
 
 
 def _reach(angle: Array, left: Array) -> Array:

@@ -16,7 +16,7 @@ unit. Samples are evenly spaced.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -59,7 +59,7 @@ class Reading(NamedTuple):
     interval: str | None = None
 
 
-class _Column(NamedTuple):
+class Column(NamedTuple):
     """A column by its number from 1, its header, its name and unit in it."""
 
     number: int
@@ -97,28 +97,21 @@ def read(text: TextFile, readings: Sequence[Reading]) -> list[list[Channel]]:
         InputError: No such column, no unit, no time between samples, a cell that is no finite
             number, or samples that are not evenly spaced.
     """
-    at, separator = _layout(text)
-    head = _fields(text.lines[at], separator)
-    named = not all(map(_is_number, head))
-    columns = [_column(n, name if named else "") for n, name in enumerate(head, 1)]
-    time = next((c for c in columns if c.name.casefold() in _TIMES), None)
-    chosen = [_motions(text.file, columns, time, asked) for asked in readings]
-    wanted = [column.number for each in chosen for column, *_ in each]
-    wanted = list(dict.fromkeys([*wanted, *([] if time is None else [time.number])]))
-    rows = _values(text, at + named, separator, len(columns), wanted)
-    values = dict(zip(wanted, rows.T, strict=True))
-    times = None if time is None else values[time.number]
+    table = read_head(text, CONTROL_OF)
+    chosen = [_motions(text.file, table, asked) for asked in readings]
+    values = table.values(text, [column for each in chosen for column, *_ in each])
+    times = None if table.time is None else values[table.time.number]
     said = {key: _comment(text, key) for key in ("source", "licence", "processing")}
     found = []
     for asked, each in zip(readings, chosen, strict=True):
-        interval = _interval(text.file, asked, time, times)
+        interval = _interval(text.file, asked, table.time, times)
         found.append([_channel(asked, motion, interval, values, said) for motion in each])
     return found
 
 
 def _channel(
     asked: Reading,
-    motion: tuple[_Column, Control, float],
+    motion: tuple[Column, Control, float],
     interval: float,
     values: Mapping[int, Array],
     said: Mapping[str, str],
@@ -135,6 +128,66 @@ def _channel(
         processing=said["processing"]
         or f"column {column.header}, read as {asked.unit or column.unit}",
     )
+
+
+class Table(NamedTuple):
+    """A table by its header.
+
+    Attributes:
+        columns: Its columns.
+        time: That of time; None without one.
+        first: Line of its first row, from 0.
+        separator: What stands between columns; None for blanks.
+    """
+
+    columns: Sequence[Column]
+    time: Column | None
+    first: int
+    separator: str | None
+
+    @property
+    def others(self) -> Sequence[Column]:
+        """All columns but that of time."""
+        return [column for column in self.columns if column is not self.time]
+
+    def called(self, file: str, text: str) -> Column:
+        """The column that a text means, besides that of time.
+
+        Raises:
+            InputError: There is none.
+        """
+        wanted = next((column for column in self.others if column.called(text)), None)
+        if wanted is None:
+            known = list_allowed(text, [column.header for column in self.others])
+            raise InputError("--column", "", text, f"must be a column of {file}: {known}")
+        return wanted
+
+    def values(self, text: TextFile, wanted: Sequence[Column]) -> Mapping[int, Array]:
+        """The numbers in some columns and in that of time, by the number of the column.
+
+        Raises:
+            InputError: A cell is no finite number, or there are fewer than two rows.
+        """
+        time = [] if self.time is None else [self.time.number]
+        numbers = list(dict.fromkeys([*(column.number for column in wanted), *time]))
+        rows = _values(text, self.first, self.separator, len(self.columns), numbers)
+        return dict(zip(numbers, rows.T, strict=True))
+
+
+def read_head(text: TextFile, dimensions: Iterable[Dimension]) -> Table:
+    """The columns of a table, and where its rows begin.
+
+    Args:
+        text: The file.
+        dimensions: What columns besides that of time measure.
+    """
+    at, separator = _layout(text)
+    head = _fields(text.lines[at], separator) if text.lines else []
+    named = not all(map(_is_number, head))
+    known = (*dimensions, Dimension.TIME)
+    columns = [_column(n, name if named else "", known) for n, name in enumerate(head, 1)]
+    time = next((c for c in columns if c.name.casefold() in _TIMES), None)
+    return Table(columns, time, at + named, separator)
 
 
 def _layout(text: TextFile) -> tuple[int, str | None]:
@@ -173,27 +226,28 @@ def _is_number(field: str) -> bool:
     return True
 
 
-def _column(number: int, header: str) -> _Column:
+def _column(number: int, header: str, dimensions: Iterable[Dimension]) -> Column:
     """A column from its header: `acc_g`, `acc [g]`, `acc (g)` and `acc g` are the name acc in g."""
     bare = header or str(number)
     found = re.fullmatch(r"(.+?)\s*[\[(]\s*([^\])]*?)\s*[\])]", bare)
-    if found and _unit(found[2]):
-        return _Column(number, bare, found[1], found[2])
+    if found and _is_unit(found[2], dimensions):
+        return Column(number, bare, found[1], found[2])
     for unit, written in _WRITTEN.items():
         if bare.lower().endswith(f"_{unit}"):
-            return _Column(number, bare, bare[: -len(unit) - 1], written)
+            return Column(number, bare, bare[: -len(unit) - 1], written)
     found = re.fullmatch(r"(.+)[_\s]([^_\s]+)", bare)
-    if found and _unit(found[2]):
-        return _Column(number, bare, found[1], found[2])
-    return _Column(number, bare, bare, "")
+    if found and _is_unit(found[2], dimensions):
+        return Column(number, bare, found[1], found[2])
+    return Column(number, bare, bare, "")
 
 
-def _unit(text: str) -> Dimension | None:
-    """What a unit measures; None where it is no unit of a motion or of time."""
+def _is_unit(text: str, dimensions: Iterable[Dimension]) -> bool:
+    """Whether a text is a unit of something."""
     try:
-        return parse_any(f"1 {text}", (*CONTROL_OF, Dimension.TIME)).dimension if text else None
+        parse_any(f"1 {text}", dimensions)
     except ValueError:
-        return None
+        return False
+    return bool(text)
 
 
 def _values(
@@ -219,7 +273,7 @@ def _values(
     return np.array(rows)
 
 
-def _interval(file: str, asked: Reading, time: _Column | None, values: Array | None) -> float:
+def _interval(file: str, asked: Reading, time: Column | None, values: Array | None) -> float:
     """Time between samples [s], as said or from the values in the column of time."""
     if asked.interval is not None:
         try:
@@ -251,17 +305,11 @@ def _interval(file: str, asked: Reading, time: _Column | None, values: Array | N
 _COMMANDS = "`warprock records import` or `warprock init --record`"
 
 
-def _motions(
-    file: str, columns: Sequence[_Column], time: _Column | None, asked: Reading
-) -> list[tuple[_Column, Control, float]]:
+def _motions(file: str, table: Table, asked: Reading) -> list[tuple[Column, Control, float]]:
     """The columns of motions, what they are, and the size of their units in SI units."""
-    others = [column for column in columns if column is not time]
+    others = list(table.others)
     if asked.column is not None:
-        wanted = [column for column in others if column.called(asked.column)]
-        if not wanted:
-            known = list_allowed(asked.column, [column.header for column in others])
-            raise InputError("--column", "", asked.column, f"must be a column of {file}: {known}")
-        others = wanted[:1]
+        others = [table.called(file, asked.column)]
     found = list(_with_units(others, asked))
     if found:
         return found
@@ -278,8 +326,8 @@ def _motions(
 
 
 def _with_units(
-    columns: Sequence[_Column], asked: Reading
-) -> Iterator[tuple[_Column, Control, float]]:
+    columns: Sequence[Column], asked: Reading
+) -> Iterator[tuple[Column, Control, float]]:
     for column in columns:
         unit = asked.unit or column.unit
         if not unit:
