@@ -123,8 +123,7 @@ ROOMS = (
     ),
     _room(
         "analysis",
-        """fragility, yearly rates, incremental dynamic analysis, maps, rocking spectra, Sobol'
-        indices, free rocking""",
+        "fragility, yearly rates, incremental dynamic analysis, maps, spectra, Sobol', free rocking",
         f"{_BASE} case running sweeps",
         "numpy pandas pyarrow scipy",
     ),
