@@ -123,7 +123,8 @@ ROOMS = (
     ),
     _room(
         "analysis",
-        "fragility, yearly rates, incremental dynamic analysis, maps, spectra, Sobol', free rocking",
+        """fragility, yearly rates, incremental dynamic analysis, maps, spectra, Sobol', free
+        rocking""",
         f"{_BASE} case running sweeps",
         "numpy pandas pyarrow scipy",
     ),
