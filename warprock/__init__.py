@@ -17,9 +17,9 @@
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Contact`,
 `TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Start`, `Motion`, `Support`, `Times`, `Sweep`, `Grid`,
 `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`, `with_unit`,
-`save_record`. Commands: `run`, `fragility`, `risk`, `map`, `spectrum`, `ida`, `sensitivity`,
-`verdict`, `sweep`, `compare`, `validate`, `study`, `body`, `trade`, `stability`. Bad input is an
-`InputError`. Below them lie the functions that they call: `expand_lanes`, `run_case`,
+`save_record`. Commands: `run`, `fragility`, `risk`, `measures`, `map`, `spectrum`, `ida`,
+`sensitivity`, `verdict`, `sweep`, `compare`, `validate`, `study`, `body`, `trade`, `stability`. Bad
+input is an `InputError`. Below them lie the functions that they call: `expand_lanes`, `run_case`,
 `run_batch`, `lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from warprock.api.case import load_case as load_case
     from warprock.api.comparison import compare as compare
     from warprock.api.found import Found as Found
+    from warprock.api.measures import measures as measures
     from warprock.api.parts import Block as Block
     from warprock.api.parts import Contact as Contact
     from warprock.api.parts import Ensemble as Ensemble
@@ -133,6 +134,7 @@ _HOME = {
     "lane_table": "running.lane_table",
     "load_case": "api.case",
     "map": "api.analyses.map",
+    "measures": "api.measures",
     "risk": "api.analyses.risk",
     "run": "api.run",
     "run_batch": "running.batch",

@@ -17,7 +17,7 @@ MADE = {
     for name in ("fragility", "ida", "map", "risk", "sensitivity", "spectrum")
 }
 MADE |= {"body": "body", "validate": "validation", "trade": "trade", "stability": "stability"}
-MADE["verdict"] = "verdict"
+MADE |= {"verdict": "verdict", "measures": "measures"}
 
 
 @pytest.mark.parametrize(("name", "module"), MADE.items())
