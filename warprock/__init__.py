@@ -17,10 +17,10 @@
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Assembly`, `Contact`,
 `TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Strip`, `Start`, `Motion`, `Support`, `Times`,
 `Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`,
-`with_unit`, `save_record`. Commands: `run`, `verdict`, `fragility`, `risk`, `map`, `spectrum`,
-`ida`, `sensitivity`, `sweep`, `compare`, `validate`, `study`, `body`, `identify`, `limit`, `trade`,
-`stability`. Bad input is an `InputError`. Below them lie the functions that they call:
-`expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
+`with_unit`, `save_record`. Commands: `run`, `verdict`, `fragility`, `risk`, `measures`, `map`,
+`spectrum`, `ida`, `sensitivity`, `capacity`, `limit`, `sweep`, `compare`, `validate`, `study`,
+`body`, `identify`, `trade`, `stability`. Bad input is an `InputError`. Below them lie the functions
+that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
 """
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from warprock.api.identification import identify as identify
     from warprock.api.limit import limit as limit
     from warprock.api.parts import Assembly as Assembly
+    from warprock.api.measures import measures as measures
     from warprock.api.parts import Block as Block
     from warprock.api.parts import Contact as Contact
     from warprock.api.parts import Ensemble as Ensemble
@@ -141,6 +142,7 @@ _HOME = {
     "limit": "api.limit",
     "load_case": "api.case",
     "map": "api.analyses.map",
+    "measures": "api.measures",
     "risk": "api.analyses.risk",
     "run": "api.run",
     "run_batch": "running.batch",

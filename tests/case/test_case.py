@@ -28,6 +28,7 @@ def test_the_shipped_cases_are_these_and_load():
         "overturning-map",
         "record-ridgecrest",
         "record-sample",
+        "risk-statue",
         "rocking-spectrum",
         "sensitivity-b0",
         "single-continuous-sine",

@@ -17,7 +17,7 @@ MADE = {
     for name in ("fragility", "ida", "map", "risk", "sensitivity", "spectrum")
 }
 MADE |= {"body": "body", "validate": "validation", "trade": "trade", "stability": "stability"}
-MADE |= {"verdict": "verdict", "identify": "identification"}
+MADE |= {"verdict": "verdict", "identify": "identification", "measures": "measures"}
 
 
 @pytest.mark.parametrize(("name", "module"), MADE.items())

@@ -86,7 +86,7 @@ class Band:
         """
         found = []
         for each in (self, *self.others):
-            whole = number(np.array([each.median]), np.array([each.dispersion]))
+            whole = _of_whole(each, number)
             without = number(each.medians, each.dispersions)
             found.append(_ends(np.log(whole), np.log(without)[:, None]))
         low, high = (np.exp([end[0] for end in ends]) for ends in zip(*found, strict=True))
@@ -102,6 +102,36 @@ class Band:
             found.append(_ends((x - np.log(each.median)) / each.dispersion, scores))
         low, high = zip(*found, strict=True)
         return np.asarray(ndtr(np.min(low, axis=0))), np.asarray(ndtr(np.max(high, axis=0)))
+
+
+def ratio_interval(
+    one: Band, other: Band, number: Callable[[Array, Array], Array]
+) -> tuple[float, float]:
+    """Percentiles `BAND` of the ratio of a number of two fits to the same records.
+
+    Both lack the same record in each part, so that what the records do to both alike cancels.
+
+    Args:
+        one: The fit above the line.
+        other: The fit below it.
+        number: The number, above 0, of medians and dispersions of shape [fit].
+
+    Returns:
+        NaN where the fits are not to the same number of records.
+    """
+    if one.records != other.records:
+        return np.nan, np.nan
+    whole = np.log(_of_whole(one, number) / _of_whole(other, number))
+    without = np.log(
+        number(one.medians, one.dispersions) / number(other.medians, other.dispersions)
+    )
+    low, high = np.exp(_ends(whole, without[:, None]))
+    return float(low[0]), float(high[0])
+
+
+def _of_whole(band: Band, number: Callable[[Array, Array], Array]) -> Array:
+    """A number of the fit to all records, shape [1]."""
+    return number(np.array([band.median]), np.array([band.dispersion]))
 
 
 def _ends(whole: Array, without: Array) -> tuple[Array, Array]:

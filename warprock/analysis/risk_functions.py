@@ -17,7 +17,7 @@ from warprock.analysis.fragility import fragility_curves
 from warprock.analysis.groups import group_text, lane_groups, record_numbers
 from warprock.analysis.hazard import Hazard
 from warprock.analysis.hazard_files import MOST_BYTES
-from warprock.analysis.incremental import Verdict
+from warprock.analysis.incremental import Analysis, Verdict
 from warprock.analysis.limits import Limit
 from warprock.analysis.lognormal import Fit, bracket_lanes, record_band
 from warprock.analysis.lognormal import Verdict as FitVerdict
@@ -38,6 +38,12 @@ _CAPACITY_COLUMNS = ("standing_factor", "overturning_factor", "verdict")
 def is_capacity_table(table: pd.DataFrame) -> bool:
     """Whether a table is that of an incremental analysis, a capacity a lane."""
     return all(name in table for name in _CAPACITY_COLUMNS)
+
+
+def capacity_table(found: Analysis) -> pd.DataFrame:
+    """The capacities that an incremental analysis found, with the inputs of its lanes."""
+    inputs = found.lane_set.inputs.reset_index(drop=True)
+    return pd.concat([inputs, found.capacities], axis=1)
 
 
 def read_components(path: pathlib.Path) -> pd.DataFrame:
@@ -88,7 +94,7 @@ def functions_of(
         raise InputError(hazard.source, "", measure, allowed)
     _require_period(table, hazard, source)
     if is_capacity_table(table):
-        return _of_capacities(table, measure, source, limits, by)
+        return functions_of_capacities(table, measure, source, limits, by)
     curves = fragility_curves(
         table, source=source, intensity=measure, limits=limits, by=by, most_doubt=most_doubt
     )
@@ -109,10 +115,21 @@ def _require_period(table: pd.DataFrame, hazard: Hazard, source: str) -> None:
         raise InputError(source, PERIOD, got, allowed)
 
 
-def _of_capacities(
+def functions_of_capacities(
     table: pd.DataFrame, measure: str, source: str, limits: Sequence[Limit], by: Sequence[str]
 ) -> list[Function]:
-    """Functions of the capacities of an incremental analysis."""
+    """Functions of the capacities of an incremental analysis.
+
+    Args:
+        table: The capacities, a row a lane.
+        measure: Column of the intensity measure.
+        source: What errors name as the source of the table.
+        limits: Limit states; none but overturning is known.
+        by: Columns that make groups of lanes.
+
+    Raises:
+        InputError: Another limit state, or a column that is missing or cannot be used.
+    """
     others = [limit.name for limit in limits if limit.name != "overturning"]
     if others:
         allowed = f"must be overturning: {source} is an incremental analysis"
@@ -121,6 +138,9 @@ def _of_capacities(
         if name not in table:
             known = list_allowed(name, map(str, table.columns))
             raise InputError("--by", "", name, f"must be a column of {source}: {known}")
+    if measure not in table:
+        known = list_allowed(measure, map(str, table.select_dtypes("number").columns))
+        raise InputError("--im", "", measure, f"must be a column of {source}: {known}")
     unit = table[measure].to_numpy(dtype=np.float64)
     if not np.all(np.isfinite(unit) & (unit > 0.0)):
         lane = int(np.argmin(np.isfinite(unit) & (unit > 0.0)))

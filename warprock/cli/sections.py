@@ -32,6 +32,7 @@ SECTIONS: dict[str, dict[str, str]] = {
         "verdict": "does it stand under this motion, and by how much",
         "fragility": "fragility functions from the lanes of a run or a sweep",
         "risk": "how often a year blocks fall, under a hazard curve of yours",
+        "measures": "what lowers that rate most: wider, lower, tied, isolated",
         "ida": "the factor on a motion at which each lane first falls",
         "map": "which pulses overturn a block, with an impact or without",
         "spectrum": "rocking spectra: peaks of blocks of many sizes",

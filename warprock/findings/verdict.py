@@ -197,7 +197,7 @@ def _falls_from(answers: Facts) -> str:
     text = f"It first falls between {low:.3f} and {high:.3f} times the motion{_at(answers, high)}"
     again = answers["resurrections"]
     if again:
-        text += f"; at {counted(again, 'stronger motion')} that were tried it stands again"
+        text += f"; at {again:,} of the stronger motions that were tried it stands again"
     return f"{text}."
 
 

@@ -1,0 +1,341 @@
+"""What lowers the yearly chance that a block falls: measures, each as a factor on its rate.
+
+The block, and the block with each measure, go through the same incremental dynamic analysis: the
+same records, the same factors, the same engine. The lognormal capacities of each give its rate
+under the hazard, and the rate with a measure over that without is its factor. Both rates lack the
+same record in each sample of the band, so that what records have in common cancels in the factor.
+
+The measures that are tried without being asked for are those that a block can have:
+
+- a base that is 10, 25 or 50 % wider, of a body by its `block.base_scale`;
+- ballast at its foot, a quarter of its mass, which lowers its centre;
+- two ties at nine tenths of its height, each of which yields at a tenth of its weight: a strap to
+  the wall behind it;
+- an isolator of 0.5 Hz and 15 % damping under it;
+- half of its friction, and half more, in engines whose blocks slide.
+
+What an engine cannot do is said so, and no other takes its place: factors between engines would
+hold the difference of their models.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from warprock.analysis.bands import ratio_interval
+from warprock.analysis.hazard import Hazard
+from warprock.analysis.incremental import Ladder, plan_analysis, run_analysis
+from warprock.analysis.lognormal import Verdict
+from warprock.analysis.risk import Risk, assess, rates_of
+from warprock.analysis.risk_functions import capacity_table, functions_of_capacities
+from warprock.case.case import Case
+from warprock.case.lanes import expand_lanes
+from warprock.case.load import changed
+from warprock.errors import InputError
+from warprock.quantity import NOTHING
+from warprock.running.engine_choice import slides
+from warprock.running.options import RunOptions
+from warprock.units import GRAVITY
+
+WIDER = (1.1, 1.25, 1.5)
+BALLAST = 0.25
+"""Mass of the ballast over that of the block."""
+TIE_HEIGHT, TIE_FORCE = 0.9, 0.1
+"""Height of a strap over that of the block, and force at which it yields over its weight."""
+TIE_GIVE, TIE_REACH = 0.005, 0.05
+"""Elongation at which a strap yields, and that at which it breaks [m]."""
+ISOLATOR_HZ, ISOLATOR_DAMPING = 0.5, 0.15
+WIDEST = (4.0, 3.0, 2.0, 1.5)
+"""Greatest widths that a target is looked for at, over that of the block: the first that the engine
+can do."""
+CLOSE = 1.01
+"""Ratio of the ends of a bracket at which the width that meets a target is known well enough."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Measure:
+    """Something that can be done to a block.
+
+    Attributes:
+        name: What it is, in short.
+        changes: Values by dotted key that the case gets.
+    """
+
+    name: str
+    changes: Mapping[str, Any]
+
+
+@dataclasses.dataclass(frozen=True)
+class Effect:
+    """What a measure does to a yearly rate.
+
+    Attributes:
+        measure: The measure.
+        risk: The rate with it; None where it could not be run.
+        factor: Rate with it over rate without; NaN where one of them is not known.
+        band: 5th and 95th percentile of the factor over records; NaN without.
+        why: Why there is no rate; empty where there is one.
+    """
+
+    measure: Measure
+    risk: Risk | None
+    factor: float = np.nan
+    band: tuple[float, float] = (np.nan, np.nan)
+    why: str = ""
+
+
+@dataclasses.dataclass(frozen=True)
+class Target:
+    """The least width at which a yearly rate is met.
+
+    Attributes:
+        rate: The rate that is asked for.
+        own: Width of the block [m].
+        low: A width at which the rate is above it [m]; NaN where that of the block is enough.
+        high: A width at which it is not [m]; infinite where none of those tried is.
+    """
+
+    rate: float
+    own: float
+    low: float
+    high: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Measures:
+    """What lowers a yearly rate.
+
+    Attributes:
+        case: The case.
+        engine: The engine.
+        base: The rate of the block as it is.
+        effects: What each measure does, the one that lowers it most first.
+        target: The width that meets a rate; None where none is asked for.
+    """
+
+    case: Case
+    engine: str
+    base: Risk
+    effects: Sequence[Effect]
+    target: Target | None
+
+
+def own_measure(text: str) -> Measure:
+    """A measure as somebody writes it: `KEY=VALUE`, or several with semicolons between them.
+
+    Raises:
+        InputError: One of them has no equals sign.
+    """
+    changes = {}
+    for part in text.split(";"):
+        key, equals, value = part.partition("=")
+        if not equals or not key.strip():
+            allowed = 'must be KEY=VALUE, such as block.width="0.8 m", or several, parted by ;'
+            raise InputError("--measure", "", text, allowed)
+        changes[key.strip()] = _value(value.strip().strip('"'))
+    return Measure(text, changes)
+
+
+def _value(text: str) -> str | float:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def usual_measures(case: Case, engine: str) -> list[Measure]:
+    """The measures that are tried where none are asked for; see the head of this file."""
+    lane_set = expand_lanes(case, range(1))
+    block, row = case.raw.get("block", {}), lane_set.inputs.iloc[0]
+    found = []
+    box = {"width", "height"} <= set(block)
+    if box:
+        width, height = float(row["width_m"]), float(row["height_m"])
+        found += [
+            Measure(
+                f"base {100.0 * (by - 1.0):.0f} % wider", {"block.width": f"{by * width:.12g} m"}
+            )
+            for by in WIDER
+        ]
+        found.append(Measure(f"ballast of {BALLAST:g} of its mass at its foot", _ballast(row)))
+    elif "base" in block:
+        own = float(block.get("base_scale", 1.0))
+        found += [
+            Measure(f"base {100.0 * (by - 1.0):.0f} % wider", {"block.base_scale": by * own})
+            for by in WIDER
+        ]
+    if box and "tie" not in case.raw:
+        mass = float(row["density_kg_m3"]) * width * height * float(row["depth_m"])
+        found.append(
+            Measure(f"straps that yield at {TIE_FORCE:g} of its weight", _straps(mass, height))
+        )
+    if "support" not in case.raw:
+        isolator = {"frequency": f"{ISOLATOR_HZ:g} Hz", "damping": ISOLATOR_DAMPING}
+        found.append(Measure(f"isolator of {ISOLATOR_HZ:g} Hz", {"support": isolator}))
+    if slides(engine) and "friction" in row:
+        friction = float(row["friction"])
+        found += [
+            Measure(f"friction {by:g} times", {"contact.friction": by * friction})
+            for by in (0.5, 1.5)
+        ]
+    return found
+
+
+def _ballast(row: Any) -> dict[str, Any]:
+    """A box with ballast at the middle of its foot, as a body; the ballast is taken as a point."""
+    width, height = float(row["width_m"]), float(row["height_m"])
+    own = float(row["density_kg_m3"]) * width * height * float(row["depth_m"])
+    mass, centre = own * (1.0 + BALLAST), 0.5 * height / (1.0 + BALLAST)
+    inertia = own * (width**2 + height**2) / 12.0
+    inertia += own * (0.5 * height - centre) ** 2 + BALLAST * own * centre**2
+    half = 0.5 * width
+    body = {
+        "mass": f"{mass:.12g} kg",
+        "base": [[f"{-half:.12g} m", "0 m"], [f"{half:.12g} m", "0 m"]],
+        "centre": ["0 m", f"{centre:.12g} m"],
+        "inertia": f"{inertia:.12g} kg m^2",
+    }
+    return {"block": body}
+
+
+def _straps(mass: float, height: float) -> dict[str, Any]:
+    """Two ties near the top, one to each side."""
+    force = TIE_FORCE * mass * GRAVITY
+    tie = {
+        "height": f"{TIE_HEIGHT * height:.12g} m",
+        "stiffness": f"{force / TIE_GIVE:.12g} N/m",
+        "yield_force": f"{force:.12g} N",
+        "ultimate_elongation": f"{TIE_REACH:g} m",
+    }
+    return {"tie": [{**tie, "side": side} for side in ("left", "right")]}
+
+
+def run_measures(
+    case: Case,
+    engine: str,
+    options: RunOptions,
+    hazard: Hazard,
+    *,
+    measures: Sequence[Measure],
+    ladder: Ladder,
+    target: float | None,
+    most_outside: float,
+) -> Measures:
+    """Runs a block with each measure, and finds what each does to its rate.
+
+    Args:
+        case: The case: one block under several records, a lane each.
+        engine: Name of the engine.
+        options: How lanes are run.
+        hazard: The hazard.
+        measures: The measures; empty takes the usual ones.
+        ladder: Factors on the motions.
+        target: Rate that the least width is looked for at; None looks for none.
+        most_outside: Share of a rate that may come from beyond an end of the hazard.
+
+    Raises:
+        InputError: The block has no rate as it is, or something cannot be used.
+    """
+    if target is not None and not (np.isfinite(target) and target > 0.0):
+        raise InputError("--target", "", target, "must be a rate above 0 a year")
+    if case.tables.motion is None:
+        raise InputError(case.file, "motion", NOTHING, "must be given: it is made stronger")
+    tried = list(measures) or usual_measures(case, engine)
+    for measure in measures:
+        changed(case, measure.changes)
+    runner = _Runner(engine, options, hazard, ladder, most_outside)
+    base = runner.rate(case)
+    if not base.rate > 0.0:
+        allowed = (
+            "must have a rate to lower: no lognormal function fits the factors at which its lanes "
+            f"fall ({base.function.fit.verdict.value})"
+        )
+        raise InputError(case.file, "motion", "the block as it is", allowed)
+    effects = [runner.effect(case, measure, base) for measure in tried]
+    effects.sort(key=lambda each: each.factor if np.isfinite(each.factor) else np.inf)
+    goal = None if target is None else runner.meet(case, base, target)
+    return Measures(case, engine, base, effects, goal)
+
+
+class _Runner:
+    """Runs variants of a case one after another."""
+
+    def __init__(
+        self,
+        engine: str,
+        options: RunOptions,
+        hazard: Hazard,
+        ladder: Ladder,
+        most_outside: float,
+    ) -> None:
+        self.engine, self.options, self.hazard = engine, options, hazard
+        self.ladder, self.most_outside, self.done = ladder, most_outside, 0
+
+    def rate(self, case: Case) -> Risk:
+        """The rate at which the lanes of a case fall."""
+        plan = plan_analysis(case, self.engine, self.ladder, self.options)
+        counted = self.options.counting_from(self.done)
+        found = run_analysis(
+            case, plan, self.ladder, workers=counted.workers, progress=counted.progress
+        )
+        self.done += len(found.curves)
+        table = capacity_table(found)
+        (function,) = functions_of_capacities(table, self.hazard.measure, case.name, (), ())
+        return assess(function, self.hazard, self.most_outside)
+
+    def effect(self, case: Case, measure: Measure, base: Risk) -> Effect:
+        """What a measure does to a rate."""
+        try:
+            risk = self.rate(changed(case, measure.changes))
+        except InputError as error:
+            return Effect(measure, None, why=error.allowed)
+        if not risk.rate > 0.0:
+            verdict = risk.function.fit.verdict
+            top = self.ladder.highest
+            why = f"no lane falls up to {top:g} times its motion"
+            return Effect(
+                measure, risk, why=why if verdict is Verdict.NONE_REACHED else verdict.value
+            )
+        band = (np.nan, np.nan)
+        if risk.function.band is not None and base.function.band is not None:
+            band = ratio_interval(
+                risk.function.band,
+                base.function.band,
+                lambda median, spread: rates_of(self.hazard, median, spread),
+            )
+        return Effect(measure, risk, risk.rate / base.rate, band)
+
+    def meet(self, case: Case, base: Risk, target: float) -> Target:
+        """The least width at which a box meets a rate, by halving a bracket over its logarithm."""
+        block = case.raw.get("block", {})
+        if not {"width", "height"} <= set(block):
+            allowed = "must be left out: the block is no box, whose width could be changed"
+            raise InputError("--target", "", target, allowed)
+        own = float(expand_lanes(case, range(1)).inputs["width_m"].iloc[0])
+        if base.rate <= target:
+            return Target(target, own, np.nan, own)
+        low, (high, met) = own, self._widest(case, own, target)
+        if not met:
+            return Target(target, own, high, np.inf)
+        while high > CLOSE * low:
+            middle = float(np.sqrt(low * high))
+            low, high = (low, middle) if self._meets(case, middle, target) else (middle, high)
+        return Target(target, own, low, high)
+
+    def _widest(self, case: Case, own: float, target: float) -> tuple[float, bool]:
+        """The greatest width that the engine can do, and whether it meets a rate."""
+        for by in WIDEST[:-1]:
+            try:
+                return by * own, self._meets(case, by * own, target)
+            except InputError:
+                continue
+        return WIDEST[-1] * own, self._meets(case, WIDEST[-1] * own, target)
+
+    def _meets(self, case: Case, width: float, target: float) -> bool:
+        """Whether a box of some width meets a rate; one that never falls does."""
+        risk = self.rate(changed(case, {"block.width": f"{width:.12g} m"}))
+        return risk.rate <= target or risk.function.fit.verdict is Verdict.NONE_REACHED

@@ -1,0 +1,189 @@
+"""What measures do to a yearly rate."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from warprock.analysis.incremental import Ladder
+from warprock.analysis.measures import Measures
+from warprock.findings.finding import Facts, Finding, Kind, Tables
+from warprock.findings.measures import measure
+from warprock.findings.numbers import counted, three
+from warprock.findings.risk import once_in
+from warprock.findings.sheets import Heading, Sheet
+from warprock.running.provenance import case_facts, surroundings
+from warprock.running.run_file import CASE
+
+TABLE = "measures"
+_NUMBER = (float, None)
+
+
+def find_measures(found: Measures, ladder: Ladder) -> Finding:
+    """What measures do to a yearly rate."""
+    base, target = found.base, found.target
+    facts: dict[str, Any] = {
+        "case": case_facts(found.case),
+        "engine": found.engine,
+        "measures": {
+            "rate_per_year": base.rate,
+            "rate_p05_per_year": _known(base.band[0]),
+            "rate_p95_per_year": _known(base.band[1]),
+            "intensity": base.hazard.measure,
+            "hazard": base.hazard.source,
+            "lowest_factor": ladder.lowest,
+            "highest_factor": ladder.highest,
+            "median": base.function.fit.median,
+        },
+        **surroundings(found.case),
+    }
+    if target is not None:
+        facts["measures"] |= {
+            "target_per_year": target.rate,
+            "width_m": target.own,
+            "width_low_m": _known(target.low),
+            "width_high_m": _known(target.high),
+        }
+    rows = [
+        {
+            "measure": each.measure.name,
+            "changes": "; ".join(f"{key}={value}" for key, value in each.measure.changes.items()),
+            "factor": each.factor,
+            "factor_p05": each.band[0],
+            "factor_p95": each.band[1],
+            "rate_per_year": np.nan if each.risk is None else each.risk.rate,
+            "rate_p05_per_year": np.nan if each.risk is None else each.risk.band[0],
+            "rate_p95_per_year": np.nan if each.risk is None else each.risk.band[1],
+            "median": np.nan if each.risk is None else each.risk.function.fit.median,
+            "dispersion": np.nan if each.risk is None else each.risk.function.fit.dispersion,
+            "why": each.why,
+        }
+        for each in found.effects
+    ]
+    return tell_measures(facts, {TABLE: pd.DataFrame(rows)})
+
+
+def _known(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def tell_measures(facts: Facts, tables: Tables) -> Finding:
+    """What measures do to a yearly rate, of their facts and table."""
+    rows, base = tables[TABLE], facts["measures"]
+    measured = measure(base["intensity"])
+    return Finding(
+        kind="Measures",
+        facts=facts,
+        tables=tables,
+        sentences=[_headline(rows, base), _as_it_is(base), *_rest(rows), *_target(base)],
+        sheets=[_sheet(rows)],
+        rows={"rows": TABLE},
+        said={**base, "engine": facts["engine"]},
+        asked=[
+            ("Hazard", base["hazard"]),
+            ("Intensity measure", measured.name),
+            ("Factors", f"{base['lowest_factor']:g} to {base['highest_factor']:g} on each motion"),
+        ],
+        pictures=["measures*.png"],
+    )
+
+
+MEASURES = Kind(
+    (TABLE,),
+    tell_measures,
+    "measures",
+    {
+        "case": CASE,
+        "engine": str,
+        "measures": {
+            **dict.fromkeys(("rate_per_year", "median", "lowest_factor", "highest_factor"), float),
+            **dict.fromkeys(("rate_p05_per_year", "rate_p95_per_year"), _NUMBER),
+            **dict.fromkeys(("intensity", "hazard"), str),
+            **dict.fromkeys(("target_per_year?", "width_m?"), float),
+            **dict.fromkeys(("width_low_m?", "width_high_m?"), _NUMBER),
+        },
+    },
+)
+
+
+def _band(low: float, high: float) -> str:
+    return f" (5 to 95 %: {three(low)} to {three(high)})" if np.isfinite(low) else ""
+
+
+def _headline(rows: pd.DataFrame, base: Facts) -> str:
+    """The measure that lowers the rate most."""
+    never = rows[rows["why"].astype(str).str.startswith("no lane falls")]
+    if len(never):
+        name = never["measure"].iloc[0]
+        return f"Most is done by: {name}, with which {never['why'].iloc[0]}."
+    known = rows[rows["factor"] < 1.0]
+    if known.empty:
+        return "None of the measures that were tried lowers the rate."
+    row = known.sort_values("factor").iloc[0]
+    return (
+        f"Most is done by: {row['measure']}, which brings the rate to {three(row['factor'])} of "
+        f"what it is{_band(row['factor_p05'], row['factor_p95'])}, from "
+        f"{once_in(1.0 / base['rate_per_year'])} to {once_in(1.0 / row['rate_per_year'])}."
+    )
+
+
+def _as_it_is(base: Facts) -> str:
+    low, high = base["rate_p05_per_year"], base["rate_p95_per_year"]
+    band = "" if low is None or high is None else _band(low, high)
+    return f"As it is, the block falls {three(base['rate_per_year'])} times a year{band}."
+
+
+def _rest(rows: pd.DataFrame) -> list[str]:
+    """Measures that do harm, and those that could not be judged."""
+    found = []
+    worse = rows[rows["factor"] > 1.0]
+    if len(worse):
+        names = ", ".join(f"{row['measure']} ({three(row['factor'])} times)"
+                          for _, row in worse.iterrows())  # fmt: skip
+        found.append(f"Higher than it is becomes the rate by: {names}.")
+    out = rows[rows["factor"].isna() & ~rows["why"].astype(str).str.startswith("no lane falls")]
+    if len(out):
+        found.append(f"{counted(len(out), 'measure')} could not be judged; the table says why.")
+    return found
+
+
+def _target(base: Facts) -> list[str]:
+    """The width that meets a rate."""
+    if "target_per_year" not in base:
+        return []
+    own, low, high = (base[name] for name in ("width_m", "width_low_m", "width_high_m"))
+    rate = f"{three(base['target_per_year'])} times a year"
+    if high is None:
+        return [f"No width up to {three(low)} m brings the rate to {rate}."]
+    if low is None:
+        return [f"As wide as it is, it falls no more often than {rate}."]
+    return [f"A width between {low:.3f} m and {high:.3f} m, {high / own:.3g} times its own, brings "
+            f"the rate to {rate}."]  # fmt: skip
+
+
+def _sheet(rows: pd.DataFrame) -> Sheet:
+    """Every measure, the one that lowers the rate most first."""
+    cells = [
+        [
+            str(row["measure"]),
+            three(row["factor"]),
+            f"{three(row['factor_p05'])} to {three(row['factor_p95'])}"
+            if np.isfinite(row["factor_p05"])
+            else "-",
+            three(row["rate_per_year"]),
+            three(float(f"{1.0 / row['rate_per_year']:.3g}")) if row["rate_per_year"] > 0 else "-",
+            "" if pd.isna(row["why"]) else str(row["why"]),
+        ]
+        for _, row in rows.iterrows()
+    ]
+    heads = [
+        Heading("measure"),
+        Heading("factor on the rate"),
+        Heading("5 to 95 % over records"),
+        Heading("rate", "1/year"),
+        Heading("return period", "years"),
+        Heading("note"),
+    ]
+    return Sheet("Measures", heads, cells, "A factor below 1 lowers the rate.")
