@@ -18,9 +18,9 @@ Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Co
 `TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Start`, `Motion`, `Support`, `Times`, `Sweep`, `Grid`,
 `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`, `with_unit`,
 `save_record`. Commands: `run`, `fragility`, `map`, `spectrum`, `ida`, `sensitivity`, `sweep`,
-`compare`, `validate`, `study`, `body`, `identify`, `trade`, `stability`. Bad input is an
-`InputError`. Below them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`,
-`lane_table`, `write_run`.
+`compare`, `validate`, `study`, `body`, `capacity`, `identify`, `trade`, `stability`. Bad input is
+an `InputError`. Below them lie the functions that they call: `expand_lanes`, `run_case`,
+`run_batch`, `lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
 """
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from warprock.api.analyses.sensitivity import sensitivity as sensitivity
     from warprock.api.analyses.spectrum import spectrum as spectrum
     from warprock.api.body import body as body
+    from warprock.api.capacity import capacity as capacity
     from warprock.api.case import Case as Case
     from warprock.api.case import load_case as load_case
     from warprock.api.comparison import compare as compare
@@ -124,6 +125,7 @@ _HOME = {
     "TransverseWall": "api.parts",
     "Uniform": "api.parts",
     "body": "api.body",
+    "capacity": "api.capacity",
     "case_names": "case.text",
     "compare": "api.comparison",
     "expand_lanes": "case.lanes",

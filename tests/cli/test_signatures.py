@@ -14,7 +14,7 @@ from warprock.cli.signatures import SHARED, read_function
 
 MADE = {name: f"analyses/{name}" for name in ("fragility", "ida", "map", "sensitivity", "spectrum")}
 MADE |= {"body": "body", "validate": "validation", "trade": "trade", "stability": "stability"}
-MADE |= {"identify": "identification"}
+MADE |= {"identify": "identification", "capacity": "capacity"}
 
 
 @pytest.mark.parametrize(("name", "module"), MADE.items())

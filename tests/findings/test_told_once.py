@@ -38,6 +38,7 @@ ASKED: dict[str, list[str]] = {
         *("run", "sensitivity-b0", "-s", "run.duration=1 s", "-s", "study.engines=['direct']"),
         *("-s", "study.vary={substeps=[10, 20]}", "-s", "engines.direct.substeps=10"),
     ],
+    "capacity": ["capacity", "free-b0"],
     "identify": ["identify", "HISTORY", "--width", "1 m", "--height", "5 m"],
     "body": ["body", "MESH", "--density", "2700 kg/m^3"],
     "trade": ["trade", "--scene", "free", "-e", "housner"],

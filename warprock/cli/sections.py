@@ -29,6 +29,7 @@ SECTIONS: dict[str, dict[str, str]] = {
         "reproduce": "the tables and figures of the benchmark paper",
     },
     "Analyse": {
+        "capacity": "what a block bears by statics: multiplier, displacement, work",
         "fragility": "fragility functions from the lanes of a run or a sweep",
         "ida": "the factor on a motion at which each lane first falls",
         "map": "which pulses overturn a block, with an impact or without",
