@@ -128,7 +128,9 @@ def test_the_error_names_the_argument(ask, said):
     assert str(error.value).startswith(said)
 
 
-@pytest.mark.parametrize("command", ["fragility", "ida", "map", "spectrum", "sensitivity", "body"])
+@pytest.mark.parametrize(
+    "command", ["fragility", "risk", "ida", "map", "spectrum", "sensitivity", "body"]
+)
 def test_arguments_are_named_as_options(command):
     own = set(inspect.signature(getattr(wr, command)).parameters)
     options = {name for each in main.commands[command].params for name in each.opts}

@@ -123,8 +123,8 @@ ROOMS = (
     ),
     _room(
         "analysis",
-        """fragility, incremental dynamic analysis, overturning maps, rocking spectra, Sobol'
-        indices, free rocking""",
+        """fragility, yearly rates, IDA, overturning maps, rocking spectra, Sobol' indices, free
+        rocking, statics""",
         f"{_BASE} case running sweeps",
         "numpy pandas pyarrow scipy",
     ),

@@ -17,9 +17,9 @@
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Contact`,
 `TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Start`, `Motion`, `Support`, `Times`, `Sweep`, `Grid`,
 `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`, `with_unit`,
-`save_record`. Commands: `run`, `fragility`, `map`, `spectrum`, `ida`, `sensitivity`, `sweep`,
-`compare`, `validate`, `study`, `body`, `capacity`, `identify`, `trade`, `stability`. Bad input is
-an `InputError`. Below them lie the functions that they call: `expand_lanes`, `run_case`,
+`save_record`. Commands: `run`, `fragility`, `risk`, `map`, `spectrum`, `ida`, `sensitivity`,
+`sweep`, `compare`, `validate`, `study`, `body`, `capacity`, `identify`, `trade`, `stability`. Bad
+input is an `InputError`. Below them lie the functions that they call: `expand_lanes`, `run_case`,
 `run_batch`, `lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from warprock.api.analyses.fragility import fragility as fragility
     from warprock.api.analyses.ida import ida as ida
     from warprock.api.analyses.map import map as map
+    from warprock.api.analyses.risk import risk as risk
     from warprock.api.analyses.sensitivity import sensitivity as sensitivity
     from warprock.api.analyses.spectrum import spectrum as spectrum
     from warprock.api.body import body as body
@@ -135,6 +136,7 @@ _HOME = {
     "lane_table": "running.lane_table",
     "load_case": "api.case",
     "map": "api.analyses.map",
+    "risk": "api.analyses.risk",
     "run": "api.run",
     "run_batch": "running.batch",
     "run_case": "running.case_run",

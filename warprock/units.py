@@ -34,6 +34,7 @@ class Dimension(enum.StrEnum):
     INERTIA = "moment of inertia"
     FORCE = "force"
     STIFFNESS = "stiffness"
+    AGE = "age"
     DIMENSIONLESS = "dimensionless"
 
 
@@ -41,7 +42,7 @@ class Quantity(NamedTuple):
     """A value and what it measures.
 
     Attributes:
-        value: In the SI unit of the dimension, or rad.
+        value: In the SI unit of the dimension, or rad; an age in years.
         dimension: What it measures.
     """
 
@@ -87,6 +88,7 @@ UNITS: dict[Dimension, dict[str, str]] = {
         "kN/mm": "1000000",
         "MN/m": "1000000",
     },
+    Dimension.AGE: {"years": "1", "a": "1", "ka": "1000", "Ma": "1000000"},
     Dimension.DIMENSIONLESS: {"": "1"},
 }
 
@@ -123,10 +125,11 @@ EXAMPLES: dict[Dimension, str] = {
     Dimension.INERTIA: "18 kg m^2",
     Dimension.FORCE: "12 kN",
     Dimension.STIFFNESS: "5 kN/mm",
+    Dimension.AGE: "10 ka",
     Dimension.DIMENSIONLESS: "1.0",
 }
 
-_ARTICLE = {Dimension.ANGLE: "an", Dimension.ACCELERATION: "an"}
+_ARTICLE = dict.fromkeys((Dimension.ANGLE, Dimension.ACCELERATION, Dimension.AGE), "an")
 
 MOST_CHARACTERS = 1000
 """Characters of a quantity, blanks included."""
@@ -246,6 +249,8 @@ def format_quantity(value: float, dimension: Dimension | str, unit: str | None =
 
 
 ENDINGS = {
+    "1/year": "_per_year",
+    "years": "_years",
     "m/s^2": "_m_s2",
     "kg/m^3": "_kg_m3",
     "rad/s": "_rad_s",

@@ -1,6 +1,6 @@
 """Words for what warprock does not model, and what is nearest to each: README lists the same.
 
-A stranger looks for an anchor, a hazard curve or a wall. `warprock keys WORD`, errors about unknown
+A stranger looks for an anchor, a hazard model or a wall. `warprock keys WORD`, errors about unknown
 keys and the function behind both say here what there is instead.
 """
 
@@ -51,12 +51,12 @@ UNMODELLED = (
         "...; motion of a floor as the record of the base",
     ),
     Unmodelled(
-        "Hazard and risk: how often a motion comes is not known here",
+        "Hazard models: how often a motion comes is read from a hazard curve, not computed",
         (
             *("hazard", "hazard curve", "risk", "return period", "annual rate", "psha", "loss"),
             *("collapse rate", "design spectrum", "response spectrum"),
         ),
-        "warprock fragility, whose curves a hazard curve of yours is multiplied with",
+        "warprock risk, which takes a hazard curve as a file or as k0 and k",
     ),
     Unmodelled(
         "Soil: the base is rigid and does not rotate",

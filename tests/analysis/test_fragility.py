@@ -17,8 +17,8 @@ from scipy.stats import norm
 
 from tests.shared.commands import invoke
 from tests.shared.fragility_studies import stripes
+from warprock.analysis.exports import component_rows
 from warprock.analysis.fragility import (
-    component_rows,
     curve_rows,
     fragility_curves,
 )
@@ -272,6 +272,7 @@ def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
         "fragility.csv",
         "fragility-p58.csv",
         "fragility.png",
+        "fragility.xml",
         "report.html",
     }
     printed = run(str(tmp_path), "--by", "size").stdout

@@ -75,3 +75,36 @@ def test_a_support_needs_a_motion_along_x(write):
     still = FREE + SUPPORTED[SUPPORTED.index("[support]") :]
     with pytest.raises(wr.InputError, match=r"must be given: \[support\] stands on a ground"):
         expand_lanes(load_case(write(still)))
+
+
+MOTION = SUPPORTED[SUPPORTED.index("[motion]") : SUPPORTED.index("[support]")]
+
+
+def test_a_support_is_rigid_upwards(write):
+    text = SUPPORTED + MOTION.replace("[motion]", "[motion.z]")
+    lane_set = expand_lanes(load_case(write(text)))
+    assert lane_set.ground is not None
+    times = np.linspace(0.0, 3.0, 200)
+    below, above = (base_places(m, 0, times) for m in (lane_set.ground, lane_set.motions))
+    assert np.abs(above - below)[:, 0].max() > 1e-2
+    # The ground's sine at 100 samples a period: its double integral errs by 1e-3 of it.
+    np.testing.assert_allclose(above[:, 2], below[:, 2], atol=2e-3 * np.ptp(below[:, 2]), rtol=0.0)
+    assert "support_peak_acceleration_m_s2_z" not in lane_set.inputs
+    stops = ["motion.z.control=velocity", "motion.z.amplitude=0.1 m/s", "motion.z.cycles=0.75"]
+    with pytest.raises(wr.InputError, match=r"motion\.z\.waveform: .* must end at rest below"):
+        expand_lanes(load_case(write(text), stops))
+
+
+def test_a_support_acts_across_as_along(write):
+    """A block of square plan answers a motion across as the same motion along."""
+    text = SUPPORTED + MOTION.replace("[motion]", "[motion.y]")
+    square = ["block.width=0.3 m", "block.depth=0.3 m", "run.duration=1 s"]
+    found = []
+    for still in ("motion", "motion.y"):
+        lane_set = expand_lanes(load_case(write(text), [*square, f"{still}.amplitude=0 g"]))
+        peak = "support_peak_acceleration_m_s2" + ("_y" if still == "motion" else "")
+        assert lane_set.inputs[peak][0] > 0.6 * 9.81
+        found.append(run_batch("event", lane_set.lanes, lane_set.motions, lane_set.times))
+    across, along = (found[0]["peak_rotation_across"][0], found[1]["peak_rotation"][0])
+    assert along > 0.01
+    np.testing.assert_allclose(across, along, rtol=1e-6)

@@ -39,7 +39,7 @@ def test_animate_writes_gltf(folder: pathlib.Path, tmp_path: pathlib.Path) -> No
     ("arguments", "words"),
     [
         (("--lane", 7), "--lane: got 7, must be a lane from 0 to 1"),
-        (("-o", "lane.avi"), "must end in one of .gif, .mp4, .glb"),
+        (("-o", "lane.avi"), "must end in one of .gif, .mp4, .png, .glb"),
         (("--speed", 0.001), "must make at most 3,000 pictures"),
     ],
 )

@@ -12,7 +12,10 @@ import warprock as wr
 from warprock.cli.main import main
 from warprock.cli.signatures import SHARED, read_function
 
-MADE = {name: f"analyses/{name}" for name in ("fragility", "ida", "map", "sensitivity", "spectrum")}
+MADE = {
+    name: f"analyses/{name}"
+    for name in ("fragility", "ida", "map", "risk", "sensitivity", "spectrum")
+}
 MADE |= {"body": "body", "validate": "validation", "trade": "trade", "stability": "stability"}
 MADE |= {"identify": "identification", "capacity": "capacity"}
 

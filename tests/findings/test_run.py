@@ -9,7 +9,7 @@ import pytest
 
 from tests.shared.case_texts import pulse_text
 from warprock.case.load import load_case
-from warprock.findings.run import peak_sentences, run_sentences
+from warprock.findings.run import peak_sentences, run_sentences, tie_sentences
 from warprock.model.response import Outcome
 from warprock.running.case_run import run_case
 from warprock.running.lane_table import lane_table
@@ -55,3 +55,24 @@ def test_of_thrown_blocks_the_page_says_how_far_they_went() -> None:
     assert alone == "It goes 0.250 m along the base and lies still after 0.500 s."
     standing = table.drop(columns="attitude_w_start").assign(peak_rotation_ratio=[0.5, 0.25])
     assert "stayed up" in peak_sentences(facts, standing)[0]
+
+
+def test_the_largest_force_of_a_tie_is_that_of_a_usable_lane() -> None:
+    table = pd.DataFrame(
+        {
+            "lane": [0, 1, 2],
+            "status": ["ok", "ok", "broken"],
+            "peak_tie_force_N": [4e3, 1.25e4, 9e9],
+            "broken_ties": [0, 2, 1],
+            "tie_break_time_s": [float("nan"), 3.5, 1.0],
+        }
+    )
+    facts = {"case": {"resolved": {}}}
+    (said,) = tie_sentences(facts, table)
+    assert said == "The largest force of a tie is 12.5 kN, in lane 1; in 1 lane a tie broke."
+    (alone,) = tie_sentences(facts, table.iloc[1:2])
+    assert alone == "The largest force of a tie is 12.5 kN; a tie broke at 3.50 s."
+    (none,) = tie_sentences(facts, table.iloc[:1])
+    assert none == "The largest force of a tie is 4 kN; none broke."
+    assert tie_sentences(facts, table.iloc[2:]) == []
+    assert tie_sentences(facts, table.drop(columns="peak_tie_force_N")) == []

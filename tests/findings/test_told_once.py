@@ -33,6 +33,7 @@ ASKED: dict[str, list[str]] = {
     "sensitivity": ["sensitivity", "sobol-single-block", "-s", "sample.lanes=16"],
     "validate": ["validate", "record-ridgecrest", *SHORT, "--observed", "SEEN"],
     "fragility": ["fragility", "RUN", "--max-doubt", "1"],
+    "risk": ["risk", "RUN", "--max-doubt", "1", "--k0", "1e-4", "--k", "2"],
     "compare": ["compare", "free-b0", "-e", "housner", "-e", "event"],
     "study": [
         *("run", "sensitivity-b0", "-s", "run.duration=1 s", "-s", "study.engines=['direct']"),

@@ -21,6 +21,25 @@ motion.amplitude = ["0.25 g", "0.3 g", "0.4 g", "0.9 g"]
 """
 )
 PHONE = 360
+NOW = "document.querySelector('.now').textContent"
+
+HELD = """
+[[tie]]
+height = "0.9 m"
+side = "left"
+stiffness = "0.2 kN/mm"
+slack = "1 mm"
+yield_force = "300 N"
+ultimate_elongation = "12 mm"
+[transverse_wall]
+side = "left"
+rebound = "plastic"
+[top_load]
+weight = "500 N"
+[support]
+frequency = "30 Hz"
+damping = 0.05
+"""
 
 
 @pytest.fixture(scope="module")
@@ -207,3 +226,37 @@ def test_every_button_of_a_body_is_pressed(browser: Browser, tmp_path: pathlib.P
     assert found == sorted(found)
     assert browser.complaints == []
     assert browser.asked == []
+
+
+def test_what_holds_a_block_is_drawn_and_moves(browser: Browser, tmp_path: pathlib.Path):
+    (tmp_path / "case.toml").write_text(pulse_text(amplitude="0.8 g") + HELD)
+    succeed("run", str(tmp_path / "case.toml"), "-e", "housner", "-o", str(tmp_path / "out"))
+    browser.size(900, 900)
+    browser.open(tmp_path / "out" / "report.html")
+
+    def show(time: float) -> None:
+        slider = "document.querySelector('.time')"
+        browser.run(f"{slider}.value = {time}; {slider}.dispatchEvent(new Event('input'))")
+
+    def count(kind: str) -> int:
+        return int(browser.run(f"document.querySelectorAll('.scene {kind}').length"))
+
+    ties = []
+    for time in (0.0, 0.32, 2.9):
+        show(time)
+        kind = "document.querySelector('.scene .tie')?.getAttribute('class') ?? 'gone'"
+        ties.append((browser.run(kind), "tie" in browser.run(NOW)))
+    assert [kind for kind, _ in ties][::2] == ["tie slack", "gone"]
+    assert ties[1][0] in ("tie taut", "tie yields")
+    assert all(said for _, said in ties)
+    # The wall, the far end of the tie, the weight, and two plates with what is between them.
+    shown = [count(kind) for kind in (".wall", ".anchor", "line.load", ".base", ".link")]
+    assert shown == [1, 1, 1, 2, 2]
+    inside = """
+        Array.from(document.querySelectorAll('.scene polygon, .scene line')).every((e) => {
+            const [box, view] = [e.getBBox(), e.ownerSVGElement.viewBox.baseVal];
+            return box.x >= -1 && box.x + box.width <= view.width + 1 && box.y >= -1;
+        })
+    """
+    assert browser.run(inside)
+    assert browser.complaints == []

@@ -24,6 +24,7 @@ References:
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -73,10 +74,21 @@ class Band:
 
     def interval(self, name: str) -> tuple[float, float]:
         """Percentiles `BAND` of `median` or `dispersion`."""
+        return self.following(
+            lambda median, dispersion: {"median": median, "dispersion": dispersion}[name]
+        )
+
+    def following(self, number: Callable[[Array, Array], Array]) -> tuple[float, float]:
+        """Percentiles `BAND` of a number above 0 that follows from the fit.
+
+        Args:
+            number: The number, of medians and dispersions of shape [fit].
+        """
         found = []
         for each in (self, *self.others):
-            whole, without = getattr(each, name), getattr(each, f"{name}s")
-            found.append(_ends(np.log([whole]), np.log(without)[:, None]))
+            whole = number(np.array([each.median]), np.array([each.dispersion]))
+            without = number(each.medians, each.dispersions)
+            found.append(_ends(np.log(whole), np.log(without)[:, None]))
         low, high = (np.exp([end[0] for end in ends]) for ends in zip(*found, strict=True))
         return float(low.min()), float(high.max())
 

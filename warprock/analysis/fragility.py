@@ -251,25 +251,3 @@ def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:
             }
         )
     return pd.DataFrame(rows)
-
-
-def component_rows(curves: Sequence[Curve], intensity: str) -> pd.DataFrame:
-    """One row a group in the layout of component fragility tables after FEMA P-58.
-
-    Limit states that have no lognormal function leave their cells empty and mark the row as
-    incomplete. Theta_0 is the median in the unit of the intensity's column, Theta_1 the dispersion.
-    """
-    rows: dict[str, dict[str, object]] = {}
-    for curve in curves:
-        name = curve.group_text or "block"
-        row = rows.setdefault(
-            name, {"ID": name, "Incomplete": 0, "Demand-Type": intensity, "Demand-Offset": 0}
-        )
-        number = 1 + sum(1 for key in row if key.endswith("-Family"))
-        fitted = bool(np.isfinite(curve.fit.median) and curve.fit.dispersion > 0.0)
-        row["Incomplete"] = int(bool(row["Incomplete"]) or not fitted)
-        row[f"LS{number}-Name"] = curve.limit.text
-        row[f"LS{number}-Family"] = "lognormal" if fitted else ""
-        row[f"LS{number}-Theta_0"] = curve.fit.median if fitted else np.nan
-        row[f"LS{number}-Theta_1"] = curve.fit.dispersion if fitted else np.nan
-    return pd.DataFrame(list(rows.values()))

@@ -144,16 +144,8 @@ class Likelihood:
 
     def _log_share(self, a: Array, b: Array) -> Array:
         """ln(Phi(a + b x_high) - Phi(a + b x_low)), shape [sample, row]; -inf unless b > 0."""
-        from scipy.special import log_ndtr
-
-        u, v = _scores(a, b, self.x_high), _scores(a, b, self.x_low)
-        # In the upper tail the difference is that of the mirrored scores.
-        flipped = u + v > 0.0
-        u, v = np.where(flipped, -v, u), np.where(flipped, -u, v)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            upper, lower = log_ndtr(u), log_ndtr(v)
-            share = upper + np.log(-np.expm1(lower - upper))
-        return np.where((b > 0.0)[:, None] & ~np.isnan(share), share, -np.inf)
+        share = log_between(_scores(a, b, self.x_high), _scores(a, b, self.x_low))
+        return np.where((b > 0.0)[:, None], share, -np.inf)
 
     def newton_step(self, a: Array, b: Array, weights: Array) -> tuple[Array, Array]:
         """Newton's step of (a, b) towards the greatest likelihood."""
@@ -185,6 +177,19 @@ class Likelihood:
             db = (h00 * g1 - h01 * g0) / determinant
         fine = np.isfinite(da) & np.isfinite(db)
         return np.where(fine, da, 0.0), np.where(fine, db, 0.0)
+
+
+def log_between(upper: Array, lower: Array) -> Array:
+    """ln(Phi(upper) - Phi(lower)) to full precision in both tails; -inf unless upper > lower."""
+    from scipy.special import log_ndtr
+
+    with np.errstate(invalid="ignore", divide="ignore"):
+        # In the upper tail the difference is that of the mirrored scores.
+        flipped = upper + lower > 0.0
+        u, v = np.where(flipped, -lower, upper), np.where(flipped, -upper, lower)
+        log_upper, log_lower = log_ndtr(u), log_ndtr(v)
+        share = log_upper + np.log(-np.expm1(log_lower - log_upper))
+    return np.where(np.isnan(share), -np.inf, share)
 
 
 def _scores(a: Array, b: Array, x: Array) -> Array:

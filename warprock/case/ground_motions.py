@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,19 +47,25 @@ ALONG, ACROSS = "motion", "motion.y"
 _PEAK_VELOCITY = "peak_velocity_m_s"
 
 
-def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[str, object]]:
-    """Ground motions and their columns of the table of inputs.
+def lane_motions(
+    values: LaneValues, lanes: Lanes
+) -> tuple[GroundMotions, GroundMotions | None, dict[str, object]]:
+    """Motions of the bases of lanes, and their columns of the table of inputs.
 
     The columns of the motion across and of the vertical one end in _y and _z.
+
+    Returns:
+        The motions of the bases; those of the ground below their supports, None without supports;
+        the columns.
     """
     on_floor = supported(values)
     if values.case.tables.motion is None:
         still = StillBase(lanes.lane_count)
-        return SpatialMotions(still, still, still) if lanes.spatial else still, {}
+        return (SpatialMotions(still, still, still) if lanes.spatial else still), None, {}
     tables = _tables(values)
     _refuse_families(values, tables)
     found = {table: _component(values, table) for table in tables}
-    along, columns, peak = found[ALONG]
+    _, columns, peak = found[ALONG]
     # In the plane a direction has turned the body.
     turn = values.numbers(DIRECTION) if lanes.spatial and values.given(DIRECTION) else None
     uplift = _uplift(lanes, ALONG, turn)
@@ -69,23 +75,42 @@ def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[
         columns["normalised_velocity"] = (
             p * np.asarray(columns[_PEAK_VELOCITY]) / (GRAVITY * uplift)
         )
-    if on_floor:
-        along, of_support = on_support(values, along)
-        columns |= of_support
+    parts = {table: motion for table, (motion, _, _) in found.items()}
+    floors: dict[str, PlanarMotions] = {}
+    for table in parts if on_floor else ():
+        floors[table], more = on_support(values, table, parts[table])
+        found[table][1].update(more)
     for table, (_, more, peak) in found.items():
         if table == ACROSS and not lanes.stacked:
             more |= {"normalised_acceleration": peak / (GRAVITY * _uplift(lanes, ACROSS))}
         if table != ALONG:
             columns |= {f"{name}_{table[-1]}": column for name, column in more.items()}
+    if turn is not None and lanes.body is None:
+        columns |= key_column(DIRECTION, turn)
+    ground = _together(parts, lanes, turn)
+    if on_floor:
+        return _together(floors, lanes, turn), ground, columns
+    return ground, None, columns
+
+
+def _together(
+    parts: Mapping[str, PlanarMotions], lanes: Lanes, turn: Array | None
+) -> GroundMotions:
+    """The motion of a base from those of the tables that say how it moves.
+
+    Args:
+        parts: Table -> its motion.
+        lanes: The blocks.
+        turn: Angle by which the motion along x is turned in space [rad], shape [lane].
+    """
+    along = parts[ALONG]
     if not lanes.spatial:
-        return (UprightMotions(along, found[UPWARDS][0]) if UPWARDS in found else along), columns
+        return UprightMotions(along, parts[UPWARDS]) if UPWARDS in parts else along
     rest = no_motion(along)
-    across, upwards = (found[t][0] if t in found else rest for t in (ACROSS, UPWARDS))
+    across, upwards = (parts.get(table, rest) for table in (ACROSS, UPWARDS))
     if turn is not None:
-        if lanes.body is None:
-            columns |= key_column(DIRECTION, turn)
         along, across = along.scaled(np.cos(turn)), along.scaled(np.sin(turn))
-    return SpatialMotions(along, across, upwards), columns
+    return SpatialMotions(along, across, upwards)
 
 
 def _uplift(lanes: Lanes, table: str, turn: Array | None = None) -> Array:

@@ -77,6 +77,8 @@ class LaneSet:
         step_factors: Factor on the engine's time step, shape [lane]; None is 1 for all.
         first: Number of the first lane, where only some were asked for.
         durations: Length of every lane's run [s], shape [lane]; None where all are the longest.
+        ground: Motions of the ground below the supports of the lanes; None without supports, where
+            `motions` are those of the ground.
 
     Example:
         >>> import warprock as wr
@@ -97,6 +99,7 @@ class LaneSet:
     step_factors: Array | None = None
     first: int = 0
     durations: Array | None = None
+    ground: GroundMotions | None = None
 
     @property
     def times(self) -> SampleTimes:
@@ -135,6 +138,7 @@ class LaneSet:
             inputs=self.inputs.iloc[chosen].reset_index(drop=True),
             step_factors=None if steps is None else steps[chosen],
             durations=None if durations is None else durations[chosen],
+            ground=None if self.ground is None else self.ground.take(chosen),
         )
 
     def alone(self, lane: int) -> LaneSet:
@@ -188,7 +192,7 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
     why = spatial_because(values)
     if why:
         refuse_in_space(values, why)
-    blocks, motions, columns = _scene(values, in_space=bool(why))
+    blocks, (motions, ground), columns = _scene(values, in_space=bool(why))
     scene = scene_kind(
         blocks,
         motions,
@@ -218,6 +222,7 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
         step_factors=step_factors,
         first=values.lanes.start,
         durations=durations if durations.min() < durations.max() else None,
+        ground=ground,
     )
     if lanes is None and not case.overridden:
         _refuse_checks(case, lane_set)
@@ -260,8 +265,10 @@ def require_room_for_lanes(case: Case) -> None:
     raise InputError(case.file, "sweep", Said(f"{count:,} lanes"), allowed)
 
 
-def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions, dict[str, object]]:
-    """Blocks, ground motions, and the columns of both in the table of inputs."""
+def _scene(
+    values: LaneValues, *, in_space: bool
+) -> tuple[Lanes, tuple[GroundMotions, GroundMotions | None], dict[str, object]]:
+    """Blocks, motions of bases and of the ground below supports, and columns of the input table."""
     stacked = values.case.tables.stacked
     body = body_of(values)
     beyond = (
@@ -295,10 +302,10 @@ def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions,
         columns |= release_columns(values)
         blocks, of_hold = held(values, blocks)
         columns |= of_hold
-    motions, more = lane_motions(values, blocks)
+    motions, ground, more = lane_motions(values, blocks)
     if values.swept(DURATION):
         more |= key_column(DURATION, values.numbers(DURATION))
-    return blocks, motions, columns | more
+    return blocks, (motions, ground), columns | more
 
 
 def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:

@@ -9,7 +9,7 @@ from warprock.quantity import Column, NumberKey
 
 
 class Support(Table):
-    """A floor of a building or an isolator under the block: a linear oscillator along x."""
+    """A floor of a building or an isolator under the block: a linear oscillator along x and y."""
 
     place: ClassVar[str] = "support"
 

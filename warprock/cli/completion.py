@@ -93,6 +93,11 @@ def records(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> li
     return [*_starting(record_names(), incomplete), CompletionItem(incomplete, type="file")]
 
 
+def files(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Files."""
+    return [CompletionItem(incomplete, type="file")]
+
+
 @click.command()
 @click.argument("shell", type=click.Choice(SHELLS))
 @click.pass_context

@@ -12,7 +12,7 @@ from warprock.cli.options import json_option, list_written, output_file_to
 if TYPE_CHECKING:
     from warprock.running.scene_motion import SceneMotion
 
-FORMS = (".gif", ".mp4", ".glb", ".usd", ".usda", ".usdc")
+FORMS = (".gif", ".mp4", ".png", ".glb", ".usd", ".usda", ".usdc")
 MOST_FRAMES = 3000
 
 _FOLDER = click.argument("folder", metavar="DIR", type=click.Path(path_type=pathlib.Path))
@@ -33,8 +33,8 @@ _SPEED = click.option(
 @_LANE
 @output_file_to(
     "path",
-    "File to write; its ending says the form: .gif, .mp4, .glb (glTF), .usd, .usda or .usdc. "
-    "DIR/lane-N.gif where it is not given.",
+    "File to write; its ending says the form: .gif, .mp4, .png (one picture, of the largest "
+    "rotation), .glb (glTF), .usd, .usda or .usdc. DIR/lane-N.gif where it is not given.",
 )
 @_SPEED
 @click.option(
@@ -55,8 +55,9 @@ def animate(
 ) -> None:
     """Make a moving picture of a lane of the run or sweep in DIR: its blocks, its base, and time.
 
-    The lane runs again, alone, at the step of its numbers. GIF and glTF need nothing besides; MP4
-    needs the extra `movie`, USD the extra `usd`.
+    What holds a block and what supports its base is shown, too. The lane runs again, alone, at the
+    step of its numbers. GIF, PNG and glTF need nothing besides; MP4 needs the extra `movie`, USD
+    the extra `usd`.
     """
     from warprock.errors import InputError
     from warprock.running.files import require_writable_file
@@ -112,12 +113,14 @@ def _write(path: pathlib.Path, motion: SceneMotion, rate: int) -> None:
     """Writes a lane in the form that the ending of the file says."""
     from warprock.figures.moving import frames
     from warprock.scenes.gltf import write_gltf
-    from warprock.scenes.pictures import WRITERS
+    from warprock.scenes.pictures import WRITERS, write_png
     from warprock.scenes.viewers import write_usd
 
     form = path.suffix.lower()
     if form in WRITERS:
         WRITERS[form](path, frames(motion), float(rate))
+    elif form == ".png":
+        write_png(path, next(frames(motion, [motion.largest])))
     elif form == ".glb":
         write_gltf(path, motion)
     else:

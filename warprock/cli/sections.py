@@ -31,6 +31,7 @@ SECTIONS: dict[str, dict[str, str]] = {
     "Analyse": {
         "capacity": "what a block bears by statics: multiplier, displacement, work",
         "fragility": "fragility functions from the lanes of a run or a sweep",
+        "risk": "how often a year blocks fall, under a hazard curve of yours",
         "ida": "the factor on a motion at which each lane first falls",
         "map": "which pulses overturn a block, with an impact or without",
         "spectrum": "rocking spectra: peaks of blocks of many sizes",

@@ -6,16 +6,19 @@ the base and the marks of the ground pass by.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from warprock.figures.held import HeldView
 from warprock.figures.palette import DARK, FALLEN, GREY, PALE, SERIES
 from warprock.figures.sheet import style
 from warprock.model.hull import lower_hull
+from warprock.model.tie_states import TieState
 from warprock.running.scene_motion import SceneMotion
+from warprock.running.scene_parts import TIE_WORDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,6 +35,8 @@ AXES = "xyz"
 """Axes of the places and accelerations of a base."""
 FAR = 1.0
 """Drift of the base over the size of the scene from which the view goes with it."""
+GAP = 1.2
+"""Height between a support and the ground below it over that of their slabs."""
 FAINT = 0.3
 """Opacity of blocks that stay where they were when their model ended."""
 FACES = np.array(
@@ -41,11 +46,12 @@ FACES = np.array(
 outside against the clock."""
 
 
-def frames(motion: SceneMotion) -> Iterator[Frame]:
+def frames(motion: SceneMotion, samples: Sequence[int] | None = None) -> Iterator[Frame]:
     """One picture a sample, each [row, column, 3] of red, green and blue, 0 to 255.
 
     Args:
         motion: The lane.
+        samples: Numbers of the samples; None is all.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -68,7 +74,8 @@ def frames(motion: SceneMotion) -> Iterator[Frame]:
         drawn: Any = canvas
         drawn.draw()
         background = drawn.copy_from_bbox(figure.bbox)
-        for sample, time in enumerate(motion.times):
+        for sample in range(len(motion.times)) if samples is None else samples:
+            time = motion.times[sample]
             view.show(sample)
             for line in lines:
                 line.set_xdata([time, time])
@@ -87,7 +94,13 @@ def _said(motion: SceneMotion, sample: int) -> str:
             f"{name} {round(1e3 * float(motion.base[sample, AXES.index(name)]), 1) + 0.0:.1f} mm"
             for name in motion.axes
         )
-        parts.append(f"base moved by {moved}")
+        parts.append(f"{'base' if motion.ground is None else 'support'} moved by {moved}")
+    if motion.ground is not None:
+        parts.append(f"ground by {1e3 * float(motion.ground[sample, 0]) + 0.0:.1f} mm")
+    ties = [part.states[sample] for part in motion.parts if part.states is not None]
+    if ties:
+        said = ", ".join(TIE_WORDS[TieState(state)] for state in ties)
+        parts.append(f"{'tie' if len(ties) == 1 else 'ties'} {said}")
     if motion.end is not None and motion.times[sample] >= motion.end:
         parts.append(f"{motion.outcome} at {motion.end:.2f} s; what follows is not modelled")
     elif sample == len(motion.times) - 1:
@@ -139,9 +152,14 @@ class _View:
             self.off[None, :, None] if motion.spatial else self.off[None, :, None, [0, 2]]
         )
         self.base = motion.base - self.off
+        self.ground_below = None if motion.ground is None else motion.ground - self.off
+        self.depth = self.slab * (1.0 if motion.ground is None else 2.0 + GAP)
         pieces = len(FACES) if motion.spatial and motion.outline is None else 1
         self.ground: list[Any] = []
-        self.slabs = [Polygon(np.zeros((4, 2)), facecolor=PALE, edgecolor=DARK, linewidth=0.8)]
+        self.slabs = [
+            Polygon(np.zeros((4, 2)), facecolor=PALE, edgecolor=DARK, linewidth=0.8, zorder=order)
+            for order in ((1.0,) if motion.ground is None else (1.0, 0.8))
+        ]
         self.blocks = [
             Polygon(np.zeros((4, 2)), edgecolor="black", linewidth=1.0, alpha=1.0)
             for _ in range(pieces * len(motion.sizes))
@@ -150,7 +168,11 @@ class _View:
             axes.add_patch(patch)
         self.marks = axes.plot([], [], color=GREY, linewidth=0.8, zorder=0.5)[0]
         self.pin = axes.plot([], [], color=FALLEN, linewidth=1.6, zorder=1.5)[0]
-        self.artists = [self.marks, *self.slabs, *self.blocks, self.pin]
+        self.links = axes.plot([], [], color=DARK, linewidth=2.0, zorder=0.9)[0]
+        self.names = [axes.text(0.0, 0.0, "", fontsize=8, va="center", zorder=1.6) for _ in "12"]
+        self.held = HeldView(axes, motion, self.off)
+        self.artists = [self.marks, *self.slabs, *self.blocks, self.pin, self.links, *self.names]
+        self.artists += self.held.artists
         axes.set_aspect("equal", adjustable="box")
         axes.set_xticks([])
         axes.set_yticks([])
@@ -172,20 +194,45 @@ class _View:
         near = c * points[..., 0] + s * points[..., 1]
         return np.asarray(near * np.cos(ELEVATION) + points[..., 2] * np.sin(ELEVATION))
 
-    def _slab(self, base: Array) -> Array:
-        """Outline of the base in the picture."""
+    def _slab(self, base: Array, below: float = 0.0) -> Array:
+        """Outline of the base in the picture, or of the ground a height below it."""
         if not self.motion.spatial:
-            low = [(-self.reach, -self.slab), (self.reach, -self.slab)]
-            return np.array([*low, (self.reach, 0.0), (-self.reach, 0.0)]) + base[[0, 2]]
+            left, right = self.motion.span
+            low, high = -self.slab - below, -below
+            return np.array([(left, low), (right, low), (right, high), (left, high)]) + base[[0, 2]]
         flat = np.array([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0)])
-        return self._seen(flat * self.reach + base)
+        return self._seen(flat * self.reach + base - np.array([0.0, 0.0, below]))
+
+    def _show_support(self, sample: int) -> None:
+        """Puts the ground below a support in place, and what is between them."""
+        if self.ground_below is None:
+            return
+        floor = self._slab(self.base[sample])
+        ground = self._slab(self.ground_below[sample], self.depth - self.slab)
+        self.slabs[1].set_xy(ground)
+        if self.motion.spatial:
+            feet, heads = ground, floor
+        else:
+            # From the upper side of the ground to the lower side of the support.
+            left, right = 0.85, 0.15
+            feet = np.stack([s * ground[3] + (1.0 - s) * ground[2] for s in (left, right)])
+            heads = np.stack([s * floor[0] + (1.0 - s) * floor[1] for s in (left, right)])
+            said = zip(self.names, (floor, ground), ("support", "ground"), strict=True)
+            for name, slab, text in said:
+                name.set_text(f"  {text}")
+                name.set_position((slab[0, 0], 0.5 * (slab[0, 1] + slab[3, 1])))
+        gaps = np.full_like(feet, np.nan)
+        self.links.set_data(*np.stack([feet, heads, gaps], axis=1).reshape(-1, 2).T)
 
     def _frame(self) -> None:
         """Sets the limits so that nothing leaves the picture."""
         seen = self._seen(self.corners) if self.motion.spatial else self.corners
-        ends = np.concatenate(
-            [seen.reshape(-1, 2), *(self._slab(self.base[k]) for k in _extremes(self.base))]
-        )
+        slabs = [self._slab(self.base[k]) for k in _extremes(self.base)]
+        if self.ground_below is not None:
+            below = self.depth - self.slab
+            moved = self.ground_below
+            slabs += [self._slab(moved[k], below) for k in _extremes(moved)]
+        ends = np.concatenate([seen.reshape(-1, 2), *slabs, self.held.ends])
         low, high = ends.min(axis=0), ends.max(axis=0)
         margin = 0.04 * float((high - low).max())
         self.axes.set_xlim(low[0] - margin, high[0] + margin)
@@ -198,6 +245,8 @@ class _View:
         for patch in self.blocks:
             patch.set_alpha(FAINT if faint else 1.0)
         self.slabs[0].set_xy(self._slab(base))
+        self._show_support(sample)
+        self.held.show(sample)
         self._show_ground(sample)
         if not self.motion.spatial:
             for block, patch in enumerate(self.blocks):
@@ -225,13 +274,14 @@ class _View:
 
     def _show_ground(self, sample: int) -> None:
         """Marks of the ground, every tenth or so of the picture, and how far the base has gone."""
-        step = 10.0 ** np.floor(np.log10(self.reach))
+        half = max(self.reach, *np.abs(self.motion.span))
+        step = 10.0 ** np.floor(np.log10(half))
         off = self.off[sample]
-        first = np.ceil((off[0] - 2.0 * self.reach) / step)
-        places = step * (first + np.arange(int(4.0 * self.reach / step) + 1)) - off[0]
+        first = np.ceil((off[0] - 2.0 * half) / step)
+        places = step * (first + np.arange(int(4.0 * half / step) + 1)) - off[0]
         base, down = self.base[sample], self.slab
         if not self.motion.spatial:
-            level = -1.6 * down
+            level = -self.depth - 0.6 * down
             xs = np.column_stack([places, places, np.full(len(places), np.nan)]).ravel()
             zs = np.tile([level, level - 0.6 * down, np.nan], len(places))
             ends = self.axes.get_xlim()
@@ -241,7 +291,7 @@ class _View:
             self.pin.set_data([base[0], base[0]], [base[2], level])
             return
         far = np.stack([np.full_like(places, -self.reach), np.full_like(places, self.reach)])
-        deep = np.full_like(far, -self.slab)
+        deep = np.full_like(far, -self.depth)
         lines = self._seen(np.stack([np.tile(places, (2, 1)), far, deep], axis=-1))
         gaps = np.full((1, len(places), 2), np.nan)
         drawn = np.concatenate([lines, gaps]).transpose(1, 0, 2).reshape(-1, 2)

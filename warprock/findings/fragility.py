@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
 import pandas as pd
 
-from warprock.analysis.fragility import RULE, Curve, component_rows, curve_rows, warnings
+from warprock.analysis.exports import component_rows, intensity_of, nrml_text
+from warprock.analysis.fragility import RULE, Curve, curve_rows, warnings
+from warprock.analysis.risk_functions import PERIOD
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.fits import FITTED, LIMIT, fit_cells, fit_sentences, fits_headline
 from warprock.findings.measures import measure
@@ -17,6 +20,7 @@ from warprock.model.undecided import UNDECIDED
 
 CURVES = "fragility.csv"
 COMPONENTS = "fragility-p58.csv"
+NRML = "fragility.xml"
 GROUPS_SHOWN = 8
 """Groups whose fits are shown one by one; of more, what they come to."""
 
@@ -35,7 +39,10 @@ def find_fragility(
     rows, said = curve_rows(curves), warnings(lanes, curves)
     # A table of an earlier version does not say which of its lanes are undecided.
     undecided = int(lanes[UNDECIDED].sum()) if UNDECIDED in lanes else 0
-    found = tell_fragility({}, {CURVES: rows, COMPONENTS: component_rows(curves, intensity)})
+    period = _period(lanes)
+    components = component_rows(curves, intensity, period)
+    found = tell_fragility({}, {CURVES: rows, COMPONENTS: components})
+    model = nrml_text(curves, intensity, period)
     notes = [f"Note: {text}." for text in said]
     if undecided:
         notes.append(
@@ -50,13 +57,25 @@ def find_fragility(
         "rule": RULE,
         "warnings": said,
     }
-    return dataclasses.replace(found, said=said_json, sentences=[*found.sentences, *notes])
+    return dataclasses.replace(
+        found,
+        said=said_json,
+        sentences=[*found.sentences, *notes],
+        texts={NRML: model} if model else {},
+    )
+
+
+def _period(lanes: pd.DataFrame) -> float:
+    """Period of the spectral acceleration of all lanes; NaN where they have none, or several."""
+    periods = lanes[PERIOD].unique().tolist() if PERIOD in lanes else []
+    return float(periods[0]) if len(periods) == 1 else math.nan
 
 
 def tell_fragility(_facts: Facts, tables: Tables) -> Finding:
     """What fragility functions came to, of their tables; facts beside them are those of a run."""
     rows, names = tables[CURVES], tables[COMPONENTS]
-    intensity = str(names["Demand-Type"].iloc[0]) if len(names) else "the intensity measure"
+    demand = str(names["Demand-Type"].iloc[0]) if len(names) else "the intensity measure"
+    intensity = intensity_of(demand)
     groups = list(map(str, rows.columns[: list(rows.columns).index(LIMIT)]))
     single = rows.drop_duplicates(groups) if groups else rows.head(1)
     many = len(single) > GROUPS_SHOWN

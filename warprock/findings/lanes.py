@@ -16,8 +16,11 @@ from warprock.findings.sheets import ROWS, Heading, Sheet, heading
 from warprock.model.response import USABLE
 from warprock.running.lane_table import PEAK_RATIO
 
-_USABLE = [code.name.lower() for code in USABLE]
-RESULTS = ("outcome", "status", "impact_count", "rest_time_s", "friction_needed")
+USABLE_NAMES = [code.name.lower() for code in USABLE]
+"""Statuses with which the numbers of a lane may be used."""
+TIES = ("peak_tie_force_N", "broken_ties", "tie_break_time_s")
+"""Results of a lane with ties."""
+RESULTS = ("outcome", "status", "impact_count", "rest_time_s", "friction_needed", *TIES)
 """Results of a lane that a page shows."""
 
 
@@ -48,7 +51,7 @@ def standing(table: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.bool_]]:
     A block that was beyond `FAR` when its run ended was falling.
     """
     up = ~table["outcome"].isin(["overturned", "slid_off"])
-    return np.asarray(up & table["status"].isin(_USABLE) & (peak_ratio(table) <= FAR))
+    return np.asarray(up & table["status"].isin(USABLE_NAMES) & (peak_ratio(table) <= FAR))
 
 
 def falling(table: pd.DataFrame) -> int:

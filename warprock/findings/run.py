@@ -11,7 +11,14 @@ import pandas as pd
 
 from warprock.findings import asked
 from warprock.findings.finding import Facts, Finding, Tables
-from warprock.findings.lanes import falling, lane_name, lane_sheet, peak_ratio, standing
+from warprock.findings.lanes import (
+    USABLE_NAMES,
+    falling,
+    lane_name,
+    lane_sheet,
+    peak_ratio,
+    standing,
+)
 from warprock.findings.numbers import counted, three
 from warprock.findings.refinement import bad_sentences, refinement_sentences
 from warprock.findings.sheets import sheet_of
@@ -72,7 +79,8 @@ def run_sentences(
         first = first.replace("it slid off", "a block slid off")
     peaks = peak_sentences(facts, table)
     refined = refinement_sentences(facts, finest_step)
-    return [f"{first} {peaks[0]}", *peaks[1:], *refined, *bad_sentences(facts)]
+    ties = tie_sentences(facts, table)
+    return [f"{first} {peaks[0]}", *peaks[1:], *ties, *refined, *bad_sentences(facts)]
 
 
 def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
@@ -98,6 +106,25 @@ def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
     if len(up) > 2:
         text += f"; the median lane that stayed up reaches {three(float(np.median(ratio[up])))}"
     return [f"{text}."]
+
+
+def tie_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
+    """The largest force of a tie, and whether one broke."""
+    if "peak_tie_force_N" not in table:
+        return []
+    usable = np.flatnonzero(table["status"].isin(USABLE_NAMES))
+    if not len(usable):
+        return []
+    forces, broken = table["peak_tie_force_N"].to_numpy(dtype=float), table["broken_ties"]
+    top = int(usable[np.argmax(forces[usable])])
+    largest = f"{three(1e-3 * float(forces[top]))} kN"
+    broke = int((broken.iloc[usable] > 0).sum())
+    if len(table) == 1:
+        when = f"a tie broke at {three(float(table['tie_break_time_s'].iloc[0]))} s"
+        return [f"The largest force of a tie is {largest}; {when if broke else 'none broke'}."]
+    lanes = f"in {counted(broke, 'lane')} a tie broke" if broke else "none broke"
+    where = lane_name(facts, table, top)
+    return [f"The largest force of a tie is {largest}, in {where}; {lanes}."]
 
 
 def way_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:

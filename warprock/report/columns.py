@@ -28,6 +28,14 @@ _FITS = {
     **dict.fromkeys(("dispersion", "all_from", "none_up_to"), NUMBER),
     "verdict": TEXT,
 }
+_RATES = dict.fromkeys(
+    ("rate_per_year", "rate_p05_per_year", "rate_p95_per_year", "return_period_years", "median"),
+    NUMBER,
+)
+_RATES |= dict.fromkeys(
+    ("share_below", "share_beyond", "intensity_p05", "intensity_p50", "intensity_p95"), NUMBER
+)
+_TOLD = dict.fromkeys(("limit_state", "intensity", "hazard", "verdict"), TEXT)
 COLUMNS: Mapping[str, Mapping[str, str]] = {
     LANE_TABLE: {LANE: LANE},
     "grid.parquet": {LANE: LANE, "frequency_ratio": NUMBER, "mode": TEXT},
@@ -63,6 +71,8 @@ COLUMNS: Mapping[str, Mapping[str, str]] = {
     "fragility-p58.csv": {"Demand-Type": TEXT},
     "fragility.csv": _FITS,
     "fragility.parquet": _FITS,
+    "risk.csv": {**_RATES, **_TOLD},
+    "risk-chances.csv": {"limit_state": TEXT, "within_years": NUMBER, "chance": NUMBER},
 }
 _BESIDES: Mapping[str, Mapping[str, str]] = {
     "fragility.csv": {"limit_state": TEXT, "in_doubt": NUMBER},

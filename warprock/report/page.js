@@ -286,6 +286,35 @@
     return [across, point[2] * 0.94 + away * 0.34, away * 0.94 - point[2] * 0.34];
   };
 
+  Player.prototype.ground = function () {
+    const lane = this.lane;
+    return lane.ground ? ["x", "y", "z"].map((axis) => this.at(lane.ground[axis], lane.length)) : null;
+  };
+
+  // Points of a part of what holds the block at the time shown.
+  Player.prototype.pointsOf = function (part) {
+    const lane = this.lane;
+    const base = this.base();
+    return part.points.map(([number, x, z]) => {
+      const mover = lane.movers[number];
+      if (mover.on === "block") {
+        const block = lane.blocks[0];
+        const r = this.at(block.r, lane.angle);
+        const arm = turned([0, Math.sin(r / 2), 0, Math.cos(r / 2)], [x, 0, z]);
+        return [this.at(block.x, lane.length) + arm[0] + mover.shift, 0, this.at(block.z, lane.length) + arm[2]];
+      }
+      const along = mover.x ? this.at(mover.x, lane.length) : 0;
+      const up = mover.z ? this.at(mover.z, lane.length) : 0;
+      return [base[0] + along + x + mover.shift, 0, base[2] + up + z];
+    });
+  };
+
+  // What a tie does at the time shown, in a word; nothing of other parts.
+  Player.prototype.doing = function (part) {
+    const sample = Math.floor(this.time / this.lane.dt + 1e-6);
+    return (part.states || []).reduce((word, [from, state]) => (from <= sample ? state : word), "");
+  };
+
   // Everything that stays the same while a lane plays.
   Player.prototype.layout = function () {
     const lane = this.lane;
@@ -300,7 +329,11 @@
     this.tall = lane.blocks.reduce((sum, block) => sum + block.h, 0);
     this.wide = Math.max(...lane.blocks.map((block) => Math.max(block.w, lane.spatial ? block.d : 0)));
     this.plate = 0.5 * Math.max(2.2 * this.wide, 0.5 * this.tall);
+    const span = lane.span || [0, 0];
+    this.plates = [Math.min(-this.plate, span[0]), Math.max(this.plate, span[1])];
     this.thick = 0.07 * this.tall;
+    // How far below the block the ground of a support begins.
+    this.gap = 2.2 * this.thick;
     const turns = lane.spatial ? [-60, -30, 0, 30, 60] : [Number(this.turn.value)];
     const shown = this.turn.value;
     for (let i = 0; i <= 240; i++) {
@@ -308,9 +341,13 @@
       const b = this.base();
       const off = this.follow.checked ? b : [0, 0, 0];
       const points = this.corners().flat();
-      for (const s of [-1, 1])
-        for (const t of lane.spatial ? [-1, 1] : [0])
-          points.push([b[0] + s * this.plate, b[1] + t * this.plate, b[2] - this.thick]);
+      const ground = this.ground();
+      for (const end of this.plates)
+        for (const t of lane.spatial ? [-1, 1] : [0]) {
+          points.push([b[0] + end, b[1] + t * this.plate, b[2] - this.thick]);
+          if (ground) points.push([ground[0] + end, ground[1] + t * this.plate, ground[2] - this.gap - this.thick]);
+        }
+      (lane.parts || []).forEach((part) => points.push(...this.pointsOf(part)));
       for (const angle of turns) {
         this.turn.value = String(angle);
         points.forEach((p) => reach(p.map((value, k) => value - off[k])));
@@ -320,8 +357,10 @@
     this.time = kept;
     const [w, h] = [box.x[1] - box.x[0], box.y[1] - box.y[0]];
     const height = Math.round(Math.min(420, Math.max(200, (width * h * 1.15) / w)));
-    this.scale = Math.min((width - 24) / w, (height - 44) / h);
-    this.shift = [width / 2 - (this.scale * (box.x[0] + box.x[1])) / 2, 10 - -this.scale * box.y[1]];
+    // The beam of a frame may reach below the clock.
+    const above = lane.parts ? 28 : 10;
+    this.scale = Math.min((width - 24) / w, (height - above - 34) / h);
+    this.shift = [width / 2 - (this.scale * (box.x[0] + box.x[1])) / 2, above + this.scale * box.y[1]];
     this.size = [width, height];
     this.scene.setAttribute("viewBox", "0 0 " + width + " " + height);
     this.drawPlot(width);
@@ -346,14 +385,40 @@
     while (svg.lastChild.tagName !== "title") svg.removeChild(svg.lastChild);
     this.drawGround(off);
     const s = this.plate;
-    const top = lane.spatial
-      ? [[-s, -s], [s, -s], [s, s], [-s, s]].map((c) => put([base[0] + c[0], base[1] + c[1], base[2]]))
-      : [[-s, 0], [s, 0], [s, -this.thick], [-s, -this.thick]].map((c) => put([base[0] + c[0], 0, base[2] + c[1]]));
-    polygon(top, { class: "base" });
+    const [left, right] = this.plates;
+    const slab = (at, down) => lane.spatial
+      ? [[-s, -s], [s, -s], [s, s], [-s, s]].map((c) => put([at[0] + c[0], at[1] + c[1], at[2] - down]))
+      : [[left, 0], [right, 0], [right, -this.thick], [left, -this.thick]].map((c) => put([at[0] + c[0], 0, at[2] + c[1] - down]));
+    const line = (ends, kind) => make("line", { x1: ends[0][0], y1: ends[0][1], x2: ends[1][0], y2: ends[1][1], class: kind }, svg);
+    const top = slab(base, 0);
+    const ground = this.ground();
+    if (ground) {
+      const below = slab(ground, this.gap);
+      polygon(below, { class: "base" });
+      if (lane.spatial) below.forEach((foot, k) => line([foot, top[k]], "link"));
+      else
+        [0.15, 0.85].forEach((part) => {
+          const between = (a, b) => [0, 1].map((k) => a[k] + part * (b[k] - a[k]));
+          line([between(below[0], below[1]), between(top[3], top[2])], "link");
+        });
+      polygon(top, { class: "base" });
+      if (!lane.spatial)
+        [[top, "support"], [below, "ground"]].forEach(([at, name]) =>
+          make("text", { x: at[0][0] + 6, y: (at[0][1] + at[3][1]) / 2 + 4 }, svg, name));
+    } else polygon(top, { class: "base" });
     if (!lane.spatial) {
       const mark = [put([base[0], 0, base[2]]), put([base[0], 0, base[2] - this.thick])];
       make("line", { x1: mark[0][0], y1: mark[0][1], x2: mark[1][0], y2: mark[1][1], class: "mark" }, svg);
     }
+    const parts = lane.parts || [];
+    // What stands behind the block, the block, and what reaches to it.
+    parts.forEach((part) => {
+      const points = this.pointsOf(part).map(put);
+      if (part.look === "anchor") line(points, "anchor");
+      else if (part.look === "wall") polygon(points, { class: "wall" });
+      else if (part.look === "column") polygon(points, { class: "block", fill: COLORS[0], stroke: COLORS[0] });
+      else if (part.look === "beam") polygon(points, { class: "beam" });
+    });
     this.corners().forEach((corners, k) => {
       const points = corners.map(put);
       const color = COLORS[k % COLORS.length];
@@ -372,6 +437,18 @@
         .sort((a, b) => b[0] - a[0])
         .slice(3)
         .forEach((pair) => polygon(pair[1], { class: shape, fill: color, stroke: color }));
+    });
+    parts.forEach((part) => {
+      const points = this.pointsOf(part).map(put);
+      const doing = this.doing(part);
+      if (part.look === "tie" && doing !== "broken") line(points, "tie " + doing);
+      if (part.look !== "load") return;
+      const [tail, head] = points;
+      const long = Math.hypot(head[0] - tail[0], head[1] - tail[1]) || 1;
+      const [x, y] = [0, 1].map((k) => (head[k] - tail[k]) / long);
+      const back = [head[0] - 9 * x, head[1] - 9 * y];
+      line([tail, back], "load");
+      polygon([head, [back[0] - 5 * y, back[1] + 5 * x], [back[0] + 5 * y, back[1] - 5 * x]], { class: "load" });
     });
     this.say(base);
   };
@@ -409,7 +486,10 @@
       return name + ((r * 180) / Math.PI).toFixed(2) + "° (" + (r / block.alpha[r < 0 ? 0 : 1]).toFixed(3) + " of its slenderness angle)";
     });
     if (!this.follow.closest("label").hidden)
-      parts.push("base moved " + (1000 * base[0]).toFixed(1) + " mm, accelerated " + this.at(lane.acc, lane.rate).toFixed(2) + " m/s²");
+      parts.push((lane.ground ? "support" : "base") + " moved " + (1000 * base[0]).toFixed(1) + " mm, accelerated " + this.at(lane.acc, lane.rate).toFixed(2) + " m/s²");
+    if (lane.ground) parts.push("ground moved " + (1000 * this.ground()[0]).toFixed(1) + " mm");
+    const ties = (lane.parts || []).filter((part) => part.states).map((part) => this.doing(part));
+    if (ties.length) parts.push((ties.length > 1 ? "ties " : "tie ") + ties.join(", "));
     if (lane.rise)
       parts.push("upwards " + (1000 * base[2]).toFixed(1) + " mm, " + this.at(lane.rise, lane.rate).toFixed(2) + " m/s²");
     if (this.ended()) parts.push(this.ended());

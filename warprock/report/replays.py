@@ -20,7 +20,7 @@ from warprock.errors import InputError
 from warprock.findings.kinds import shapes
 from warprock.findings.lanes import lane_name, needed, peak_ratio, standing
 from warprock.report.folder import ResultFolder
-from warprock.report.scenes import SOME, choose, outlines_of, sampled, scene
+from warprock.report.scenes import SOME, choose, outlines_of, sampled, scene, surroundings_of
 from warprock.running.case_run import run_lane_set
 from warprock.running.devices import start_warp
 from warprock.running.lane_table import LANE_TABLE, PEAK_RATIO, history_table, lane_table
@@ -74,7 +74,8 @@ def played(
         history = history_table(response, 0, replay.lane_set, 0)
         row = lane_table(replay.lane_set, response).iloc[0]
         outlines = outlines_of(replay.lane_set.lanes, 0)
-        lanes.append(scene(history, row, replay.name, replay.why, outlines))
+        beside = surroundings_of(replay.lane_set, 0, response, 0)
+        lanes.append(scene(history, row, replay.name, replay.why, outlines, beside))
     return {"note": note, "lanes": lanes} if lanes else None
 
 

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from warprock.case.case import Case
-from warprock.findings.lanes import lane_name, peak_ratio, standing
+from warprock.case.lanes import LaneSet
+from warprock.findings.lanes import lane_name, peak_ratio
+from warprock.findings.lanes import standing as upright
+from warprock.model.base_path import base_places
 from warprock.model.lanes import Lanes, as_stacks
+from warprock.model.response import Response
+from warprock.model.tie_states import TieState
 from warprock.running.case_run import CaseRun, run_lanes
 from warprock.running.lane_table import history_table, lane_table
 from warprock.running.provenance import provenance
 from warprock.running.scene_motion import last_move
+from warprock.running.scene_parts import TIE_WORDS, Mover, Part, scene_parts, standing
 
 Array = npt.NDArray[np.float64]
 
@@ -52,6 +59,7 @@ def scenes_of(run: CaseRun) -> dict[str, Any]:
             lane_name(facts, table, lane),
             why,
             outlines_of(run.lane_set.lanes, lane),
+            surroundings_of(run.lane_set, lane, response, row),
         )
         for row, (lane, why) in enumerate(chosen.items())
     ]
@@ -75,6 +83,38 @@ def outlines_of(lanes: Lanes, lane: int) -> list[list[list[float]]] | None:
     return found
 
 
+class Surroundings(NamedTuple):
+    """What a page shows besides blocks and their base.
+
+    Attributes:
+        parts: What holds the block.
+        ground: Displacement of the ground below a support [m], shape [sample, 3]; None without.
+    """
+
+    parts: Sequence[Part] = ()
+    ground: Array | None = None
+
+
+def surroundings_of(lane_set: LaneSet, lane: int, response: Response, row: int) -> Surroundings:
+    """What a page shows of a lane besides its blocks and their base.
+
+    Args:
+        lane_set: Lanes of the case.
+        lane: Number of the lane among them.
+        response: A response with histories.
+        row: Row of the lane in it.
+    """
+    ground = lane_set.ground
+    below = None if ground is None else base_places(ground, lane, response.times)
+    if lane_set.lanes.hold is None:
+        return Surroundings(ground=below)
+    pose = np.stack([response[name][row] for name in ("x", "z", "rotation")])
+    broke = response.fields.get("tie_break_time")
+    first_break = math.nan if broke is None else float(broke[row])
+    alone = lane_set.lanes.take(np.array([lane]))
+    return Surroundings(scene_parts(alone, response.times, pose, first_break), below)
+
+
 def sampled(case: Case) -> Case:
     """The case with histories that a page can play."""
     if case.sample_times.interval is not None:
@@ -90,7 +130,11 @@ def _most(case: Case) -> int:
     times = case.sample_times
     assert times.interval is not None
     samples = min(SAMPLES, times.duration / times.interval)
-    numbers = samples * (2 + 3 * case.tables.block_count)
+    tables = case.tables
+    # The ground below a support, the arrows of loads, the beam of a frame.
+    besides = 2 * sum(each is not None for each in (tables.support, tables.frame))
+    besides += 4 * (tables.top_load is not None)
+    numbers = samples * (2 + 3 * tables.block_count + besides)
     return ALL if min(case.lane_count, ALL) * numbers <= NUMBERS else SOME
 
 
@@ -103,7 +147,7 @@ def choose(table: pd.DataFrame, most: int) -> dict[int, str]:
     """
     if len(table) <= most:
         return dict.fromkeys(range(len(table)), "")
-    ratio, up = peak_ratio(table), np.flatnonzero(standing(table))
+    ratio, up = peak_ratio(table), np.flatnonzero(upright(table))
     found: dict[int, str] = {}
 
     def add(lanes: Sequence[int] | npt.NDArray[np.intp], why: str) -> None:
@@ -134,6 +178,7 @@ def scene(
     name: str,
     why: str,
     outlines: list[list[list[float]]] | None = None,
+    beside: Surroundings | None = None,
 ) -> dict[str, Any]:
     """One lane as a page plays it: whole numbers, and what one of them is worth.
 
@@ -144,6 +189,7 @@ def scene(
         why: Why it was chosen; empty where all lanes are.
         outlines: Corners of each block from its centre of mass [m], going round where it is in
             the plane; None of boxes.
+        beside: What is shown besides blocks and base.
     """
     stride = -(-(len(history) - 1) // SAMPLES) if len(history) > SAMPLES + 1 else 1
     shown = history.iloc[::stride].reset_index(drop=True)
@@ -152,7 +198,12 @@ def scene(
     acceleration = _column(shown, "base_acceleration_m_s2")
     rise = _column(shown, "base_acceleration_z_m_s2")
     parts = [_block(shown, row, number) for number in blocks]
-    length = _unit([part[axis] for part in parts for axis in "xyz"] + list(base.values()))
+    held = () if beside is None else beside.parts
+    below = None if beside is None or beside.ground is None else beside.ground[: len(history)]
+    ground = {} if below is None else dict(zip("xyz", below[::stride].T, strict=True))
+    paths = [m.path[: len(history)][::stride] for m in _movers(held) if m.path is not None]
+    places = [part[axis] for part in parts for axis in "xyz"]
+    length = _unit([*places, *base.values(), *ground.values(), *paths])
     angle, rate = _unit([part["r"] for part in parts]), _unit([acceleration, rise])
     outcome = f"{row['outcome']}, {row['status']}".replace("_", " ")
     about = f"Outcome and status: {outcome}."
@@ -187,8 +238,54 @@ def scene(
             for k, part in enumerate(parts)
         ],
         "base": {axis: _whole(values, length) for axis, values in base.items()},
+        **({"ground": {a: _whole(v, length) for a, v in ground.items()}} if ground else {}),
+        **(_held(held, stride, length, len(times)) if held else {}),
         "acc": _whole(acceleration, rate),
         **({"rise": _whole(rise, rate)} if rise.any() else {}),
+    }
+
+
+def _movers(parts: Sequence[Part]) -> list[Mover]:
+    """What the points of parts are fixed to, each once."""
+    return list({id(mover): mover for part in parts for mover in part.movers}.values())
+
+
+def _held(parts: Sequence[Part], stride: int, length: float, samples: int) -> dict[str, Any]:
+    """What holds a block, as a page draws it.
+
+    Args:
+        parts: Its parts, with all samples.
+        stride: Of which every one in so many is shown.
+        length: What a step of a length is worth [m].
+        samples: Samples that are shown.
+    """
+    movers = _movers(parts)
+    numbers = {id(mover): number for number, mover in enumerate(movers)}
+
+    def told(mover: Mover) -> dict[str, Any]:
+        found: dict[str, Any] = {"on": mover.on, "shift": mover.shift}
+        if mover.path is not None:
+            along, up = mover.path[::stride][:samples].T
+            found |= {"x": _whole(along, length), "z": _whole(up, length)}
+        return found
+
+    def drawn(part: Part) -> dict[str, Any]:
+        ends = zip(part.movers, np.round(part.points, 6).tolist(), strict=True)
+        found: dict[str, Any] = {
+            "look": part.look.value,
+            "points": [[numbers[id(mover)], *point] for mover, point in ends],
+        }
+        if part.states is not None:
+            states = part.states[::stride][:samples]
+            changes = np.flatnonzero(np.diff(states, prepend=-1))
+            words = [TIE_WORDS[TieState(state)] for state in states[changes]]
+            found["states"] = [list(pair) for pair in zip(changes.tolist(), words, strict=True)]
+        return found
+
+    return {
+        "span": [round(end, 6) for end in standing(parts)],
+        "movers": [told(mover) for mover in movers],
+        "parts": [drawn(part) for part in parts],
     }
 
 

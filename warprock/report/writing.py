@@ -51,7 +51,13 @@ _FILES = {
     "boundaries.parquet": "where the mode changes",
     "grid.parquet": "every lane of the grid",
     PLAN: "what was planned, with all that the numbers depend on",
-    "fragility-p58.csv": "the fits as a component table after FEMA P-58",
+    "fragility-p58.csv": "the fits as a component table after FEMA P-58, as pelicun reads it",
+    "fragility.xml": "the fits as a fragility model of OpenQuake's NRML",
+    "risk.csv": "yearly rates, a row a function",
+    "risk-chances.csv": "chances within spans of years",
+    "risk-contributions.csv": "which intensities make the rates",
+    "risk-hazard.csv": "the hazard as it was used",
+    "risk-allowed.csv": "rates of exceedance that an age allows",
     CELL_TABLE: "the distribution of every cell of the ensemble",
 }
 _ENDINGS = {

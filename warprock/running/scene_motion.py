@@ -7,6 +7,7 @@ a picture.
 from __future__ import annotations
 
 import dataclasses
+import math
 import pathlib
 from collections.abc import Mapping
 from typing import Any
@@ -31,12 +32,16 @@ from warprock.running.lane_table import LANE_TABLE
 from warprock.running.options import RunOptions
 from warprock.running.results import PROVENANCE
 from warprock.running.run_file import NO_SHAPES, RUN, Shape, read_facts, require_shape
+from warprock.running.scene_parts import Part, scene_parts, standing
 from warprock.settings.engines import SETTINGS, judged_settings
 
 Array = npt.NDArray[np.float64]
 
 _PLANE = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
 _SPACE = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+
+FALLING = 30.0
+"""Rotation [deg] beyond which a picture of a block shows its fall rather than what led to it."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -57,6 +62,9 @@ class SceneMotion:
         outline: Corners of a body that is no box, as `Bodies.outline` gives them, in its plane with
             y = 0 [m], shape [corner, 3]; None of boxes. Its position is that of its centre of mass.
             Of a stack with bodies those of all blocks, shape [block, corner, 3].
+        parts: What holds its block, as a picture shows it.
+        ground: Displacement of the ground below the support of its base [m], shape [sample, 3];
+            None without a support, where the base is the ground.
     """
 
     name: str
@@ -70,6 +78,8 @@ class SceneMotion:
     base: Array
     acceleration: Array
     outline: Array | None = None
+    parts: tuple[Part, ...] = ()
+    ground: Array | None = None
 
     @property
     def end(self) -> float | None:
@@ -80,6 +90,14 @@ class SceneMotion:
         if len(self.sizes) == 1 or self.outcome not in ("overturned", "slid off"):
             return None
         return float(self.times[last_move(self.ratio)])
+
+    @property
+    def largest(self) -> int:
+        """The sample of the largest rotation by less than `FALLING`, else of the largest."""
+        size = np.abs(self.ratio).max(axis=0)
+        leans = np.rad2deg(np.abs(2.0 * np.arctan2(self.attitude[..., 1], self.attitude[..., 3])))
+        up = leans.max(axis=0) < FALLING
+        return int(np.argmax(np.where(up, size, -1.0))) if up.any() else int(np.argmax(size))
 
     @property
     def axes(self) -> str:
@@ -120,6 +138,18 @@ class SceneMotion:
         usual = 0.75 * wide + 0.3 * tall
         away = float(np.nanmax(np.abs(self.position - self.base)[..., :2]))
         return usual if away <= usual else away + 0.5 * max(tall, wide)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Where the base as pictures show it begins and ends along x, from its middle [m]."""
+        low, high = standing(self.parts)
+        return min(-self.reach, low), max(self.reach, high)
+
+    def places_of(self, part: Part) -> Array:
+        """Points of a part over time, along x and z [m], shape [sample, point, 2]."""
+        turn = 2.0 * np.arctan2(self.attitude[0, :, 1], self.attitude[0, :, 3])
+        block = np.column_stack([self.position[0][:, [0, 2]], turn])
+        return part.places(self.base[:, [0, 2]], block)
 
     def surface(self, block: int) -> tuple[Array, Array] | None:
         """Triangles of a body from its centre of mass, and their normals, see `hull_surface`.
@@ -188,6 +218,16 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
         outline = lanes.profiles.outlines()[0]
     if outline is not None and not spatial:
         outline = np.insert(outline, 1, 0.0, axis=-1)
+    parts: tuple[Part, ...] = ()
+    if run.lane_set.lanes.hold is not None:
+        pose = np.stack([fields["x"][0], fields["z"][0], fields["rotation"][0]])
+        broke = (
+            float(response["tie_break_time"][0])
+            if "tie_break_time" in response.fields
+            else math.nan
+        )
+        parts = scene_parts(run.lane_set.lanes.take(np.array([lane])), response.times, pose, broke)
+    ground = run.lane_set.ground
     pulled = np.zeros_like(base)
     motions = run.lane_set.motions
     for axis, motion in zip(motions.axes, motions.components, strict=True):
@@ -204,6 +244,8 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
         base=base,
         acceleration=pulled,
         outline=outline,
+        parts=parts,
+        ground=None if ground is None else base_places(ground, lane, response.times),
     )
 
 

@@ -18,7 +18,9 @@ import numpy.typing as npt
 from warprock.figures.palette import SERIES
 from warprock.running.files import replacing
 from warprock.running.scene_motion import SceneMotion
+from warprock.scenes.solids import solids
 
+BASE_COLOUR = "#BFBFBF"
 FLOAT, SHORT = 5126, 5123
 """Codes of glTF for the type of numbers."""
 UPRIGHT = [-float(np.sqrt(0.5)), 0.0, 0.0, float(np.sqrt(0.5))]
@@ -66,21 +68,34 @@ def write_gltf(path: pathlib.Path, motion: SceneMotion) -> None:
     times = file.add(motion.times, bounds=True)
     tall = float(motion.sizes[:, 2].sum())
     side = 2.0 * motion.reach
-    bodies = [("base", np.array([side, side, 0.06 * tall]), motion.base - [0, 0, 0.03 * tall])]
-    bodies += [(f"block {k + 1}", size, motion.position[k]) for k, size in enumerate(motion.sizes)]
+    low, high = motion.span
+    size = np.array([high - low, side, 0.06 * tall])
+    shown = np.array([0.5 * (low + high), 0.0, -0.03 * tall])
+    bodies = [("base", BASE_COLOUR, size, motion.base + shown)]
+    bodies += [
+        (f"block {k + 1}", SERIES[k % len(SERIES)], size, motion.position[k])
+        for k, size in enumerate(motion.sizes)
+    ]
+    held = list(solids(motion, 0.06 * tall))
+    bodies += [(each.name, each.colour, each.sizes[0], each.places) for each in held]
     nodes: list[dict[str, Any]] = []
     channels, samplers, meshes, materials = [], [], [], []
-    for k, (name, size, places) in enumerate(bodies):
-        turns = None if k == 0 else _unbroken(motion.attitude[k - 1])
-        moved = [("translation", places)] + ([] if turns is None else [("rotation", turns)])
+    last = len(motion.sizes)
+    for k, (name, shade, size, places) in enumerate(bodies):
+        moved = [("translation", places)]
+        if 0 < k <= last:
+            moved.append(("rotation", _unbroken(motion.attitude[k - 1])))
+        elif k > last:
+            of_held = held[k - 1 - last]
+            moved += [("rotation", _unbroken(of_held.turns)), ("scale", of_held.sizes)]
         for way, values in moved:
             samplers.append({"input": times, "output": file.add(values)})
             target = {"node": k, "path": way}
             channels.append({"sampler": len(samplers) - 1, "target": target})
-        surface = None if k == 0 else motion.surface(k - 1)
+        surface = motion.surface(k - 1) if 0 < k <= last else None
         shape = cube if surface is None else _primitive(file, *_facets(*surface))
         meshes.append({"primitives": [shape | {"material": k}]})
-        colour = [0.75, 0.75, 0.75] if k == 0 else _rgb(SERIES[(k - 1) % len(SERIES)])
+        colour = _rgb(shade)
         look = {"baseColorFactor": [*colour, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9}
         materials.append({"name": name, "pbrMetallicRoughness": look})
         node = {"name": name, "mesh": k, "translation": places[0].tolist()}

@@ -1,4 +1,4 @@
-"""Moving pictures of a lane as files: GIF through Pillow, MP4 through ffmpeg."""
+"""Pictures of a lane as files: GIF and PNG through Pillow, MP4 through ffmpeg."""
 
 from __future__ import annotations
 
@@ -38,6 +38,19 @@ def write_gif(path: pathlib.Path, frames: Iterator[Frame], rate: float) -> None:
             duration=max(20, round(100.0 / rate) * 10),
             loop=0,
         )
+
+
+def write_png(path: pathlib.Path, frame: Frame) -> None:
+    """Writes one picture as a PNG.
+
+    Args:
+        path: The file.
+        frame: The picture.
+    """
+    from PIL import Image
+
+    with replacing(path) as temporary:
+        Image.fromarray(frame).save(temporary, format="PNG")
 
 
 def write_mp4(path: pathlib.Path, frames: Iterator[Frame], rate: float) -> None:

@@ -7,7 +7,7 @@ import socket
 import tempfile
 import time
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from warprock.figures.palette import SERIES
 from warprock.quantity import Said
 from warprock.running.files import replacing
 from warprock.running.scene_motion import SceneMotion
+from warprock.scenes.solids import GAP, GONE, Solid, solids
 
 PAUSE = 1.0
 """Seconds for which the end of a lane is shown before it plays again."""
@@ -86,9 +87,9 @@ def write_usd(path: pathlib.Path, motion: SceneMotion, rate: float) -> None:
     with replacing(path) as temporary, tempfile.TemporaryDirectory(dir=path.parent) as place:
         file = pathlib.Path(place) / path.name
         viewer = newton.viewer.ViewerUSD(str(file), fps=round(rate), num_frames=None)
-        meshes = _meshes(motion)
+        shown = _shown(motion)
         for sample in range(len(motion.times)):
-            _show(viewer, motion, meshes, sample, sample / round(rate))
+            _show(viewer, motion, shown, sample, sample / round(rate))
         viewer.close()
         file.replace(temporary)
 
@@ -103,7 +104,7 @@ def play(viewer: Any, motion: SceneMotion, speed: float, *, rounds: int | None =
         rounds: How often; None until the viewer is closed.
     """
     _look(viewer, motion)
-    done, meshes = 0, _meshes(motion)
+    done, shown = 0, _shown(motion)
     while viewer.is_running() and (rounds is None or done < rounds):
         begun, sample = time.perf_counter(), 0
         while viewer.is_running() and sample < len(motion.times):
@@ -112,7 +113,7 @@ def play(viewer: Any, motion: SceneMotion, speed: float, *, rounds: int | None =
                 continue
             due = motion.times[sample] / speed - (time.perf_counter() - begun)
             time.sleep(max(0.0, due))
-            _show(viewer, motion, meshes, sample, float(motion.times[sample]))
+            _show(viewer, motion, shown, sample, float(motion.times[sample]))
             sample += 1
         _wait(PAUSE if rounds is None else 0.0)
         done += 1
@@ -149,32 +150,68 @@ def _meshes(motion: SceneMotion) -> list[Any]:
     return found
 
 
-def _show(viewer: Any, motion: SceneMotion, meshes: Sequence[Any], sample: int, at: float) -> None:
+class _Shown(NamedTuple):
+    """What is shown of a lane besides its blocks.
+
+    Attributes:
+        meshes: Of its blocks; None of boxes.
+        rigid: What holds them and keeps its size.
+        lines: What holds them and becomes longer.
+    """
+
+    meshes: Sequence[Any]
+    rigid: Sequence[Solid]
+    lines: Sequence[Solid]
+
+
+def _shown(motion: SceneMotion) -> _Shown:
+    held = list(solids(motion, _thickness(motion)))
+    rigid = [each for each in held if each.rigid]
+    return _Shown(_meshes(motion), rigid, [each for each in held if not each.rigid])
+
+
+def _thickness(motion: SceneMotion) -> float:
+    """Thickness of the base as it is shown [m]."""
+    return 0.06 * float(motion.sizes[:, 2].sum())
+
+
+def _show(viewer: Any, motion: SceneMotion, shown: _Shown, sample: int, at: float) -> None:
     """Shows a sample of a lane, at a time of the viewer [s]."""
     import newton
     import warp as wp
 
     viewer.begin_frame(at)
-    tall = float(motion.sizes[:, 2].sum())
-    reach, thick = motion.reach, 0.03 * tall
-    base = motion.base[sample]
+    reach, thick = motion.reach, 0.5 * _thickness(motion)
+    base, (low, high) = motion.base[sample], motion.span
+    down = (3.0 if motion.ground is None else 5.0 + 2.0 * GAP) * thick
     still = np.array([0.0, 0.0, 0.0, 1.0])
     shapes = [
-        ("base", (reach, reach, thick), base - np.array([0.0, 0.0, thick]), still, BASE_COLOUR),
+        (
+            "base",
+            (0.5 * (high - low), reach, thick),
+            base + np.array([0.5 * (low + high), 0.0, -thick]),
+            still,
+            BASE_COLOUR,
+        ),
         (
             "ground",
             (3.0 * reach, 3.0 * reach, 0.2 * thick),
-            np.array([0.0, 0.0, -3.0 * thick - max(0.0, -float(motion.base[:, 2].min()))]),
+            np.array([0.0, 0.0, -down - max(0.0, -float(motion.base[:, 2].min()))]),
             still,
             GROUND_COLOUR,
         ),
     ]
+    for each in shown.rigid:
+        name, half = each.name.replace(" ", "_"), tuple(0.5 * each.sizes[0])
+        place, turn = each.places[sample], each.turns[sample]
+        shapes.append((f"held_{name}", half, place, turn, _rgb(each.colour)))
     for block, size in enumerate(motion.sizes):
         colour = _rgb(SERIES[block % len(SERIES)])
         place, turn = motion.position[block, sample], motion.attitude[block, sample]
-        half = tuple(0.5 * size) if meshes[block] is None else (1.0, 1.0, 1.0)
+        half = tuple(0.5 * size) if shown.meshes[block] is None else (1.0, 1.0, 1.0)
         shapes.append((f"block_{block + 1}", half, place, turn, colour))
-    for (name, scale, place, turn, colour), mesh in zip(shapes, (None, None, *meshes), strict=True):
+    of_shapes = [None] * (2 + len(shown.rigid)) + list(shown.meshes)
+    for (name, scale, place, turn, colour), mesh in zip(shapes, of_shapes, strict=True):
         viewer.log_shapes(
             f"/{name}",
             newton.GeoType.BOX if mesh is None else newton.GeoType.MESH,
@@ -183,6 +220,12 @@ def _show(viewer: Any, motion: SceneMotion, meshes: Sequence[Any], sample: int, 
             wp.array([wp.vec3(*colour)], dtype=wp.vec3),
             geo_src=mesh,
         )
+    for each in shown.lines:
+        start, end = (wp.array([wp.vec3(*place)], dtype=wp.vec3) for place in each.ends(sample))
+        width = float(each.sizes[sample, 0])
+        hidden = width <= GONE * float(each.sizes[:, 0].max())
+        name = f"/held_{each.name.replace(' ', '_')}"
+        viewer.log_lines(name, start, end, _rgb(each.colour), width=width, hidden=hidden)
     # Viewers take such names as paths: no blank, slash or bracket.
     viewer.log_scalar("time_s", float(motion.times[sample]))
     viewer.log_scalar("base_acceleration_m_per_s2", float(motion.acceleration[sample, 0]))

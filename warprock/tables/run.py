@@ -92,6 +92,8 @@ RESULTS = (
     Result("outcome", "outcome", _word, size=0.0),
     Result("status", "status", _word, size=0.0),
     Result("peak_slide_m", "slide\n[mm]", _slide, per_block=True, size=MILLIMETRES),
+    Result("peak_tie_force_N", "tie\n[kN]", size=1e-3),
+    Result("broken_ties", "ties\nbroken", _whole),
     Result("peak_rotation_across_rad", "across\n[deg]", per_block=True, size=DEGREES),
     Result("peak_yaw_rad", "yaw\n[deg]", per_block=True, size=DEGREES),
     Result("friction_needed", "friction\nneeded"),

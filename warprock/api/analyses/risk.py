@@ -1,0 +1,231 @@
+"""Yearly rates: the function, and what the command of its name calls, too."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import os
+import pathlib
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+
+from warprock.analysis.hazard import Hazard
+from warprock.analysis.hazard_files import parse_age, read_hazard, read_power_law
+from warprock.analysis.lane_tables import read_lanes
+from warprock.analysis.limits import read_limits
+from warprock.analysis.risk import Risk, assess
+from warprock.analysis.risk_functions import (
+    CAPACITIES,
+    functions_of,
+    functions_of_components,
+    is_component_table,
+    read_components,
+)
+from warprock.api.found import Found
+from warprock.api.names import python_names
+from warprock.api.work import Age, Column, Length, Quantity, Share
+from warprock.arguments import at_the_door, require_within, several
+from warprock.errors import InputError
+from warprock.figures.risk import draw_risk, plot_risk
+from warprock.findings.risk import find_risk
+
+Table = pd.DataFrame | Found | str | os.PathLike[str]
+"""A lane table, what an analysis found, or the path of a Parquet file or of a folder."""
+File = pd.DataFrame | str | os.PathLike[str]
+"""The path of a file, or its table."""
+
+COUNTED = False
+"""Whether as many lanes run as a case has: none does."""
+
+
+@at_the_door
+def risk(
+    table: Table | Sequence[Table] | Mapping[str, Table],
+    *,
+    hazard: File | None = None,
+    k0: float | None = None,
+    k: float | None = None,
+    at: Quantity = "1 g",
+    im: Column | None = None,
+    limit: str | float | Sequence[str | float] = (),
+    limit_slide: Length | Sequence[Length] = (),
+    by: Column | Sequence[Column] = (),
+    max_doubt: Share = 0.2,
+    years: float | Sequence[float] = (),
+    survived: Age | None = None,
+    unlikely: Share = 0.05,
+    max_outside: Share = 0.1,
+) -> Found:
+    """How often in a year blocks reach a limit state, under a hazard curve of yours.
+
+    Fragility functions are fitted to the lanes over the measure of the hazard; the rate is their
+    integral over it, in closed form, with the band over records. The hazard is a file, `hazard`, or
+    a power law: an intensity x is exceeded `k0` (x / `at`)^-`k` times a year.
+
+    Args:
+        table: What `run`, `sweep` or `ida` found, a lane table, or the path of one or of a folder;
+            a component table with medians and dispersions (fragility-p58.csv), as pelicun has it;
+            or several, by name or in a row, which are objects side by side.
+        hazard: Hazard curve: a table, or a CSV file, one of OpenQuake or NRML; #2 behind it takes
+            the second curve of a file.
+        k0: How often in a year the intensity `at` is exceeded.
+        k: Exponent of a hazard that is a power law [-].
+        at: Intensity of `k0`, with its unit.
+        im: Column of the hazard's intensity measure, or PGA, PGV [default: what the file says].
+        limit: Limit state: uplift, overturning or a peak rotation / slenderness angle; or several
+            [default: overturning].
+        limit_slide: Limit state: a peak slide, such as "10 mm"; or several.
+        by: Column of groups; or several.
+        max_doubt: Share of a group's lanes that may be left out or in doubt [-]; more is refused.
+        years: Within how many years the chance is told; or several [default: 1, 50].
+        survived: Age of an object that still stands, such as "10 ka": what it allows the hazard to
+            be.
+        unlikely: Chance of standing that long below which a hazard is ruled out [-].
+        max_outside: Share of a rate that may come from motions beyond an end of the hazard [-].
+
+    Returns:
+        A `Found` whose table has one row a function; `found` are the rates.
+
+    Raises:
+        InputError: A hazard that cannot be read, is over another measure, or ends too early; or as
+            of `fragility`.
+
+    References:
+        C. A. Cornell and H. Krawinkler (2000), Progress and challenges in seismic performance
+        assessment, *PEER Center News* 3(2).
+
+    Example:
+        >>> import warprock as wr
+        >>> run = wr.run("fragility-five-blocks", "housner", progress=False)
+        >>> found = wr.risk(run, k0=1e-4, k=2.0, im="PGA", max_doubt=1.0)
+        >>> found.table["verdict"].tolist()
+        ['fitted']
+    """
+    with python_names():
+        power = None if k0 is None and k is None else (k0, k, at)
+        asked = read_asked(hazard, power, im)
+        texts = [each if isinstance(each, str) else f"{each:g}" for each in several(limit)]
+        return risk_of(
+            _named(table),
+            asked,
+            limits=texts,
+            slides=several(limit_slide),
+            by=several(by),
+            most_doubt=max_doubt,
+            years=several(years),
+            survived=survived,
+            unlikely=unlikely,
+            most_outside=max_outside,
+        )
+
+
+def read_asked(
+    hazard: File | None,
+    power: tuple[float | None, float | None, str] | None,
+    im: str | None,
+) -> Hazard:
+    """The hazard that is asked for: a file or a table, or a power law.
+
+    Args:
+        hazard: The file or the table; None where there is none.
+        power: k0, k and the intensity that k0 is of; None where no power law is asked for.
+        im: Column of its intensity measure, or a name of it; None where that is not said.
+
+    Raises:
+        InputError: Both or neither are asked for, or one cannot be used.
+    """
+    if power is None:
+        if hazard is None:
+            raise InputError("--hazard", "", None, "must be a file, or have --k0 and --k instead")
+        return read_hazard(hazard, im)
+    if hazard is not None:
+        raise InputError("--k0", "", power[0], "must be left out where --hazard is given")
+    k0, k, at = power
+    if k0 is None or k is None:
+        raise InputError("--k0" if k0 is None else "--k", "", None, "must be given, too")
+    return read_power_law(k0, k, at, im or "PGA")
+
+
+def risk_of(
+    tables: Mapping[str, Table],
+    hazard: Hazard,
+    *,
+    limits: Sequence[str],
+    slides: Sequence[str],
+    by: Sequence[str],
+    most_doubt: float,
+    years: Sequence[float],
+    survived: str | None,
+    unlikely: float,
+    most_outside: float,
+) -> Found:
+    """Yearly rates of some tables under a hazard; arguments as of `risk`, tables by name."""
+    require_within("--max-doubt", most_doubt, 0.0, 1.0)
+    require_within("--max-outside", most_outside, 0.0, 1.0)
+    require_within("--unlikely", unlikely, 1e-12, 1.0 - 1e-12)
+    for span in years:
+        if not (np.isfinite(span) and span > 0.0):
+            raise InputError("--years", "", span, "must be a number of years above 0")
+    age = None if survived is None else parse_age("--survived", survived)
+    chosen = read_limits(limits or (() if slides else ("overturning",)), slides)
+    risks: list[Risk] = []
+    for name, table in tables.items():
+        rows, source = read_table(table)
+        if is_component_table(rows):
+            asked = [each.text for each in chosen] if limits or slides else []
+            functions = functions_of_components(rows, hazard, source, asked)
+        else:
+            functions = functions_of(
+                rows, hazard, source=source, limits=chosen, by=by, most_doubt=most_doubt
+            )
+        for each in functions:
+            named = {"object": name, **each.name} if len(tables) > 1 else each.name
+            risks.append(assess(dataclasses.replace(each, name=named), hazard, most_outside))
+    return Found(
+        f"risk over {hazard.measure}",
+        risks,
+        functools.partial(find_risk, risks, years or (1.0, 50.0), age, unlikely),
+        functools.partial(draw_risk, risks, age, unlikely),
+        (len(risks), functools.partial(plot_risk, risks=risks)),
+    )
+
+
+def _named(table: Table | Sequence[Table] | Mapping[str, Table]) -> dict[str, Table]:
+    """Tables by name."""
+    if isinstance(table, Mapping):
+        found = {str(name): each for name, each in table.items()}
+    elif isinstance(table, pd.DataFrame | Found | str | os.PathLike):
+        found = {"table": table}
+    else:
+        found = named_in_turn(table)
+    if not found:
+        raise InputError("table", "", "nothing", "must be at least one table")
+    return found
+
+
+def named_in_turn(tables: Sequence[Table]) -> dict[str, Table]:
+    """Tables by the names of their folders, or by number where these are not told apart."""
+    names = [
+        each.title if isinstance(each, Found) else
+        "table" if isinstance(each, pd.DataFrame) else
+        pathlib.Path(each).resolve().name
+        for each in tables
+    ]  # fmt: skip
+    if len(set(names)) < len(names):
+        names = [f"{number} {name}" for number, name in enumerate(names, start=1)]
+    return dict(zip(names, tables, strict=True))
+
+
+def read_table(table: Table) -> tuple[pd.DataFrame, str]:
+    """A lane table or the capacities of an incremental analysis, and what errors name it."""
+    if isinstance(table, Found):
+        return table.table, table.title
+    if isinstance(table, pd.DataFrame):
+        return table, "table"
+    path = pathlib.Path(table)
+    if path.suffix == ".csv":
+        return read_components(path), os.fspath(table)
+    capacities = path / CAPACITIES
+    return read_lanes(capacities if capacities.is_file() else path), os.fspath(table)

@@ -1,0 +1,59 @@
+"""The command `risk`: yearly rates of limit states under a hazard curve."""
+
+from __future__ import annotations
+
+import pathlib
+from typing import Any
+
+import click
+
+from warprock.cli.analysis import finish
+from warprock.cli.completion import files
+from warprock.cli.options import json_option, output_option
+from warprock.cli.signatures import own_options
+
+
+@click.command()
+@click.argument("folders", metavar="FOLDER...", nargs=-1, required=True)
+@own_options("analyses/risk", "risk", hazard=files)
+@output_option
+@json_option
+def risk(
+    folders: tuple[str, ...],
+    hazard: str | None,
+    k0: float | None,
+    k: float | None,
+    at: str,
+    im: str | None,
+    limit: tuple[str, ...],
+    limit_slide: tuple[str, ...],
+    max_doubt: float,
+    max_outside: float,
+    folder: pathlib.Path | None,
+    as_json: bool,
+    **asked: Any,
+) -> None:
+    """How often in a year blocks reach a limit state, under a hazard curve of yours.
+
+    Fragility functions are fitted to the lanes of each FOLDER, which a run, a sweep or an ida
+    wrote, over the measure of the hazard; the rate is their integral over it, in closed form, with
+    the band over records. A component table, FILE.csv, has functions that are known already, as
+    medians and dispersions. The hazard is a file, or a power law: an intensity x is exceeded
+    k0 (x / at)^-k times a year.
+    """
+    from warprock.api.analyses.risk import named_in_turn, read_asked, risk_of
+
+    power = None if k0 is None and k is None else (k0, k, at)
+    found = risk_of(
+        named_in_turn(folders),
+        read_asked(hazard, power, im),
+        limits=limit,
+        slides=limit_slide,
+        most_doubt=max_doubt,
+        most_outside=max_outside,
+        **asked,
+    )
+    finish(found, folder, as_json=as_json)
+
+
+COMMANDS = (risk,)
