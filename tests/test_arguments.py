@@ -59,6 +59,7 @@ def calls(run: wr.Run) -> dict[Any, dict[str, Any]]:
         wr.compare: {"case": "free-b0", "engine": "housner", "workers": 1, "overrides": SHORT},
         wr.validate: {"case": "free-b0", "observed": None, "engine": "housner", "column": "x"},
         wr.body: {**mesh, "mass": None, "tolerance": None},
+        wr.capacity: {"case": "free-b0", "overrides": SHORT},
         wr.identify: {"history": run.history(0, "10 ms"), **block},
         wr.trade: {"engine": "housner", "scene": "free", "folder": "trade"},
         wr.stability: {"engine": "housner", "map": "step", "points": 2, "steps": 50, "workers": 1},

@@ -123,8 +123,8 @@ ROOMS = (
     ),
     _room(
         "analysis",
-        """fragility, yearly rates, incremental dynamic analysis, maps, spectra, Sobol', free
-        rocking""",
+        """fragility, yearly rates, IDA, overturning maps, rocking spectra, Sobol' indices, free
+        rocking, statics""",
         f"{_BASE} case running sweeps",
         "numpy pandas pyarrow scipy",
     ),

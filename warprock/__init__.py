@@ -39,14 +39,15 @@ if TYPE_CHECKING:
     from warprock.api.analyses.sensitivity import sensitivity as sensitivity
     from warprock.api.analyses.spectrum import spectrum as spectrum
     from warprock.api.body import body as body
+    from warprock.api.capacity import capacity as capacity
     from warprock.api.case import Case as Case
     from warprock.api.case import load_case as load_case
     from warprock.api.comparison import compare as compare
     from warprock.api.found import Found as Found
     from warprock.api.identification import identify as identify
     from warprock.api.limit import limit as limit
-    from warprock.api.parts import Assembly as Assembly
     from warprock.api.measures import measures as measures
+    from warprock.api.parts import Assembly as Assembly
     from warprock.api.parts import Block as Block
     from warprock.api.parts import Contact as Contact
     from warprock.api.parts import Ensemble as Ensemble
@@ -132,6 +133,7 @@ _HOME = {
     "TransverseWall": "api.parts",
     "Uniform": "api.parts",
     "body": "api.body",
+    "capacity": "api.capacity",
     "case_names": "case.text",
     "compare": "api.comparison",
     "expand_lanes": "case.lanes",

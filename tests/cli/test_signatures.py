@@ -18,6 +18,7 @@ MADE = {
 }
 MADE |= {"body": "body", "validate": "validation", "trade": "trade", "stability": "stability"}
 MADE |= {"verdict": "verdict", "identify": "identification", "measures": "measures"}
+MADE |= {"capacity": "capacity"}
 
 
 @pytest.mark.parametrize(("name", "module"), MADE.items())

@@ -49,6 +49,7 @@ ASKED: dict[str, list[str]] = {
         *("-s", "study.vary={substeps=[10, 20]}", "-s", "engines.direct.substeps=10"),
     ],
     "limit": ["limit", "ARCH", "-s", "assembly.voussoirs=7"],
+    "capacity": ["capacity", "free-b0"],
     "identify": ["identify", "HISTORY", "--width", "1 m", "--height", "5 m"],
     "body": ["body", "MESH", "--density", "2700 kg/m^3"],
     "trade": ["trade", "--scene", "free", "-e", "housner"],

@@ -63,6 +63,10 @@ COLUMNS: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("scene", "engine"), TEXT),
         **dict.fromkeys(("ok_share", "error_max", "cpu_s_per_simulated_s"), NUMBER),
     },
+    "capacity.parquet": {
+        "side": TEXT,
+        **dict.fromkeys(("lane", "multiplier", "multiplier_peak", "velocity_step_m_s"), NUMBER),
+    },
     "swings.parquet": dict.fromkeys(("swing", "peak_rotation_rad", "duration_s"), NUMBER),
     "fragility-p58.csv": {"Demand-Type": TEXT},
     "fragility.csv": _FITS,

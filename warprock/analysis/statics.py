@@ -1,0 +1,95 @@
+"""What single blocks bear that are led outwards, lane by lane and side by side."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.case.case import Case
+from warprock.case.lanes import LaneSet, expand_lanes
+from warprock.errors import InputError
+from warprock.model.hold import SIDES
+from warprock.model.lanes import Lanes
+from warprock.model.statics import Capacity, Curve, capacity, curve, leaning
+from warprock.quantity import Said
+
+AT_ONCE = 2048
+"""Lanes at once: 33 points of up to 37 pieces each, 20 MB an array."""
+EITHER = "either"
+"""The side of blocks that are the same to both."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Statics:
+    """What the blocks of a case bear, a row a lane and side.
+
+    Attributes:
+        case: The case.
+        lane_set: Its lanes.
+        lane: Number of the lane, shape [row].
+        side: Side to which it leans, "left" or "right"; "either" where it does not matter.
+        found: What it bears.
+    """
+
+    case: Case
+    lane_set: LaneSet
+    lane: npt.NDArray[np.intp]
+    side: npt.NDArray[np.str_]
+    found: Capacity
+
+    def curve_of(self, row: int, most: float) -> Curve:
+        """Moment over lean of a row up to a lean [rad]."""
+        lane = self.lane[row : row + 1]
+        side = SIDES.get(str(self.side[row]), 1.0)
+        return curve(leaning(self.lane_set.lanes.take(lane), side), most)
+
+
+def run_statics(case: Case) -> Statics:
+    """What the blocks of a case bear.
+
+    Args:
+        case: A case of single boxes in the plane.
+
+    Raises:
+        InputError: It has others.
+    """
+    lane_set = expand_lanes(case)
+    lanes = lane_set.lanes
+    for wrong, got in (
+        (lanes.stacked, "a stack"),
+        (lanes.bodies, "a body that is no box"),
+        (lanes.spatial, "a block in space"),
+    ):
+        if wrong:
+            raise InputError(case.file, "block", Said(got), "must be a single box in the plane")
+    numbers = np.arange(lanes.lane_count)
+    sides = ("right",) if lanes.hold is None or lanes.hold.frame is not None else tuple(SIDES)
+    parts = [
+        (numbers[free], np.full(int(free.sum()), side), _capacity(lanes, numbers[free], side))
+        for side in sides
+        if (free := _may_turn(lanes, side)).any()
+    ]
+    lane = np.concatenate([part[0] for part in parts])
+    order = np.argsort(lane, kind="stable")
+    side = np.concatenate([part[1] for part in parts])
+    whole = [np.concatenate(each)[order] for each in zip(*(part[2] for part in parts), strict=True)]
+    named = side[order] if len(sides) > 1 else np.full(len(lane), EITHER)
+    return Statics(case, lane_set, lane[order], named, Capacity(*whole))
+
+
+def _may_turn(lanes: Lanes, side: str) -> npt.NDArray[np.bool_]:
+    """Whether no wall stands at a side, shape [lane]."""
+    if lanes.hold is None or lanes.hold.wall is None:
+        return np.ones(lanes.lane_count, dtype=bool)
+    return np.asarray(lanes.hold.wall != SIDES[side])
+
+
+def _capacity(lanes: Lanes, numbers: npt.NDArray[np.intp], side: str) -> Capacity:
+    """What some of the lanes bear that are led to a side."""
+    parts = [
+        capacity(leaning(lanes.take(numbers[at : at + AT_ONCE]), SIDES[side]))
+        for at in range(0, len(numbers), AT_ONCE)
+    ]
+    return Capacity(*(np.concatenate(each) for each in zip(*parts, strict=True)))
