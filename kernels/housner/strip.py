@@ -46,7 +46,7 @@ from warprock.kernels.motion import Ground, Motion, knot_step, knot_time
 ORDERS = DEGREE - 1
 """Orders to which the turn of the upper body, sines and cosines are expanded."""
 
-LAST_TERM = by_precision(1.0e-12, 1.0e-7)
+LAST_TERM = by_precision(1.0e-13, 1.0e-7)
 """Largest last term of the lean, and of the turn of the upper body, in a step [rad]."""
 
 
