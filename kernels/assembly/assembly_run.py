@@ -247,7 +247,9 @@ def run_lanes(
                 for i in range(LANES):
                     keeps = clock[i].keeps > 0
                     book = account[i]
-                    add_energy(keeps, pull[i], clock[i].gain, mass[k, i], old[k, i], new[k, i], book)
+                    add_energy(
+                        keeps, pull[i], clock[i].gain, mass[k, i], old[k, i], new[k, i], book
+                    )
                     account[i] = book
                     pose[k, i] = wp.where(keeps, integrate(dt, new[k, i], pose[k, i]), pose[k, i])
                     time = real(clock[i].count) * dt

@@ -59,12 +59,14 @@ class Track:
         slide: How far it has slid [m].
         most: Largest |slide| [m].
         opening: Widest gap [m].
+        since: When it last carried [s].
         parted: 1 where it has parted and not landed since, else 0.
     """
 
     slide: real
     most: real
     opening: real
+    since: real
     parted: int
 
 
@@ -113,9 +115,7 @@ def integrate(step: real, v: Velocity, at: Pose) -> Pose:
     """Where a block is after a step of a length [s]."""
     theta = fused(step, v.omega, at.theta)
     inside = in_range(theta)
-    return Pose(
-        fused(step, v.x, at.x), fused(step, v.z, at.z), theta, sine(inside), cosine(inside)
-    )
+    return Pose(fused(step, v.x, at.x), fused(step, v.z, at.z), theta, sine(inside), cosine(inside))
 
 
 @wp.func
@@ -217,7 +217,9 @@ def observe_gap(
     apart = gap > limit or (was and not carries)
     opening = wp.where(gap < NEVER, gap, real(0.0))
     seen.impacts = seen.impacts + wp.where(live and was and carries, 1, 0)
-    seen.uplift_time = wp.where(live and apart, smaller(time, seen.uplift_time), seen.uplift_time)
+    track.since = wp.where(live and carries, time, track.since)
+    lifted = smaller(track.since, seen.uplift_time)
+    seen.uplift_time = wp.where(live and apart, lifted, seen.uplift_time)
     seen.moved = wp.where(live and apart, time, seen.moved)
     seen.deepest = wp.where(live, larger(-opening, seen.deepest), seen.deepest)
     track.opening = wp.where(live, larger(opening, track.opening), track.opening)

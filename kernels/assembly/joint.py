@@ -16,8 +16,9 @@ dynamics, in *Nonsmooth Mechanics and Applications*):
     |T| <= friction N,  and T = -friction N sign(u_t) where u_t is not zero
 
 So a gap may close within the step and no more. Corners that have sunk in by more than `sunk` are
-lifted out, but no faster than at `lift`, less than what a settled step leaves: blocks that wedge one
-another in cannot be lifted out at all, and their impulses would grow without bound. Angles are positive counterclockwise here.
+lifted out, but no faster than at `lift`, less than what a settled step leaves: blocks that wedge
+one another in cannot be lifted out at all, and their impulses would grow without bound. Angles are
+positive counterclockwise here.
 """
 
 import warp as wp
@@ -144,7 +145,7 @@ def find_contact(edges: Edges, end: real, margin: Margin, a: Pose, b: Pose, ma: 
     zero, one = real(0.0), real(1.0)
     px, pz = fused(end, edges.a_along_x, edges.a_x), fused(end, edges.a_along_z, edges.a_z)
     qx, qz = fused(end, edges.b_along_x, edges.b_x), fused(end, edges.b_along_z, edges.b_z)
-    # The two corners at this end from their centres of mass, and the edges, in the axes of the base.
+    # The two corners at this end from their centres of mass, and the edges, as the blocks are now.
     pax, paz = wedge(px, pz, a.s, a.c), dot(px, pz, a.s, a.c)
     qbx, qbz = wedge(qx, qz, b.s, b.c), dot(qx, qz, b.s, b.c)
     tax = wedge(edges.a_along_x, edges.a_along_z, a.s, a.c)
@@ -170,9 +171,7 @@ def find_contact(edges: Edges, end: real, margin: Margin, a: Pose, b: Pose, ma: 
     gap = wp.where(there, dot(sx, sz, nx, nz), NEVER)
     lifted = larger(margin.rate * PUSHED * smaller(gap + margin.sunk, zero), -margin.lift)
     closing = wp.where(gap > zero, margin.rate * gap, lifted)
-    at = Contact(
-        nx, nz, aa, ab, ba, bb, kn, kt, one / kn, one / kt, closing, edges.friction
-    )
+    at = Contact(nx, nz, aa, ab, ba, bb, kn, kt, one / kn, one / kt, closing, edges.friction)
     return at, gap
 
 

@@ -1,4 +1,4 @@
-"""The impulses of all contacts of an assembly in a step, by nonsmooth nonlinear conjugate gradients.
+"""The impulses of all contacts of an assembly in a step, by nonsmooth conjugate gradients.
 
 A sweep takes the contacts one after the other, each with the velocities that the last one left
 (projected Gauss-Seidel):
@@ -23,14 +23,13 @@ import warp as wp
 
 from warprock.kernels.assembly.joint import Contact, Impulse, Mass, Velocity, approach, push
 
-
 ALONG, STRAIGHT = 24, 8
 """Sweeps with a direction p, and plain ones after them: where contacts begin or end to slide in
 every sweep, directions alone may lead in circles."""
 
 LONG, SHARE = 200, real(1.0e-3)
-"""Sweeps after which a change by this share of the fastest corner's speed will do. Where blocks that
-fall wedge one another in, their impulses grow from sweep to sweep without end."""
+"""Sweeps after which a change by this share of the fastest corner's speed will do. Where blocks
+that fall wedge one another in, their impulses grow from sweep to sweep without end."""
 
 
 @wp.struct

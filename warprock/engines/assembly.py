@@ -100,8 +100,8 @@ class Assembly(AbstractEngine):
 
     def alike_order(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.intp] | None:
         """By how hard their bases pull: lanes that move alike need as many sweeps."""
-        pulls = [part.strongest_pull() for part in getattr(motions, "components", (motions,))]
-        return np.asarray(np.lexsort((pulls[0], sorts_of(_of(lanes)))))
+        pull = motions.components[0].strongest_pull()
+        return np.asarray(np.lexsort((pull, sorts_of(_of(lanes)))))
 
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes

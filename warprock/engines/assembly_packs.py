@@ -1,4 +1,4 @@
-"""Assemblies as kernels/assembly/assembly_run.py takes them: packs of lanes whose blocks touch alike.
+"""Assemblies as kernels/assembly/assembly_run.py takes them: packs of lanes that touch alike.
 
 The kernel looks up which blocks a joint is between once for all lanes of a pack. So lanes lie side
 by side whose joints are between the same blocks; of what size these are does not matter. The last

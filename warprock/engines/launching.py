@@ -149,9 +149,7 @@ class Found:
         history, places = (
             None if part is None else part[:, own] for part in (self.history, self.places)
         )
-        return Found(
-            self.lanes, self.blocks[:, own], history, places, self.sides, self.contacts
-        )
+        return Found(self.lanes, self.blocks[:, own], history, places, self.sides, self.contacts)
 
 
 def launch(

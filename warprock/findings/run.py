@@ -133,7 +133,9 @@ def assembly_sentences(facts: Facts, table: pd.DataFrame) -> list[str]:
         joints += f" and {slid} slid" if slid else ""
         where = f", in {lane_name(facts, table, top)}" if len(table) > 1 else ""
         what = "a block" if len(table) == 1 else "a block of an assembly that stood"
-        text = f"The largest displacement of {what} is {three(1e3 * moved[top])} mm{where}; {joints}"
+        text = (
+            f"The largest displacement of {what} is {three(1e3 * moved[top])} mm{where}; {joints}"
+        )
         if len(up) > 2:
             text += f"; the median lane that stood reaches {three(1e3 * np.median(moved[up]))} mm"
         told.append(f"{text}.")

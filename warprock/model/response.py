@@ -174,8 +174,12 @@ FIELDS: dict[str, Field] = {
         ),
         Field("broken_ties", ("lane",), "-", "Ties that broke"),
         Field("tie_break_time", ("lane",), "s", "Time at which the first of them broke"),
-        Field("peak_displacement", ("lane",), "m", "Largest displacement of a block of an assembly"),
-        Field("residual_displacement", ("lane",), "m", "Largest displacement of a block at the end"),
+        Field(
+            "peak_displacement", ("lane",), "m", "Largest displacement of a block of an assembly"
+        ),
+        Field(
+            "residual_displacement", ("lane",), "m", "Largest displacement of a block at the end"
+        ),
         Field("peak_opening", ("lane",), "m", "Widest gap of a joint between the ends it shares"),
         Field("opened_joints", ("lane",), "-", "Joints that opened"),
         Field("slid_joints", ("lane",), "-", "Joints that slid"),
@@ -219,7 +223,9 @@ FIELDS: dict[str, Field] = {
         Field("first_step_count", ("lane",), "-", "Time steps of one run at the step asked for"),
         Field("total_step_count", ("lane",), "-", "Time steps of all runs of the lane"),
         Field("rotation", ("lane", "sample"), "rad", "Rotation", per_block=True),
-        Field("turn", ("lane", "sample"), "rad", "Rotation of a block of an assembly", per_block=True),
+        Field(
+            "turn", ("lane", "sample"), "rad", "Rotation of a block of an assembly", per_block=True
+        ),
         Field(
             "slide",
             ("lane", "sample"),

@@ -85,8 +85,8 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     analytical = reference_engine()
     contact, *others = (each for each in preferred_engines() if engine_class(each).slides)
     if scene.assembly:
-        able = next(name for name in ENGINES if engine_class(name).assemblies)
-        return EngineChoice(able, "it is an assembly of many blocks", planar_block=False)
+        runs_it = next(name for name in ENGINES if engine_class(name).assemblies)
+        return EngineChoice(runs_it, "it is an assembly of many blocks", planar_block=False)
     if scene.spatial:
         return EngineChoice(contact, "the blocks move in space", planar_block=False)
     if scene.stacked:

@@ -314,8 +314,7 @@ class AssemblySettings:
     iterations: Annotated[
         int,
         SettingKey(
-            "most sweeps of a step; a lane that needs more ends there, with status "
-            "iteration_limit",
+            "most sweeps of a step; a lane that needs more ends there, with status iteration_limit",
             1,
             1_000_000,
         ),
