@@ -156,7 +156,12 @@ FIELDS: dict[str, Field] = {
             "m",
             "Deepest penetration of a corner into what it stands on",
         ),
-        Field("energy_lost", ("lane",), "J", "Energy lost in impacts and friction"),
+        Field(
+            "energy_lost",
+            ("lane",),
+            "J",
+            "Energy lost in impacts and friction, and to ties",
+        ),
         Field("step_count", ("lane",), "-", "Time steps taken"),
         Field(
             "friction_needed",
@@ -189,6 +194,12 @@ FIELDS: dict[str, Field] = {
             ("lane",),
             "m/s",
             "The most that the contact solver left of a velocity in a step",
+        ),
+        Field(
+            "tie_energy_lost",
+            ("lane",),
+            "J",
+            "Energy that ties took by yielding and breaking, a part of the energy lost",
         ),
         Field("peak_rotation_left", ("lane",), "rad", "Largest rotation of a body towards -x"),
         Field("peak_rotation_right", ("lane",), "rad", "Largest rotation of a body towards +x"),
@@ -304,6 +315,7 @@ TIE_FIELDS: tuple[str, ...] = (
     "peak_tie_elongation",
     "broken_ties",
     "tie_break_time",
+    "tie_energy_lost",
 )
 """Fields that engines answer besides for blocks with ties."""
 ASSEMBLY_FIELDS: tuple[str, ...] = (
