@@ -107,7 +107,7 @@ def sweep_contact(
         way: Their direction and last change.
         va, vb: Velocities of its blocks.
     """
-    on, beta = solve.on, solve.beta
+    on, beta = real(solve.on), real(solve.beta)
     n0, t0 = fused(beta, way.pn, impulse.n), fused(beta, way.pt, impulse.t)
     way.pn = fused(beta, way.pn, way.dn)
     way.pt = fused(beta, way.pt, way.dt)
