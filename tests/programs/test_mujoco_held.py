@@ -55,7 +55,7 @@ def errors(
 
 
 def falls(coarse: npt.NDArray[np.float64], fine: npt.NDArray[np.float64], most: float) -> None:
-    """The error falls with the step; no lane is off by more than two to three times what was measured."""
+    """The error falls with the step; no lane is off by two to three times what was measured."""
     assert fine.mean() < coarse.mean() / 3.0
     assert fine.max() < most
 
