@@ -154,7 +154,12 @@ FIELDS: dict[str, Field] = {
             "m",
             "Deepest penetration of a corner into what it stands on",
         ),
-        Field("energy_lost", ("lane",), "J", "Energy lost in impacts and friction"),
+        Field(
+            "energy_lost",
+            ("lane",),
+            "J",
+            "Energy lost in impacts and friction, and to ties",
+        ),
         Field("step_count", ("lane",), "-", "Time steps taken"),
         Field(
             "friction_needed",
@@ -172,6 +177,12 @@ FIELDS: dict[str, Field] = {
         ),
         Field("broken_ties", ("lane",), "-", "Ties that broke"),
         Field("tie_break_time", ("lane",), "s", "Time at which the first of them broke"),
+        Field(
+            "tie_energy_lost",
+            ("lane",),
+            "J",
+            "Energy that ties took by yielding and breaking, a part of the energy lost",
+        ),
         Field("peak_rotation_left", ("lane",), "rad", "Largest rotation of a body towards -x"),
         Field("peak_rotation_right", ("lane",), "rad", "Largest rotation of a body towards +x"),
         Field(
@@ -283,6 +294,7 @@ TIE_FIELDS: tuple[str, ...] = (
     "peak_tie_elongation",
     "broken_ties",
     "tie_break_time",
+    "tie_energy_lost",
 )
 """Fields that engines answer besides for blocks with ties."""
 LANE_FIELDS: tuple[str, ...] = tuple(
