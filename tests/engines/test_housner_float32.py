@@ -1,4 +1,4 @@
-"""`housner` in float32, whose times are coarse: no lane stalls, and errors are those of round-off."""
+"""`housner` in float32, whose times are coarse: no lane stalls, errors are those of round-off."""
 
 from __future__ import annotations
 
