@@ -23,14 +23,14 @@ from warprock.engines.assembly_packs import (
 )
 from warprock.engines.base import AbstractEngine
 from warprock.engines.decoding import lane_fields, respond, still_since, time_or_nan
-from warprock.engines.launching import Form, Found, Kernel, launch
+from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.kernels import assembly
 from warprock.kernels.instance import kernel_module
 from warprock.model.assembly import Assemblies
 from warprock.model.assembly import Assembly as Laid
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
-from warprock.model.response import Response, SampleTimes, Status, take_lanes
+from warprock.model.response import JointState, Response, SampleTimes, Status, take_lanes
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
@@ -152,6 +152,8 @@ class Assembly(AbstractEngine):
             "opened_joints": joints.opened.sum(axis=1),
             "slid_joints": joints.slid.sum(axis=1),
             "collapse_time": time_or_nan(rows["collapse_time"]),
+            "collapse_load": _loads(motions, rows),
+            "joint_state": JointState.OPENED * joints.opened + JointState.SLID * joints.slid,
             "solver_residual": rows["residual"],
         }
 
@@ -159,6 +161,15 @@ class Assembly(AbstractEngine):
 def _of(lanes: Lanes) -> Assemblies:
     assert lanes.assembly is not None
     return lanes.assembly
+
+
+def _loads(motions: GroundMotions, rows: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+    """Acceleration of the base / g when the blocks last were still before a collapse, [lane]."""
+    found = np.full(len(rows), np.nan)
+    for lane in np.flatnonzero(rows["collapse_time"] < NEVER):
+        at = np.asarray([rows["still"][lane]], dtype=np.float64)
+        found[lane] = abs(float(motions.components[0].acceleration(at, int(lane))[0])) / GRAVITY
+    return found
 
 
 def _count(own: Assemblies) -> npt.NDArray[np.intp]:
