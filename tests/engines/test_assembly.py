@@ -154,7 +154,9 @@ def mixed() -> list[Laid]:
 
 def assert_same(found: Response, wanted: Response) -> None:
     for name, values in wanted.fields.items():
-        np.testing.assert_array_equal(found[name], values, err_msg=name)
+        # There is a place for every joint of the lane that has most.
+        own = values[:, : found[name].shape[1]] if name == "joint_state" else values
+        np.testing.assert_array_equal(found[name], own, err_msg=name)
 
 
 def test_no_lane_depends_on_its_neighbours():

@@ -137,6 +137,7 @@ class Assembly(AbstractEngine):
         rows, own = found.lanes, _of(lanes)
         assert found.contacts is not None
         joints = joints_moved(own, found.contacts)
+        state = JointState.OPENED * joints.opened + JointState.SLID * joints.slid
         rest_time = still_since(rows, times.times[-1] - 0.5 * self.settings.time_step)
         bad = [(_unstable(own, rows), Status.UNSTABLE)]
         blocks = np.arange(found.blocks.shape[1]) < _count(own)[:, None]
@@ -153,7 +154,7 @@ class Assembly(AbstractEngine):
             "slid_joints": joints.slid.sum(axis=1),
             "collapse_time": time_or_nan(rows["collapse_time"]),
             "collapse_load": _loads(motions, rows),
-            "joint_state": JointState.OPENED * joints.opened + JointState.SLID * joints.slid,
+            "joint_state": state[:, : own.most_joints],
             "solver_residual": rows["residual"],
         }
 
