@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from warprock.case.input_columns import columns_of
 from warprock.findings import asked
@@ -15,6 +14,9 @@ from warprock.findings.numbers import three
 from warprock.findings.sheets import ROWS, Heading, Sheet, heading
 from warprock.model.response import USABLE
 from warprock.running.lane_table import PEAK_RATIO
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 USABLE_NAMES = [code.name.lower() for code in USABLE]
 """Statuses with which the numbers of a lane may be used."""
