@@ -5,12 +5,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
+
+import pandas as pd
 
 from warprock.findings.sheets import Sheet
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Facts = Mapping[str, Any]
 Tables = Mapping[str, pd.DataFrame]

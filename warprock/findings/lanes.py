@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from warprock.case.input_columns import columns_of
 from warprock.findings import asked
@@ -14,9 +15,6 @@ from warprock.findings.numbers import three
 from warprock.findings.sheets import ROWS, Heading, Sheet, heading
 from warprock.model.response import USABLE
 from warprock.running.lane_table import PEAK_RATIO
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 USABLE_NAMES = [code.name.lower() for code in USABLE]
 """Statuses with which the numbers of a lane may be used."""
