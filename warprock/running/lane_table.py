@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -30,6 +32,7 @@ from warprock.model.response import (
     JointState,
     Response,
 )
+from warprock.model.tie_states import tie_elongations, tie_history
 from warprock.model.undecided import UNDECIDED, UNDECIDED_TEXT, undecided
 from warprock.running.parts import FOOTER
 from warprock.settings.engines import on_springs
@@ -188,11 +191,70 @@ def history_table(response: Response, row: int, lane_set: LaneSet, lane: int) ->
             "m/s^2",
             f"Acceleration of the base along {name}, without the steps of its velocity",
         )
+    if lane_set.ground is not None:
+        below = base_places(lane_set.ground, lane, times)
+        parts = zip(lane_set.ground.axes, lane_set.ground.components, strict=True)
+        for name, motion in parts:
+            pulled = "ground_acceleration" + ("" if name == "x" else f"_{name}") + "_m_s2"
+            columns |= {
+                f"ground_{name}_m": below[:, "xyz".index(name)],
+                pulled: motion.acceleration(times, lane),
+            }
+            meaning[f"ground_{name}_m"] = (
+                "m",
+                f"Displacement of the ground below the support along {name}",
+            )
+            meaning[pulled] = ("m/s^2", f"Acceleration of the ground along {name}")
+    for number, (elongation, force) in enumerate(_ties_over_time(response, row, lane_set, lane), 1):
+        columns |= {
+            f"tie_elongation_{number}_m": elongation[: len(times)],
+            f"tie_force_{number}_N": force[: len(times)],
+        }
+        meaning[f"tie_elongation_{number}_m"] = (
+            "m",
+            "Elongation of the tie from the state in which the block rests",
+        )
+        meaning[f"tie_force_{number}_N"] = ("N", "Force of the tie, tension positive")
     table = pd.DataFrame(columns)
     table.attrs["columns"] = {
         name: {"unit": unit, "text": text} for name, (unit, text) in meaning.items()
     }
     return table
+
+
+def lane_pose(response: Response, row: int) -> npt.NDArray[np.float64]:
+    """Place of the middle of a single block beside its base along x and z [m], and its rotation.
+
+    Args:
+        response: A response with histories of places.
+        row: Row of the lane in it.
+
+    Returns:
+        Shape [3, sample].
+    """
+    return np.stack([response[name][row].reshape(-1) for name in ("x", "z", "rotation")])
+
+
+def first_break(response: Response, row: int) -> float:
+    """When the first tie of a lane broke [s]; NaN if none did."""
+    if "tie_break_time" not in response.fields:
+        return math.nan
+    return float(response["tie_break_time"][row])
+
+
+def _ties_over_time(
+    response: Response, row: int, lane_set: LaneSet, lane: int
+) -> Iterator[tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]]:
+    """Elongation [m] and force [N] of each tie of a lane, shape [sample]."""
+    lanes = lane_set.lanes
+    if lanes.hold is None or lanes.hold.ties is None or "x" not in response.fields:
+        return
+    ties = lanes.hold.take(np.array([lane])).ties
+    assert ties is not None
+    size = float(lanes.width[lane]), float(lanes.height[lane])
+    elongation = tie_elongations(ties, *size, lane_pose(response, row))
+    done = tie_history(ties, elongation, response.times, first_break(response, row))
+    yield from zip(elongation, done.force, strict=True)
 
 
 def words_of(field: Field) -> list[str]:
