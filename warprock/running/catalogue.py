@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import pathlib
-from typing import Any
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
@@ -26,6 +24,9 @@ from warprock.running.engine_choice import choose_engine
 from warprock.running.files import replacing, require_writable_file
 from warprock.settings.engines import SETTINGS, declared_settings
 from warprock.unmodelled import UNMODELLED
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 JOINTS_SHOWN = 12
 """Joints of an assembly that are named."""
@@ -226,6 +227,6 @@ def _spread(values: pd.Series[Any]) -> dict[str, Any]:
     distinct = values.drop_duplicates().tolist()
     if len(distinct) <= VALUES_SHOWN:
         return {"values": distinct}
-    if not pd.api.types.is_numeric_dtype(values):
+    if values.dtype.kind not in "biuf":
         return {"values": distinct[:WORDS_SHOWN], "count": len(distinct)}
     return {"from": float(values.min()), "to": float(values.max()), "count": len(distinct)}
