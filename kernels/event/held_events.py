@@ -1,0 +1,320 @@
+"""Events of a held block in a step: the first of them ends it.
+
+Each is the first time at which a Taylor polynomial falls below zero: the gap of a point, the force
+of one that presses, what is left of friction, the velocity of a corner that slides, the distance of
+a tie from where its force changes, the angle to a fall. A polynomial that begins at zero does so
+because the last step has ended there; it is divided by the time, as often as it takes.
+"""
+
+import warp as wp
+
+from warprock.kernels.event.held_contact import wall_reserve
+from warprock.kernels.event.held_path import (
+    Held,
+    Path,
+    Pull,
+    force_series,
+    free_rates,
+    level_series,
+    place_series,
+    slip_series,
+    stretch_series,
+    tie_of,
+)
+from warprock.kernels.event.held_state import (
+    ALL,
+    BASE,
+    HIGH,
+    LEFT,
+    LOW,
+    RIGHT,
+    Block,
+    State,
+    has,
+    point_of,
+)
+from warprock.kernels.series import DEGREE, Series, first_root, slope_of
+from warprock.kernels.ties import (
+    BROKEN_TIE,
+    ELASTIC,
+    LOOSE,
+    YIELDING,
+    YIELDING_BACK,
+    Tie,
+    TieState,
+    breaks_before_yield,
+)
+
+NOTHING, OPENS, STARTS, STOPS, TOUCHES, CHANGES, FALLS, LETS_GO = 0, 1, 2, 3, 4, 5, 6, 7
+"""Kinds of events: none; a point no longer presses; a corner begins to slide, or stops; a point
+touches; a tie changes; the block has fallen; base and wall let go of a block."""
+
+AT_ZERO = by_precision(1.0e-14, 1.0e-6)
+"""Round-off of a gap, an elongation or a force, as a part of the block's size, its weight."""
+NEARLY = by_precision(1.0e-9, 1.0e-5)
+"""Round-off of the coefficients that follow one that is zero, as a part of the largest term."""
+
+
+@wp.struct
+class Event:
+    """The first event: when [s], of which kind, and of what: a point, a tie, a direction.
+
+    `way` is 1 of a tie that is stretched, -1 of one that is let go.
+    """
+
+    time: real
+    kind: int
+    what: int
+    way: int
+
+
+@wp.func
+def first_below(p: Series, h: real, noise: real) -> real:
+    """First time in (0, h] at which a series falls below zero; NEVER if it does not.
+
+    Args:
+        p: The series.
+        h: The end [s].
+        noise: What counts as zero at the start.
+    """
+    zero = real(0.0)
+    found = NEVER
+    q = p
+    if p[0] <= noise:
+        most = zero
+        power = real(1.0)
+        for k in range(DEGREE + 1):
+            if k > 0:
+                most = larger(size(p[k]) * power, most)
+            power = power * h
+        lead = int(1)
+        power = h
+        for k in range(1, DEGREE):
+            if lead == k and size(p[k]) * power <= NEARLY * most:
+                lead = k + 1
+            power = power * h
+        q = Series()
+        for k in range(DEGREE + 1):
+            if k + lead <= DEGREE:
+                q[k] = p[k + lead]
+        if p[0] < -noise or q[0] < zero:
+            found = zero
+        # What stays at zero does not fall.
+        if most == zero and p[0] >= -noise:
+            found = NEVER
+    if q[0] > zero and found > zero:
+        found = first_root(q, h)
+    return found
+
+
+@wp.func
+def sooner(found: Event, time: real, kind: int, what: int) -> Event:
+    """The sooner one of an event and of another."""
+    first = found
+    if time < found.time:
+        first = Event(time, kind, what, 0)
+    return first
+
+
+@wp.func
+def contact_events(
+    block: Block, s: State, path: Path, weight: real, h: real, found: Event
+) -> Event:
+    """The first event of contact points, if it is sooner than another."""
+    zero = real(0.0)
+    first = found
+    corner = int(0)
+    if (s.closed & RIGHT) > 0:
+        corner = int(1)
+    sticks = (s.closed & BASE) > 0 and s.slip == zero
+    carried = Series()
+    n = int(0)
+    reach = AT_ZERO * (block.half_height + block.half_width)
+    for k in range(4):
+        p = point_of(block, k)
+        if has(s.closed, k):
+            force = force_series(path, n)
+            first = sooner(first, first_below(force, h, AT_ZERO * weight), OPENS, k)
+            if k < 2:
+                carried = carried + force
+            n = n + 1
+        elif k < 2 or block.wall != zero:
+            gap = level_series(path, p)
+            if k > 1:
+                gap = -block.wall * place_series(path, p)
+                gap[0] = gap[0] + block.half_width
+            # A block about a corner that sticks does not bring its foot nearer to the wall than
+            # it has it when it lies flat.
+            clear = False
+            if k == 2 and sticks:
+                foot = point_of(block, corner)
+                at = place_series(path, foot)
+                clear = block.wall * (at[0] - foot.x) <= real(100.0) * reach
+            if not clear:
+                first = sooner(first, first_below(gap, h, reach), TOUCHES, k)
+    if (s.closed & BASE) > 0:
+        if sticks:
+            force = force_series(path, n)
+            grip = block.friction * carried
+            noise = AT_ZERO * weight
+            first = sooner(first, first_below(grip - force, h, noise), STARTS, -1)
+            first = sooner(first, first_below(grip + force, h, noise), STARTS, 1)
+        else:
+            along = s.slip * slip_series(path, point_of(block, corner))
+            speed = AT_ZERO * (size(s.vx) + block.half_height * size(s.omega))
+            first = sooner(first, first_below(along, h, speed), STOPS, corner)
+    return first
+
+
+@wp.func
+def let_go_events(
+    block: Block, pull: Pull, s: State, a: Series, weight: real, h: real, found: Event
+) -> Event:
+    """When base and wall let go of a block that lies on both, if that is sooner than another."""
+    first = found
+    # What they have to give is linear in the acceleration of the base.
+    rates = free_rates(block, pull, s, real(0.0))
+    zero = real(0.0)
+    fixed = wall_reserve(
+        block, -block.mass * rates[0], -block.mass * rates[1], -block.inertia * rates[2]
+    )
+    moving = wall_reserve(block, block.mass, zero, zero)
+    arm = block.half_height + block.half_width
+    for k in range(3):
+        left = moving[k] * a
+        left[0] = left[0] + fixed[k]
+        noise = AT_ZERO * weight
+        if k > 0:
+            noise = noise * arm
+        first = sooner(first, first_below(left, h, noise), LETS_GO, k)
+    return first
+
+
+@wp.func
+def tie_event(block: Block, tie: Tie, state: TieState, path: Path, h: real) -> Event:
+    """The next change of a tie."""
+    noise = AT_ZERO * (block.half_height + block.half_width)
+    first = Event(NEVER, NOTHING, 0, 0)
+    stretch = stretch_series(block, tie, path)
+    reach = tie.yield_force / tie.stiffness
+    if state.does == LOOSE:
+        left = -stretch
+        left[0] = left[0] + state.free
+        first = Event(first_below(left, h, noise), CHANGES, 0, 1)
+    if state.does == ELASTIC:
+        left = -stretch
+        left[0] = left[0] + smaller(tie.longest, state.free + reach)
+        first = Event(first_below(left, h, noise), CHANGES, 0, 1)
+        least = state.free
+        if tie.pushes > 0:
+            least = state.free - reach
+        back = stretch
+        back[0] = back[0] - least
+        time = first_below(back, h, noise)
+        if time < first.time:
+            first = Event(time, CHANGES, 0, -1)
+    if state.does == YIELDING:
+        left = -stretch
+        left[0] = left[0] + tie.longest
+        first = Event(first_below(left, h, noise), CHANGES, 0, 1)
+        time = first_below(slope_of(stretch), h, real(0.0))
+        if time < first.time:
+            first = Event(time, CHANGES, 0, -1)
+    if state.does == YIELDING_BACK:
+        first = Event(first_below(-slope_of(stretch), h, real(0.0)), CHANGES, 0, 1)
+    return first
+
+
+@wp.func
+def change_tie(held: Held, i: int, way: int, stretch: real, time: real):
+    """Changes what a tie does at an elongation [m] and a time [s]."""
+    tie = held.ties[i, held.lane]
+    state = held.states[i, held.lane]
+    reach = tie.yield_force / tie.stiffness
+    if way > 0:
+        if state.does == LOOSE:
+            state.does = ELASTIC
+        elif state.does == ELASTIC:
+            state.does = YIELDING
+            if breaks_before_yield(tie, state):
+                state.does = BROKEN_TIE
+                force = tie.stiffness * (stretch - state.free)
+                state.lost = state.lost + HALF * force * force / tie.stiffness
+                state.broken = time
+        elif state.does == YIELDING:
+            state.does = BROKEN_TIE
+            worn = tie.yield_force * (stretch - reach - state.free)
+            state.lost = state.lost + worn + HALF * tie.yield_force * reach
+            state.broken = time
+        else:
+            state.does = ELASTIC
+            state.lost = state.lost + tie.yield_force * (state.free - (stretch + reach))
+            state.free = stretch + reach
+    elif state.does == YIELDING:
+        state.does = ELASTIC
+        state.lost = state.lost + tie.yield_force * (stretch - reach - state.free)
+        state.free = stretch - reach
+    elif tie.pushes > 0:
+        state.does = YIELDING_BACK
+    else:
+        state.does = LOOSE
+    held.states[i, held.lane] = state
+
+
+@wp.func
+def start_tie(held: Held, i: int, stretch: real):
+    """Puts a tie in the state that a block has which was led to an elongation [m]."""
+    tie = held.ties[i, held.lane]
+    state = TieState(tie.free_length, real(0.0), NEVER, ELASTIC)
+    reach = tie.yield_force / tie.stiffness
+    if stretch < state.free and tie.pushes == 0:
+        state.does = LOOSE
+    if stretch > state.free + reach:
+        state.free = stretch - reach
+    if stretch < state.free - reach and tie.pushes > 0:
+        state.free = stretch + reach
+    if stretch > tie.longest:
+        state.does = BROKEN_TIE
+        state.broken = real(0.0)
+    held.states[i, held.lane] = state
+
+
+@wp.func
+def find_event(
+    block: Block, held: Held, pull: Pull, s: State, a: Series, path: Path, h: real
+) -> Event:
+    """The first event within h; its time is NEVER if there is none."""
+    found = Event(NEVER, NOTHING, 0, 0)
+    weight = block.mass * block.gravity + pull.down
+    if s.closed == ALL:
+        found = let_go_events(block, pull, s, a, weight, h, found)
+    else:
+        found = contact_events(block, s, path, weight, h, found)
+        for i in range(held.ties.shape[0]):
+            change = tie_event(block, tie_of(held, i), held.states[i, held.lane], path, h)
+            if change.time < found.time:
+                found = Event(change.time, CHANGES, i, change.way)
+        ahead, behind = -path.theta, path.theta
+        ahead[0] = ahead[0] + HALF_PI
+        behind[0] = behind[0] + HALF_PI
+        found = sooner(found, first_below(ahead, h, real(0.0)), FALLS, 1)
+        found = sooner(found, first_below(behind, h, real(0.0)), FALLS, -1)
+    return found
+
+
+@wp.func
+def let_go(block: Block, what: int, s: wp.ref[State]):
+    """Base and wall let go of a block that lies on both: the points that still touch, its slip."""
+    away = -block.wall
+    far, foot = int(LEFT), int(RIGHT)
+    if away > real(0.0):
+        far = int(RIGHT)
+        foot = int(LEFT)
+    s.fresh = 1
+    s.near = BASE
+    s.slip = away
+    if what == 1:
+        s.near = far + LOW
+        s.slip = real(0.0)
+    if what == 2:
+        s.near = foot + HIGH
