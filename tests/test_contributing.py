@@ -6,6 +6,7 @@ import os
 import pathlib
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 
@@ -48,6 +49,16 @@ def test_a_recipe_names_the_files_that_it_changes(recipe: Recipe):
     for kind, most in MOST_FILES.items():
         if recipe.title.endswith(f" {kind}"):
             assert len(set(changed) - {PUBLIC_NAMES}) <= most
+
+
+@pytest.mark.parametrize("recipe", RECIPES, ids=lambda recipe: recipe.diff.stem)
+def test_a_recipe_fits_the_tree(recipe: Recipe, tmp_path: pathlib.Path):
+    diff = recipe.diff.read_text(encoding="utf-8")
+    for file in files_of(diff):
+        if (ROOT / file).exists():
+            (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / file, tmp_path / file)
+    apply(diff, tmp_path)
 
 
 @pytest.mark.thorough

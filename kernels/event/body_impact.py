@@ -135,6 +135,8 @@ def end_step(
     pull = wp.where(slip1 != zero, -slip1 * body.friction * weight.end, span.a1)
     stays, tail = may_rest(body, weight.end, edge, omega1, end.omega, pull)
     turns, slides = mode1 == PIVOTING, slip1 != zero
+    # What a prescribed impact leaves no rate rests, if only until the base lifts it.
+    stays = stays or omega1 == zero
     rests = stays and hit and falls and turns
     glides = wp.where(slides, vx1, zero)
     slip1 = wp.where(rests and slides, sign_of(vx1), slip1)

@@ -131,13 +131,16 @@ def start_lane(theta: real, omega: real):
 
 @wp.func
 def may_rest(block: Block, omega: real, acceleration: real):
-    """Whether the block rests after an impact, and the time of the impacts that are left out."""
+    """Whether the block rests after an impact, and the time of the impacts that are left out.
+
+    One that an impact leaves no rate rests, if only until the base lifts it.
+    """
     eta = block.angular_restitution
     gravity_part = block.frequency_squared * sine(block.slenderness_angle)
     motion_part = block.coupling * acceleration * cosine(block.slenderness_angle)
     weaker = fused(gravity_part, real(1.0) + ROUND_OFF, -size(motion_part))
     slow = omega * omega <= real(2.0) * weaker * block.rest_rotation
-    rests = weaker > real(0.0) and slow
+    rests = (weaker > real(0.0) and slow) or omega == real(0.0)
     here = fused(sign_of(omega), motion_part, gravity_part)
     there = fused_less(sign_of(omega), motion_part, gravity_part)
     lost = larger(fused_less(eta, eta, real(1.0)), real(1.0e-6))

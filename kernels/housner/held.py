@@ -216,7 +216,13 @@ def strike(block: Block, held: Restraints, a: real, s: wp.ref[State], seen: wp.r
         s.side = -s.side
         seen.needed = larger(block.impact_friction, seen.needed)
     s.theta = real(0.0)
-    if settles(block, held, after, a):
+    stops = after == real(0.0) and block.wall == real(0.0)
+    if stops:
+        # It rests, if only until the base or what holds it lifts it. The product may be -0.
+        after = real(0.0)
+        s.mode = RESTING
+        seen.rest_time = s.time
+    elif settles(block, held, after, a):
         here = held_down(block, held, s.side, a)
         there = held_down(block, held, -s.side, a)
         tail = real(2.0) * size(after) / here / larger(real(1.0) - kept, real(1.0e-6))

@@ -48,7 +48,7 @@ from warprock.kernels.series import (
 ORDERS = DEGREE - 1
 """Orders to which the turn of the upper body, sines and cosines are expanded."""
 
-LAST_TERM = by_precision(1.0e-12, 1.0e-7)
+LAST_TERM = by_precision(1.0e-13, 1.0e-7)
 """Largest last term of the lean, and of the turn of the upper body, in a step [rad]."""
 
 
@@ -377,7 +377,12 @@ def strike(strip: Strip, a: real, s: wp.ref[State], seen: wp.ref[Seen]):
     s.side = -s.side
     s.theta = real(0.0)
     seen.needed = larger(strip.impact_friction, seen.needed)
-    if settles(strip, after, a):
+    if after == real(0.0):
+        # It rests, if only until the base bows it. Its rate is 0, not the -0 that the product is.
+        after = real(0.0)
+        s.mode = RESTING
+        seen.rest_time = s.time
+    elif settles(strip, after, a):
         here = held_up(strip, s.side, a)
         there = held_up(strip, -s.side, a)
         lost = larger(real(1.0) - kept * kept, real(1.0e-6))

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import hashlib
 import pathlib
+import re
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from warprock.analysis.hazard import Hazard
-from warprock.analysis.hazard_files import parse_age, read_hazard, read_power_law
+from warprock.analysis.hazard_files import (
+    hazard_names,
+    parse_age,
+    read_hazard,
+    read_power_law,
+)
 from warprock.errors import InputError
+from warprock.units import GRAVITY
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 PGA, PGV = "peak_acceleration_m_s2", "peak_velocity_m_s"
 CHANCES = (0.4553861, 0.05754043, 0.006354517)
 """Of exceeding 0.1, 0.4 and 0.6 g within a year, as OpenQuake writes them."""
@@ -166,6 +175,36 @@ def test_what_is_no_hazard_is_refused_in_a_line(text: str, said: str, tmp_path: 
 def test_a_file_that_is_not_there_is_named(tmp_path: pathlib.Path):
     with pytest.raises(InputError, match=r"--hazard: got '.*none.csv', must be a file \(no such"):
         read_hazard(tmp_path / "none.csv")
+    with pytest.raises(InputError, match=r"or a shipped curve: usgs-2008-los-angeles, "):
+        read_hazard("usgs-2008-los-angles")
+
+
+def test_every_shipped_curve_is_in_the_notice_with_its_hash():
+    folder = ROOT / "cases" / "hazards"
+    lines = (folder / "NOTICE").read_text(encoding="utf-8").splitlines()
+    listed = dict(reversed(line.split()) for line in lines if re.match(r"[0-9a-f]{64}  ", line))
+    files = [path for path in folder.iterdir() if path.name != "NOTICE"]
+    assert listed == {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+    assert [f"{name}.csv" for name in hazard_names()] == sorted(listed)
+
+
+@pytest.mark.parametrize("name", hazard_names())
+def test_a_shipped_curve_is_a_hazard(name: str):
+    found = read_hazard(name)
+    assert (found.source, found.measure) == (name, PGA)
+    assert found.start == pytest.approx(0.0025 * GRAVITY)
+    assert found.end > 3.0 * GRAVITY
+
+
+@pytest.mark.parametrize(
+    ("place", "intensity"),
+    [("los-angeles", 0.8932122811580905), ("seattle", 0.568659949982634)],
+)
+def test_the_rate_between_rows_is_that_of_the_program_of_the_curve(place: str, intensity: float):
+    # What its deaggregation for a return period of 2475 years says of the same curve.
+    found = read_hazard(f"usgs-2008-{place}").rate(np.array([intensity * GRAVITY]))
+    # Rows have 9 digits, of which the logarithm between two of them keeps some 8.
+    assert found[0] == pytest.approx(1.0 / 2475.0, rel=1e-7)
 
 
 def test_ages_have_units():

@@ -11,6 +11,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from tests.shared.blocks import at_rest, make_lanes, sines, velocity_steps
 from tests.shared.held import held_batch
+from tests.shared.strips import strip_batch
 from warprock.model import rocking
 from warprock.model.hold import Frame, Hold, Ties, TopLoad, three_impacts
 from warprock.model.lanes import Lanes
@@ -349,3 +350,35 @@ def test_random_frames_follow_the_oracle():
         found["energy_lost"], oracle["energy_lost"], rtol=AGREEMENT, atol=1e-6
     )
     assert "friction_needed" not in found.fields
+
+
+@pytest.mark.parametrize("kind", ["free", "ties", "frame", "strip"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_an_impact_leaves_no_rate_rests_until_it_is_lifted(kind, seed):
+    count = 12
+    lanes, motions = held_batch(count, seed, wall=False, ties=2, load=True)
+    if kind == "free":
+        lanes = dataclasses.replace(lanes, hold=None)
+    if kind == "frame":
+        lanes = dataclasses.replace(lanes, hold=Hold(frame=Frame(np.ones(count), np.ones(count))))
+    if kind == "strip":
+        lanes, motions = strip_batch(count, seed)
+    # About the other edge the impulse of a block that stops is as steep as its diagonal.
+    lanes = dataclasses.replace(
+        lanes,
+        restitution_given=True,
+        angular_restitution=np.zeros(count),
+        friction=np.full(count, 50.0),
+    )
+    times = SampleTimes(4.0, 0.02)
+    found = run_batch("housner", lanes, motions, times, workers=1)
+    oracle = oracle_response(lanes, motions, times, rtol=1e-13)
+    off = np.abs(found["rotation"] - oracle["rotation"]).max(axis=1) / lanes.slenderness_angle
+    assert off.max() < AGREEMENT
+    assert found["impact_count"].sum() > 5
+    for name in ("outcome", "impact_count"):
+        np.testing.assert_array_equal(found[name], oracle[name], err_msg=name)
+    for name in ("energy_lost", "rest_time"):
+        np.testing.assert_allclose(
+            found[name], oracle[name], rtol=AGREEMENT, atol=1e-9, err_msg=name
+        )

@@ -38,9 +38,13 @@ def test_the_case_is_accepted_and_housner_alone_declines_it(write):
     assert "\n" not in str(caught.value)
 
 
-def test_housner_runs_it_with_a_prescribed_restitution(write):
-    case = load_case(write(WIDE.replace("friction = 1.0", "friction = 2\nangular_restitution=0.5")))
-    assert run_case(case, "housner").response["outcome"][0] == Outcome.AT_REST
+@pytest.mark.parametrize("restitution", [0.5, 0.0])
+def test_housner_runs_it_with_a_prescribed_restitution(write, restitution):
+    given = f"friction = 2\nangular_restitution={restitution}"
+    text = WIDE.replace("friction = 1.0", given) + '[start]\nrotation = "2 deg"\n'
+    found = run_case(load_case(write(text)), "housner").response
+    assert found["outcome"][0] == Outcome.AT_REST
+    assert (found["impact_count"][0] == 1) == (restitution == 0.0)
 
 
 @pytest.mark.parametrize("engine", ["event", "impulse", "direct", "xpbd"])

@@ -9,7 +9,7 @@ A table has a column of intensities and one that says how often they are exceede
 The heading of the first names an intensity measure, PGA, PGV, SA(1.0) with its period in seconds,
 or a column of the lane table, with its unit in brackets or as its end: `peak_velocity_cm_s`. The
 second is `annual_rate`, `return_period_years` or `chance_in_50_years`, whatever the number. Lines
-that begin with # are remarks.
+that begin with # are remarks. Shipped curves are such tables, and known by their names.
 
 OpenQuake's files tell chances within an investigation time, a row or an element a site; they are
 recognised by what they hold. Where a file has several curves, `FILE#2` is the second, and
@@ -20,6 +20,8 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import functools
+import importlib.resources
 import io
 import os
 import pathlib
@@ -92,11 +94,24 @@ class Curve(NamedTuple):
         return f"{self.measure} at {self.place}" if self.place else self.measure
 
 
+@functools.cache
+def _shipped() -> dict[str, pathlib.Path]:
+    folder = importlib.resources.files("warprock.cases").joinpath("hazards")
+    found = [pathlib.Path(str(file)) for file in folder.iterdir() if file.name.endswith(".csv")]
+    return {file.stem: file for file in sorted(found)}
+
+
+def hazard_names() -> list[str]:
+    """Names of the shipped hazard curves."""
+    return list(_shipped())
+
+
 def read_hazard(asked: str | os.PathLike[str] | pd.DataFrame, measure: str | None = None) -> Hazard:
     """Reads a hazard curve.
 
     Args:
-        asked: A file, with `#CURVE` behind it where it has several; or its table.
+        asked: A file, with `#CURVE` behind it where it has several; the name of a shipped curve; or
+            a table.
         measure: Column of the lane table that it is over, where the file does not say.
 
     Raises:
@@ -139,10 +154,13 @@ def read_power_law(rate: float, slope: float, at: str, measure: str) -> Hazard:
 
 def _curves(path: str) -> list[Curve]:
     """The curves of a file."""
+    place = _shipped().get(path, pathlib.Path(path))
     try:
-        text = read_bytes(pathlib.Path(path), MOST_BYTES).decode("utf-8-sig")
+        text = read_bytes(place, MOST_BYTES).decode("utf-8-sig")
     except OSError as error:
-        raise InputError("--hazard", "", path, f"must be a file ({reason(error)})") from None
+        known = list_allowed(path, hazard_names())
+        allowed = f"must be a file ({reason(error)}) or a shipped curve: {known}"
+        raise InputError("--hazard", "", path, allowed) from None
     except UnicodeDecodeError:
         raise InputError("--hazard", "", path, "must be a text file in UTF-8") from None
     if text.lstrip().startswith("<"):

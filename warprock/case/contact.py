@@ -31,7 +31,6 @@ class Contact(Table):
         NumberKey(
             "the ratio of angular velocities after and before an impact",
             "0 to 1",
-            low_open=True,
             swept=True,
             column=Column("angular_restitution"),
         ),

@@ -93,6 +93,13 @@ def records(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> li
     return [*_starting(record_names(), incomplete), CompletionItem(incomplete, type="file")]
 
 
+def hazards(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Names of shipped hazard curves, and files."""
+    from warprock.analysis.hazard_files import hazard_names
+
+    return [*_starting(hazard_names(), incomplete), CompletionItem(incomplete, type="file")]
+
+
 def files(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Files."""
     return [CompletionItem(incomplete, type="file")]

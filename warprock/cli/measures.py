@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from warprock.cli.analysis import case_work, finish
-from warprock.cli.completion import files, overrides
+from warprock.cli.completion import hazards, overrides
 from warprock.cli.options import case_options, estimate_options
 from warprock.cli.signatures import own_options
 
@@ -16,7 +16,7 @@ from warprock.cli.signatures import own_options
 @click.command()
 @case_options
 @estimate_options
-@own_options("measures", "measures", hazard=files, measure=overrides)
+@own_options("measures", "measures", hazard=hazards, measure=overrides)
 def measures(
     folder: pathlib.Path | None,
     hazard: str | None,

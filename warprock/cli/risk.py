@@ -8,14 +8,14 @@ from typing import Any
 import click
 
 from warprock.cli.analysis import finish
-from warprock.cli.completion import files
+from warprock.cli.completion import hazards
 from warprock.cli.options import json_option, output_option
 from warprock.cli.signatures import own_options
 
 
 @click.command()
 @click.argument("folders", metavar="FOLDER...", nargs=-1, required=True)
-@own_options("analyses/risk", "risk", hazard=files)
+@own_options("analyses/risk", "risk", hazard=hazards)
 @output_option
 @json_option
 def risk(

@@ -88,11 +88,12 @@ class Housner(AbstractEngine):
         """Why its model is not for a scene: Housner's block must not slide."""
         if scene.stacked:
             return "housner runs single blocks, and the case has a stack"
-        if scene.angular_restitution <= 0.0 and not scene.bodies:
+        least, given = scene.angular_restitution, scene.restitution_given
+        if least <= 0.0 and not given and not scene.bodies:
             return (
                 "housner needs an angular restitution above 0 in every lane, a width below "
-                f"{WIDEST:.4g} times the height: the smallest is {scene.angular_restitution:.3g}, "
-                "and that block does not rock over to its other corner"
+                f"{WIDEST:.4g} times the height: the smallest is {least:.3g}, and that block does "
+                "not rock over to its other corner"
             )
         if scene.friction_ratio < 1.0 and scene.held != STRIP:
             return (

@@ -69,7 +69,7 @@ def risk(
             a component table with medians and dispersions (fragility-p58.csv), as pelicun has it;
             or several, by name or in a row, which are objects side by side.
         hazard: Hazard curve: a table, or a CSV file, one of OpenQuake or NRML; #2 behind it takes
-            the second curve of a file.
+            the second curve of a file. Or a shipped one: usgs-2008-los-angeles, ...
         k0: How often in a year the intensity `at` is exceeded.
         k: Exponent of a hazard that is a power law [-].
         at: Intensity of `k0`, with its unit.
