@@ -80,7 +80,7 @@ from warprock.kernels.event.held_state import (
 from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING, UNSOLVED
 from warprock.kernels.motion import Ground, Motion, knot_step, knot_time
 from warprock.kernels.series import DEGREE, TICK, Series, pull_series, root_of, slope_of, value_of
-from warprock.kernels.ties import BROKEN_TIE, force_of
+from warprock.kernels.ties import force_of
 
 REACH = real(0.25)
 """Largest rotation of the block in one step [rad]."""
@@ -255,8 +255,8 @@ def strike(
     kicked, spin = real(s.vx), size(s.omega)
     slack = speed_slack(block, s)
     back = Four()
-    hit = False
-    bounces = False
+    hit = bool(False)
+    bounces = bool(False)
     for k in range(4):
         rate = normal_rate(block, k, s)
         if has(points, k) and rate < -slack:
@@ -374,21 +374,17 @@ def friction_loss(block: Block, s: State, path: Path, tau: real) -> real:
 
 @wp.func
 def observe_ties(block: Block, held: Held, s: State, path: Path, tau: real, seen: wp.ref[Seen]):
-    """Sees the forces and elongations of the ties in a step of a length tau."""
-    zero = real(0.0)
+    """Sees the forces and elongations of the ties in a step of a length tau, and at its end."""
     for i in range(held.ties.shape[0]):
         tie = tie_of(held, i)
         state = held.states[i, held.lane]
-        if state.does != BROKEN_TIE:
-            stretch = stretch_series(block, tie, path)
-            slope = slope_of(stretch)
-            at_end = value_of(slope, tau)
-            at = real(tau)
-            if slope[0] * at_end < zero:
-                at = root_of(sign_of(slope[0]) * slope, tau)
-            reached = value_of(stretch, at)
-            seen.stretch = larger(reached, seen.stretch)
-            seen.force = larger(size(force_of(tie, state, reached)), seen.force)
+        stretch = stretch_series(block, tie, path)
+        slope = slope_of(stretch)
+        if slope[0] * value_of(slope, tau) < real(0.0):
+            # The largest one, or the least.
+            turn = value_of(stretch, root_of(sign_of(slope[0]) * slope, tau))
+            seen.stretch = larger(turn, seen.stretch)
+            seen.force = larger(size(force_of(tie, state, turn)), seen.force)
         reached = stretch_of(block, tie, s)
         seen.stretch = larger(reached, seen.stretch)
         seen.force = larger(size(force_of(tie, state, reached)), seen.force)

@@ -178,10 +178,14 @@ def mobility(block: Block, g: Grip, s: real, c: real) -> Square:
 
 
 @wp.func
-def independent(a: Square) -> bool:
-    """Whether the rates of the constraints are."""
+def answers(a: Square) -> bool:
+    """Whether forces have one answer: rates that are independent, and no corner that jams.
+
+    A corner jams where the friction of its sliding presses it the more on the base the harder that
+    pushes back (Painleve 1895). Where leaving obeys the law, too, it leaves.
+    """
     diagonal = size(a[0, 0] * a[1, 1] * a[2, 2])
-    return size(wp.determinant(a)) > SINGULAR * diagonal
+    return wp.determinant(a) > SINGULAR * diagonal
 
 
 @wp.func
@@ -219,7 +223,7 @@ def presses(block: Block, g: Grip, force: Three, ask: Ask) -> bool:
     reach = block.half_height + block.half_width
     scale = block.mass * (size(free[0]) + size(free[1]) + reach * size(free[2]))
     slack = EPS * scale + TINY
-    fits = True
+    fits = bool(True)
     n = int(0)
     carried = real(0.0)
     for k in range(4):
@@ -245,7 +249,7 @@ def parts(block: Block, g: Grip, rate: Three, ask: Ask) -> bool:
     free = ask.free
     scale = size(free[0]) + size(free[1]) + reach * (size(free[2]) + ask.curve)
     slack = EPS * scale + TINY
-    fits = True
+    fits = bool(True)
     for k in range(4):
         p = turned(point_of(block, k), ask.s, ask.c)
         if has(ask.near, k) and not has(g.points, k):
@@ -340,7 +344,7 @@ def choose(block: Block, ask: Ask) -> Choice:
             if fits:
                 g = grip_of(block, points, holds, slip)
                 a = mobility(block, g, ask.s, ask.c)
-                if independent(a):
+                if answers(a):
                     force = forces_of(block, g, a, ask)
                     rate = rates_with(block, g, force, ask)
                     if presses(block, g, force, ask) and parts(block, g, rate, ask):

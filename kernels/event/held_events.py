@@ -145,7 +145,7 @@ def contact_events(
                 gap[0] = gap[0] + block.half_width
             # A block about a corner that sticks does not bring its foot nearer to the wall than
             # it has it when it lies flat.
-            clear = False
+            clear = bool(False)
             if k == 2 and sticks:
                 foot = point_of(block, corner)
                 at = place_series(path, foot)
