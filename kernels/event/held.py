@@ -32,6 +32,7 @@ from warprock.kernels.event.held_contact import (
     choose,
 )
 from warprock.kernels.event.held_events import (
+    AT_ZERO,
     CHANGES,
     FALLS,
     LETS_GO,
@@ -138,7 +139,8 @@ def ask_velocities(s: State, near: int, back: Four) -> Ask:
 def speed_slack(block: Block, s: State) -> real:
     """Round-off of its velocities [m/s]."""
     reach = block.half_height + block.half_width
-    return EPS * (size(s.vx) + size(s.vz) + reach * size(s.omega)) + TINY
+    least = AT_ZERO * wp.sqrt(block.gravity * reach)
+    return EPS * (size(s.vx) + size(s.vz) + reach * size(s.omega)) + least
 
 
 @wp.func
@@ -461,7 +463,7 @@ def start_lane(block: Block, theta: real, omega: real, held: Held):
     lifted, rested = wp.where(rests, NEVER, zero), wp.where(rests, zero, NEVER)
     state = State(
         x, z, theta, -omega * at.z, omega * at.x, omega, zero, points, points,
-        wp.where(rests, 1, 0), 1, mode, zero, 0, zero,
+        wp.where(rests, 1, 0), 0, 0, 1, mode, zero, 0, zero,
     )  # fmt: skip
     seen = Seen(size(theta), zero, zero, lifted, rested, zero, zero, zero, 0, 0)
     for i in range(held.ties.shape[0]):
@@ -481,9 +483,11 @@ def happen(
     """Applies an event that is no impact: what touches from now on, how ties act."""
     if kind == OPENS:
         s.near = s.closed - (1 << what)
+        s.opens = 1 << what
         s.fresh = 1
     if kind == STARTS:
         s.slip = real(what)
+        s.starts = 2
         s.fresh = 1
     if kind == STOPS:
         at = turned(point_of(block, what), sine(s.theta), cosine(s.theta))
@@ -533,6 +537,8 @@ def advance(
         s.segment = s.segment + 1
         s.near = s.closed
         s.fresh = 1
+    s.opens = 0
+    s.starts = 0
     base = Base(value_of(a, tau), kick)
     hits = happens and event.kind == TOUCHES
     if happens and not hits:
@@ -540,6 +546,10 @@ def advance(
             let_go(block, event.what, s)
         else:
             happen(block, held, event.kind, event.what, event.way, s, seen)
+    if s.time >= knot:
+        # Forces may jump there.
+        s.opens = 0
+        s.starts = 0
     if s.mode < OVERTURNED and (hits or kick != zero):
         points = touching_points(block, s)
         if hits and not has(points, event.what):
@@ -575,6 +585,8 @@ def step(
     s.near = after.near
     s.closed = after.closed
     s.still = after.still
+    s.opens = after.opens
+    s.starts = after.starts
     s.fresh = after.fresh
     s.mode = after.mode
     s.time = after.time

@@ -69,27 +69,28 @@ class Event:
 
 
 @wp.func
-def first_below(p: Series, h: real, noise: real) -> real:
-    """First time in (0, h] at which a series falls below zero; NEVER if it does not.
+def first_below(p: Series, h: real, noise: real, zeros: int) -> real:
+    """First time in [0, h] at which a series falls below zero; NEVER if it does not.
 
     Args:
         p: The series.
         h: The end [s].
-        noise: What counts as zero at the start.
+        noise: Largest value that counts as zero at the start.
+        zeros: Coefficients that are known to be zero.
     """
     zero = real(0.0)
     found = NEVER
     q = p
-    if p[0] <= noise:
+    if zeros > 0 or p[0] <= noise:
         most = zero
         power = real(1.0)
         for k in range(DEGREE + 1):
-            if k > 0:
+            if k > 0 and k >= zeros:
                 most = larger(size(p[k]) * power, most)
             power = power * h
-        lead = int(1)
-        power = h
-        for k in range(1, DEGREE):
+        lead = int(larger(real(zeros), real(1.0)))
+        power = real(1.0)
+        for k in range(DEGREE):
             if lead == k and size(p[k]) * power <= NEARLY * most:
                 lead = k + 1
             power = power * h
@@ -97,12 +98,9 @@ def first_below(p: Series, h: real, noise: real) -> real:
         for k in range(DEGREE + 1):
             if k + lead <= DEGREE:
                 q[k] = p[k + lead]
-        if p[0] < -noise or q[0] < zero:
+        if q[0] < zero:
             found = zero
-        # What stays at zero does not fall.
-        if most == zero and p[0] >= -noise:
-            found = NEVER
-    if q[0] > zero and found > zero:
+    if q[0] > zero:
         found = first_root(q, h)
     return found
 
@@ -134,7 +132,7 @@ def contact_events(
         p = point_of(block, k)
         if has(s.closed, k):
             force = force_series(path, n)
-            first = sooner(first, first_below(force, h, AT_ZERO * weight), OPENS, k)
+            first = sooner(first, first_below(force, h, AT_ZERO * weight, 0), OPENS, k)
             if k < 2:
                 carried = carried + force
             n = n + 1
@@ -150,19 +148,23 @@ def contact_events(
                 foot = point_of(block, corner)
                 at = place_series(path, foot)
                 clear = block.wall * (at[0] - foot.x) <= real(100.0) * reach
+            # Its force has just come to zero: so do gap, rate and acceleration.
+            leaves = int(0)
+            if has(s.opens, k):
+                leaves = int(3)
             if not clear:
-                first = sooner(first, first_below(gap, h, reach), TOUCHES, k)
+                first = sooner(first, first_below(gap, h, reach, leaves), TOUCHES, k)
     if (s.closed & BASE) > 0:
         if sticks:
             force = force_series(path, n)
             grip = block.friction * carried
             noise = AT_ZERO * weight
-            first = sooner(first, first_below(grip - force, h, noise), STARTS, -1)
-            first = sooner(first, first_below(grip + force, h, noise), STARTS, 1)
+            first = sooner(first, first_below(grip - force, h, noise, 0), STARTS, -1)
+            first = sooner(first, first_below(grip + force, h, noise, 0), STARTS, 1)
         else:
             along = s.slip * slip_series(path, point_of(block, corner))
             speed = AT_ZERO * (size(s.vx) + block.half_height * size(s.omega))
-            first = sooner(first, first_below(along, h, speed), STOPS, corner)
+            first = sooner(first, first_below(along, h, speed, s.starts), STOPS, corner)
     return first
 
 
@@ -186,7 +188,7 @@ def let_go_events(
         noise = AT_ZERO * weight
         if k > 0:
             noise = noise * arm
-        first = sooner(first, first_below(left, h, noise), LETS_GO, k)
+        first = sooner(first, first_below(left, h, noise, 0), LETS_GO, k)
     return first
 
 
@@ -200,28 +202,28 @@ def tie_event(block: Block, tie: Tie, state: TieState, path: Path, h: real) -> E
     if state.does == LOOSE:
         left = -stretch
         left[0] = left[0] + state.free
-        first = Event(first_below(left, h, noise), CHANGES, 0, 1)
+        first = Event(first_below(left, h, noise, 0), CHANGES, 0, 1)
     if state.does == ELASTIC:
         left = -stretch
         left[0] = left[0] + smaller(tie.longest, state.free + reach)
-        first = Event(first_below(left, h, noise), CHANGES, 0, 1)
+        first = Event(first_below(left, h, noise, 0), CHANGES, 0, 1)
         least = state.free
         if tie.pushes > 0:
             least = state.free - reach
         back = stretch
         back[0] = back[0] - least
-        time = first_below(back, h, noise)
+        time = first_below(back, h, noise, 0)
         if time < first.time:
             first = Event(time, CHANGES, 0, -1)
     if state.does == YIELDING:
         left = -stretch
         left[0] = left[0] + tie.longest
-        first = Event(first_below(left, h, noise), CHANGES, 0, 1)
-        time = first_below(slope_of(stretch), h, real(0.0))
+        first = Event(first_below(left, h, noise, 0), CHANGES, 0, 1)
+        time = first_below(slope_of(stretch), h, real(0.0), 0)
         if time < first.time:
             first = Event(time, CHANGES, 0, -1)
     if state.does == YIELDING_BACK:
-        first = Event(first_below(-slope_of(stretch), h, real(0.0)), CHANGES, 0, 1)
+        first = Event(first_below(-slope_of(stretch), h, real(0.0), 0), CHANGES, 0, 1)
     return first
 
 
@@ -297,8 +299,8 @@ def find_event(
         ahead, behind = -path.theta, path.theta
         ahead[0] = ahead[0] + HALF_PI
         behind[0] = behind[0] + HALF_PI
-        found = sooner(found, first_below(ahead, h, real(0.0)), FALLS, 1)
-        found = sooner(found, first_below(behind, h, real(0.0)), FALLS, -1)
+        found = sooner(found, first_below(ahead, h, real(0.0), 0), FALLS, 1)
+        found = sooner(found, first_below(behind, h, real(0.0), 0), FALLS, -1)
     return found
 
 

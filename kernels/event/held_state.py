@@ -66,6 +66,8 @@ class State:
         near: Points that touch and do not part.
         closed: Those of them that press.
         still: 1 where nothing can move, else 0.
+        opens: Points of which the force has just come to zero.
+        starts: 2 where a corner has just begun to slide, else 0.
         fresh: 1 where it is to be decided anew which points press, else 0.
         mode: FLAT, PIVOTING or FLYING, or why the lane has ended.
         time: [s].
@@ -83,6 +85,8 @@ class State:
     near: int
     closed: int
     still: int
+    opens: int
+    starts: int
     fresh: int
     mode: int
     time: real
@@ -171,13 +175,14 @@ def mirror_block(block: Block, face: real) -> Block:
 @wp.func
 def mirror_state(s: State, face: real) -> State:
     """The state, reflected if `face` is -1."""
-    near, closed = int(s.near), int(s.closed)
+    near, closed, opens = int(s.near), int(s.closed), int(s.opens)
     if face < real(0.0):
         near = mirror_points(near)
         closed = mirror_points(closed)
+        opens = mirror_points(opens)
     return State(
         face * s.x, s.z, face * s.theta, face * s.vx, s.vz, face * s.omega, face * s.slip, near,
-        closed, s.still, s.fresh, s.mode, s.time, s.segment, s.tail,
+        closed, s.still, opens, s.starts, s.fresh, s.mode, s.time, s.segment, s.tail,
     )  # fmt: skip
 
 
