@@ -307,6 +307,7 @@ def decide(block: Block, pull: Pull, a: real, s: wp.ref[State], seen: wp.ref[See
     if choice.found == 0:
         s.mode = UNSOLVED
     s.closed = choice.points
+    s.parts = s.near - choice.points
     s.near = choice.points
     s.slip = choice.slip
     if (choice.points & BASE) == 0:
@@ -463,7 +464,7 @@ def start_lane(block: Block, theta: real, omega: real, held: Held):
     lifted, rested = wp.where(rests, NEVER, zero), wp.where(rests, zero, NEVER)
     state = State(
         x, z, theta, -omega * at.z, omega * at.x, omega, zero, points, points,
-        wp.where(rests, 1, 0), 0, 0, 1, mode, zero, 0, zero,
+        wp.where(rests, 1, 0), 0, 0, 0, 1, mode, zero, 0, zero,
     )  # fmt: skip
     seen = Seen(size(theta), zero, zero, lifted, rested, zero, zero, zero, 0, 0)
     for i in range(held.ties.shape[0]):
@@ -537,6 +538,7 @@ def advance(
         s.segment = s.segment + 1
         s.near = s.closed
         s.fresh = 1
+    s.parts = 0
     s.opens = 0
     s.starts = 0
     base = Base(value_of(a, tau), kick)
@@ -585,6 +587,7 @@ def step(
     s.near = after.near
     s.closed = after.closed
     s.still = after.still
+    s.parts = after.parts
     s.opens = after.opens
     s.starts = after.starts
     s.fresh = after.fresh

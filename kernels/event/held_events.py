@@ -148,8 +148,10 @@ def contact_events(
                 foot = point_of(block, corner)
                 at = place_series(path, foot)
                 clear = block.wall * (at[0] - foot.x) <= real(100.0) * reach
-            # Its force has just come to zero: so do gap, rate and acceleration.
             leaves = int(0)
+            if has(s.parts, k):
+                leaves = int(2)
+            # Its force has just come to zero: so do gap, rate and acceleration.
             if has(s.opens, k):
                 leaves = int(3)
             if not clear:

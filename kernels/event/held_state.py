@@ -66,6 +66,7 @@ class State:
         near: Points that touch and do not part.
         closed: Those of them that press.
         still: 1 where nothing can move, else 0.
+        parts: Points that touch, have no speed along their normal, and are let go.
         opens: Points of which the force has just come to zero.
         starts: 2 where a corner has just begun to slide, else 0.
         fresh: 1 where it is to be decided anew which points press, else 0.
@@ -85,6 +86,7 @@ class State:
     near: int
     closed: int
     still: int
+    parts: int
     opens: int
     starts: int
     fresh: int
@@ -175,14 +177,15 @@ def mirror_block(block: Block, face: real) -> Block:
 @wp.func
 def mirror_state(s: State, face: real) -> State:
     """The state, reflected if `face` is -1."""
-    near, closed, opens = int(s.near), int(s.closed), int(s.opens)
+    near, closed, parts, opens = int(s.near), int(s.closed), int(s.parts), int(s.opens)
     if face < real(0.0):
         near = mirror_points(near)
         closed = mirror_points(closed)
+        parts = mirror_points(parts)
         opens = mirror_points(opens)
     return State(
         face * s.x, s.z, face * s.theta, face * s.vx, s.vz, face * s.omega, face * s.slip, near,
-        closed, s.still, opens, s.starts, s.fresh, s.mode, s.time, s.segment, s.tail,
+        closed, s.still, parts, opens, s.starts, s.fresh, s.mode, s.time, s.segment, s.tail,
     )  # fmt: skip
 
 
