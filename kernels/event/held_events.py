@@ -51,7 +51,7 @@ touches; a tie changes; the block has fallen; base and wall let go of a block.""
 
 AT_ZERO = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, an elongation or a force, as a part of the block's size, its weight."""
-NEARLY = by_precision(1.0e-9, 1.0e-5)
+NEARLY = by_precision(1.0e-13, 1.0e-5)
 """Round-off of the coefficients that follow one that is zero, as a part of the largest term."""
 
 
@@ -316,9 +316,14 @@ def let_go(block: Block, what: int, s: wp.ref[State]):
         foot = int(LEFT)
     s.fresh = 1
     s.near = BASE
+    s.opens = LOW + HIGH
     s.slip = away
+    s.starts = 2
     if what == 1:
         s.near = far + LOW
+        s.opens = foot + HIGH
         s.slip = real(0.0)
+        s.starts = 0
     if what == 2:
         s.near = foot + HIGH
+        s.opens = far + LOW
