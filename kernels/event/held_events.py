@@ -98,9 +98,9 @@ def first_below(p: Series, h: real, noise: real, zeros: int) -> real:
         for k in range(DEGREE + 1):
             if k + lead <= DEGREE:
                 q[k] = p[k + lead]
-        if q[0] < zero:
+        if q[0] < zero or (zeros == 0 and p[0] < -real(100.0) * noise):
             found = zero
-    if q[0] > zero:
+    if q[0] > zero and found > zero:
         found = first_root(q, h)
     return found
 
