@@ -81,10 +81,12 @@ from warprock.kernels.event.held_state import (
 from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING, UNSOLVED
 from warprock.kernels.motion import Ground, Motion, knot_step, knot_time
 from warprock.kernels.series import DEGREE, TICK, Series, pull_series, root_of, slope_of, value_of
-from warprock.kernels.ties import force_of
+from warprock.kernels.ties import BROKEN_TIE, force_of
 
 REACH = real(0.25)
 """Largest rotation of the block in one step [rad]."""
+AT_ONCE = by_precision(1.0e-9, 1.0e-5)
+"""Part of a step that is none: an event so soon is at its start."""
 TOUCHING = by_precision(1.0e-12, 1.0e-5)
 """Gap over the size of the block up to which a point touches where an event has ended a step."""
 
@@ -307,7 +309,7 @@ def decide(block: Block, pull: Pull, a: real, s: wp.ref[State], seen: wp.ref[See
     if choice.found == 0:
         s.mode = UNSOLVED
     s.closed = choice.points
-    s.parts = s.near - choice.points
+    s.parts = s.near - choice.points + (s.parts & (ALL - s.near))
     s.near = choice.points
     s.slip = choice.slip
     if (choice.points & BASE) == 0:
@@ -499,8 +501,13 @@ def happen(
         tie = tie_of(held, what)
         stretch = stretch_of(block, tie, s)
         change_tie(held, what, way, stretch, s.time)
-        seen.force = larger(size(force_of(tie, held.states[what, held.lane], stretch)), seen.force)
+        state = held.states[what, held.lane]
+        seen.force = larger(size(force_of(tie, state, stretch)), seen.force)
         s.fresh = 1
+        if state.does == BROKEN_TIE:
+            s.parts = 0
+            s.opens = 0
+            s.starts = 0
     if kind == FALLS:
         s.mode = OVERTURNED
         s.theta = real(what) * HALF_PI
@@ -538,9 +545,11 @@ def advance(
         s.segment = s.segment + 1
         s.near = s.closed
         s.fresh = 1
-    s.parts = 0
-    s.opens = 0
-    s.starts = 0
+    # A tie that changes at once does not change what has just begun, as long as it holds.
+    if tau > AT_ONCE * h or event.kind != CHANGES:
+        s.parts = 0
+        s.opens = 0
+        s.starts = 0
     base = Base(value_of(a, tau), kick)
     hits = happens and event.kind == TOUCHES
     if happens and not hits:
