@@ -195,37 +195,61 @@ def let_go_events(
 
 
 @wp.func
-def tie_event(block: Block, tie: Tie, state: TieState, path: Path, h: real) -> Event:
-    """The next change of a tie."""
+def reaches(p: Series, h: real, noise: real, begins: bool) -> real:
+    """When a tie comes to where its force changes, from what is left until then; NEVER if not.
+
+    At the start of a motion from rest that begins without an acceleration three coefficients of an
+    elongation are zero.
+    """
+    zeros = int(0)
+    if begins and p[0] <= noise:
+        zeros = int(3)
+    return first_below(p, h, noise, zeros)
+
+
+@wp.func
+def turns_back(rate: Series, h: real, begins: bool) -> real:
+    """When a rate that does not begin below zero falls below it; NEVER if not."""
+    zeros = int(0)
+    if begins:
+        zeros = int(2)
+    return first_below(rate, h, real(0.0), zeros)
+
+
+@wp.func
+def tie_event(
+    block: Block, tie: Tie, state: TieState, path: Path, h: real, begins: bool
+) -> Event:  # fmt: skip
+    """The next change of a tie; `begins` as for `reaches`."""
     noise = AT_ZERO * (block.half_height + block.half_width)
     first = Event(NEVER, NOTHING, 0, 0)
     stretch = stretch_series(block, tie, path)
     reach = tie.yield_force / tie.stiffness
+    longer = NEVER
+    shorter = NEVER
+    left = -stretch
+    back = stretch
     if state.does == LOOSE:
-        left = -stretch
         left[0] = left[0] + state.free
-        first = Event(first_below(left, h, noise, 0), CHANGES, 0, 1)
+        longer = reaches(left, h, noise, begins)
     if state.does == ELASTIC:
-        left = -stretch
         left[0] = left[0] + smaller(tie.longest, state.free + reach)
-        first = Event(first_below(left, h, noise, 0), CHANGES, 0, 1)
+        longer = reaches(left, h, noise, begins)
         least = state.free
         if tie.pushes > 0:
             least = state.free - reach
-        back = stretch
         back[0] = back[0] - least
-        time = first_below(back, h, noise, 0)
-        if time < first.time:
-            first = Event(time, CHANGES, 0, -1)
+        shorter = reaches(back, h, noise, begins)
     if state.does == YIELDING:
-        left = -stretch
         left[0] = left[0] + tie.longest
-        first = Event(first_below(left, h, noise, 0), CHANGES, 0, 1)
-        time = first_below(slope_of(stretch), h, real(0.0), 0)
-        if time < first.time:
-            first = Event(time, CHANGES, 0, -1)
+        longer = reaches(left, h, noise, begins)
+        shorter = turns_back(slope_of(stretch), h, begins)
     if state.does == YIELDING_BACK:
-        first = Event(first_below(-slope_of(stretch), h, real(0.0), 0), CHANGES, 0, 1)
+        longer = turns_back(-slope_of(stretch), h, begins)
+    if longer < first.time:
+        first = Event(longer, CHANGES, 0, 1)
+    if shorter < first.time:
+        first = Event(shorter, CHANGES, 0, -1)
     return first
 
 
@@ -294,8 +318,11 @@ def find_event(
         found = let_go_events(block, pull, s, a, weight, h, found)
     else:
         found = contact_events(block, s, path, weight, h, found)
+        still = s.vx == real(0.0) and s.vz == real(0.0) and s.omega == real(0.0)
+        begins = still and (s.opens > 0 or s.starts > 0)
         for i in range(held.ties.shape[0]):
-            change = tie_event(block, tie_of(held, i), held.states[i, held.lane], path, h)
+            state = held.states[i, held.lane]
+            change = tie_event(block, tie_of(held, i), state, path, h, begins)
             if change.time < found.time:
                 found = Event(change.time, CHANGES, i, change.way)
         ahead, behind = -path.theta, path.theta
