@@ -201,6 +201,44 @@ def test_one_tie_that_yields_is_overturned_by_the_step_that_energy_says():
     np.testing.assert_allclose(found["peak_tie_force"], yield_force)
 
 
+def test_what_comes_in_is_held_or_lost_where_a_block_turns_back():
+    count, rng = 40, np.random.default_rng(5)
+    lanes = make_lanes(np.full(count, 0.6), 4.8, 0.0, 5.0)
+    given = {
+        "stiffness": 10.0 ** rng.uniform(3.5, 6.0, count),
+        "slack": rng.uniform(0.0, 0.03, count),
+        "yield_force": rng.uniform(200.0, 3e3, count),
+        "ultimate_elongation": np.where(rng.random(count) < 0.4, rng.uniform(0.03, 0.1, count), 9),
+    }
+    tie = ties(lanes, height=4.0, **given)
+    step = rng.uniform(0.5, 1.0, count)
+    # The base jumps to -x: the block leans to +x and stretches its tie at -x, once. Where it comes
+    # back its wall takes what is left.
+    motions = dataclasses.replace(
+        velocity_steps(-step, np.zeros(count), np.ones(count)), stop=np.full(count, 100.0)
+    )
+    held = dataclasses.replace(lanes, hold=Hold(-np.ones(count), np.zeros(count), tie))
+    found = run_batch("housner", held, motions, SampleTimes(30.0))
+    turned = found["outcome"] == Outcome.AT_REST
+    assert turned.sum() > 15
+    radius, alpha = rocking.half_diagonal(0.6, 4.8), lanes.slenderness_angle
+    inertia = 4.0 / 3.0 * lanes.mass * radius**2
+    came = 0.5 * inertia * (0.75 / radius * np.cos(alpha) * step) ** 2
+    theta = found["peak_rotation"]
+    stretch = 4.0 * np.sin(theta) + 0.6 * (1.0 - np.cos(theta)) - given["slack"]
+    intact = found["broken_ties"] == 0
+    force = np.minimum(given["stiffness"] * np.maximum(stretch, 0.0), given["yield_force"])
+    stored = np.where(intact, 0.5 * force**2 / given["stiffness"], 0.0)
+    high = rocking.energy(0.6, 4.8, 0.5, 2000.0, theta, 0.0)
+    # A step of a stiff tie leaves out terms of 1e-12; there are some tens of them.
+    np.testing.assert_allclose(
+        (high + stored + found["tie_energy_lost"])[turned], came[turned], rtol=1e-10
+    )
+    assert (found["tie_energy_lost"][turned & intact] > 0.1 * came[turned & intact]).any()
+    assert (turned & ~intact).any()
+    np.testing.assert_allclose(found["energy_lost"][turned], came[turned], rtol=1e-10)
+
+
 def test_what_rests_has_lost_what_it_held():
     count = 6
     lanes = make_lanes(np.full(count, 0.6), 4.8, 0.5, 5.0)
@@ -300,7 +338,7 @@ def assert_follows_oracle(count: int, seed: int, *, wall: bool, ties: int, load:
     for name in ("outcome", "status", "impact_count", *(("broken_ties",) if ties else ())):
         np.testing.assert_array_equal(found[name], oracle[name], err_msg=name)
     names = ("peak_rotation", "energy_lost", "uplift_time", "rest_time")
-    more = ("peak_tie_force", "peak_tie_elongation", "tie_break_time")
+    more = ("peak_tie_force", "peak_tie_elongation", "tie_break_time", "tie_energy_lost")
     for name in (*names, *(more if ties else ())):
         np.testing.assert_allclose(
             found[name], oracle[name], rtol=AGREEMENT, atol=1e-9, err_msg=name

@@ -134,4 +134,5 @@ def held_fields(lanes: Lanes, rows: npt.NDArray[Any]) -> dict[str, npt.NDArray[A
         "peak_tie_elongation": rows["stretch"],
         "broken_ties": rows["broken"],
         "tie_break_time": time_or_nan(rows["break_time"]),
+        "tie_energy_lost": rows["tie_loss"],
     }

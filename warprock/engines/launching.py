@@ -132,6 +132,8 @@ class Found:
             too, of a kernel whose blocks do not slide: there rotations tell where they are.
         sides: Largest rotation of a body to -x and to +x at the end of a step [rad], both >= 0,
             shape [lane, 2]; None of a kernel that does not tell.
+        contacts: Rows of its struct `ContactResult`, shape [lane, contact]; None of a kernel that
+            does not tell.
     """
 
     lanes: Rows
@@ -139,6 +141,7 @@ class Found:
     history: Array | None
     places: Array | None
     sides: Array | None = None
+    contacts: Rows | None = None
 
     def above_ground(self, block_count: int) -> Found:
         """The same of the highest blocks alone: kernels may have the ground as their first body."""
@@ -146,7 +149,7 @@ class Found:
         history, places = (
             None if part is None else part[:, own] for part in (self.history, self.places)
         )
-        return Found(self.lanes, self.blocks[:, own], history, places, self.sides)
+        return Found(self.lanes, self.blocks[:, own], history, places, self.sides, self.contacts)
 
 
 def launch(
@@ -193,6 +196,9 @@ def launch(
     if hasattr(found, "ties"):
         tie_count = next(iter(others["ties"].values())).shape[1]
         found.ties = wp.empty((tie_count, count), dtype=leaves["ties"], device=device)
+    if hasattr(found, "contacts"):
+        contact_count = 2 * next(iter(others["joints"].values())).shape[1]
+        found.contacts = wp.zeros((contact_count, count), dtype=leaves["contacts"], device=device)
     kernel = module.run_lanes
     given |= others | {"found": found}
     wp.launch(
@@ -208,7 +214,10 @@ def launch(
     sides = None
     if hasattr(found, "sides"):
         sides = found.sides.numpy()[:, :lane_count].T.astype(np.float64)
-    return Found(results, per_block, history, places, sides)
+    contacts = None
+    if hasattr(found, "contacts"):
+        contacts = found.contacts.numpy()[:, :lane_count].T
+    return Found(results, per_block, history, places, sides, contacts)
 
 
 def _samples(shape: tuple[int, ...], real: Any, device: str) -> Any:

@@ -17,7 +17,7 @@ from warprock.findings.plain import plain
 from warprock.findings.sheets import Heading, Sheet, sheet_of
 from warprock.running.provenance import case_facts, surroundings
 from warprock.running.run_file import CASE, ROWS
-from warprock.settings.engines import EXACT
+from warprock.settings.engines import EXACT, SETTINGS
 from warprock.verification.settings import plain_name
 
 TABLE = "comparison"
@@ -45,7 +45,8 @@ def find_comparison(case: Case, found: Mapping[str, Any], show: Callable[[], Non
     facts = plain({**found, "asked": case_facts(case), **surroundings(case)})
     engine = _nearest(facts)[1] if _against_housner(facts) else found["engines"][0]
     where = case.name if case.folder is None else case.file
-    by = ["-e", plain_name(engine)] if engine else []
+    # Programs of others and the oracle are no engines: `run` chooses one then.
+    by = ["-e", plain_name(engine)] if engine and plain_name(engine) in SETTINGS else []
     then = shlex.join(["warprock", "run", where, *by, "-o", "results"])
     return dataclasses.replace(tell_comparison(facts, tables), said=found, then=then, show=show)
 

@@ -18,9 +18,14 @@ from warprock.running.lane_table import PEAK_RATIO
 
 USABLE_NAMES = [code.name.lower() for code in USABLE]
 """Statuses with which the numbers of a lane may be used."""
-TIES = ("peak_tie_force_N", "broken_ties", "tie_break_time_s")
+TIES = ("peak_tie_force_N", "broken_ties", "tie_break_time_s", "tie_energy_lost_J")
 """Results of a lane with ties."""
-RESULTS = ("outcome", "status", "impact_count", "rest_time_s", "friction_needed", *TIES)
+JOINTS = (
+    *("collapse_time_s", "peak_displacement_m", "residual_displacement_m", "peak_opening_m"),
+    *("opened_joints", "slid_joints"),
+)
+"""Results of a lane that is an assembly."""
+RESULTS = ("outcome", "status", *JOINTS, "impact_count", "rest_time_s", "friction_needed", *TIES)
 """Results of a lane that a page shows."""
 
 

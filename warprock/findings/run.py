@@ -77,6 +77,8 @@ def run_sentences(
         first = first.replace("it rocking", "its block still moved when the run ended")
         first = first.replace("it overturned", "its block overturned")
         first = first.replace("it slid off", "a block slid off")
+        if "collapse_time_s" in table:
+            first = f"One lane ran: {assembly_words(table)}."
     peaks = peak_sentences(facts, table)
     refined = refinement_sentences(facts, finest_step)
     ties = tie_sentences(facts, table)
@@ -87,6 +89,8 @@ def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
     """The largest rotation of what stood, and the median; how far thrown blocks went."""
     if "attitude_w_start" in table:
         return way_sentences(facts, table)
+    if "collapse_time_s" in table:
+        return assembly_sentences(facts, table)
     up, ratio = np.flatnonzero(standing(table)), peak_ratio(table)
     if not len(up):
         return ["No lane with usable numbers stayed up."]
@@ -106,6 +110,46 @@ def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
     if len(up) > 2:
         text += f"; the median lane that stayed up reaches {three(float(np.median(ratio[up])))}"
     return [f"{text}."]
+
+
+def assembly_words(table: pd.DataFrame) -> str:
+    """What became of an assembly, the only one of a run."""
+    fell, outcome = float(table["collapse_time_s"].iloc[0]), table["outcome"].iloc[0]
+    if fell == fell:
+        return f"the assembly collapsed, a block had fallen at {three(fell)} s"
+    stood = {"at_rest": "the assembly stood and came to rest"}
+    return stood.get(outcome, "the assembly still moved when the run ended")
+
+
+def assembly_sentences(facts: Facts, table: pd.DataFrame) -> list[str]:
+    """How far the blocks of assemblies that stood moved, and when the first of the others fell."""
+    moved, up = table["peak_displacement_m"].to_numpy(dtype=float), np.flatnonzero(standing(table))
+    fell = table["collapse_time_s"].to_numpy(dtype=float)
+    told = []
+    if len(up):
+        top = int(up[np.argmax(moved[up])])
+        joints = f"{int(table['opened_joints'].iloc[top])} of its joints opened"
+        slid = int(table["slid_joints"].iloc[top])
+        joints += f" and {slid} slid" if slid else ""
+        where = f", in {lane_name(facts, table, top)}" if len(table) > 1 else ""
+        what = "a block" if len(table) == 1 else "a block of an assembly that stood"
+        text = (
+            f"The largest displacement of {what} is {three(1e3 * moved[top])} mm{where}; {joints}"
+        )
+        if len(up) > 2:
+            text += f"; the median lane that stood reaches {three(1e3 * np.median(moved[up]))} mm"
+        told.append(f"{text}.")
+    elif not np.isfinite(fell).any():
+        told.append("No lane with usable numbers stayed up.")
+    if len(table) > 1 and np.isfinite(fell).any():
+        first = int(np.nanargmin(fell))
+        told.append(
+            f"The first collapse, a block had fallen, is at {three(fell[first])} s, in "
+            f"{lane_name(facts, table, first)}."
+        )
+    if len(table) == 1 and not told:
+        told.append(f"{int(table['opened_joints'].iloc[0])} of its joints opened.")
+    return told
 
 
 def tie_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:

@@ -84,7 +84,7 @@ class OracleResponse:
         rest_time: Time from which the block stays at rest [s]; NaN if it does not.
         outcome: Where the block is at the end.
         status: Whether the numbers may be used.
-        energy_lost: Energy lost in impacts [J].
+        energy_lost: Energy lost in impacts and to ties [J].
         evaluation_count: Evaluations of the equation of motion.
         friction_needed: Largest |along| / upwards of the contact force and of the impulses at
             impacts and velocity steps; infinite where the base would have to pull.
@@ -92,6 +92,7 @@ class OracleResponse:
         peak_tie_elongation: Largest elongation of a tie [m].
         broken_ties: Ties that broke.
         tie_break_time: When the first of them did [s]; NaN if none.
+        tie_energy_lost: Energy that ties took by yielding and breaking [J].
     """
 
     rotation: Array
@@ -110,6 +111,7 @@ class OracleResponse:
     peak_tie_elongation: float = 0.0
     broken_ties: int = 0
     tie_break_time: float = math.nan
+    tie_energy_lost: float = 0.0
 
 
 def _answer(run: BlockRun | HeldRun, friction: float) -> OracleResponse:
@@ -145,6 +147,7 @@ def _of_ties(run: BlockRun | HeldRun) -> dict[str, Any]:
         "peak_tie_elongation": run.peak_tie_elongation,
         "broken_ties": len(broken),
         "tie_break_time": min(broken, default=math.nan),
+        "tie_energy_lost": run.tie_energy_lost,
     }
 
 

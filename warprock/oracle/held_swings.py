@@ -162,13 +162,18 @@ class HeldRun:
 
     @property
     def energy_lost(self) -> float:
-        """Energy lost in impacts and by the ties [J]."""
+        """Energy lost in impacts and to the ties [J]."""
+        return self.lost + self.tie_energy_lost
+
+    @property
+    def tie_energy_lost(self) -> float:
+        """Energy that the ties took by yielding and breaking [J]."""
         yielding = 0.0
         for tie in self.ties:
             fresh = dataclasses.replace(tie)
             fresh.settle(self._stretch(tie, self.side, self.theta))
             yielding += fresh.lost
-        return self.lost + yielding
+        return yielding
 
     def start(self, rotation: float) -> None:
         """Releases the block from a rotation [rad] at rest."""

@@ -13,6 +13,13 @@ A body that is moved by its place alone (`mocap`) has no velocity at its contact
 on it does not feel it move. So the table is a body on slides, a million times as heavy as all
 blocks, whose place and velocity are set at every step in which the base moves.
 
+What holds a block: a transverse wall is a box on the base, without friction, with contacts as the
+others; ties and loads are forces at points of the block, which Python computes at every step
+(`warprock.programs.pulls`). A frame is one column and its part of the beam, a box on the column's
+top that slides and does not turn. Contacts push a block out of what it sank in within a step, at up
+to 1 / (4 damping_ratio^2) of the rate with which it came: 6 % at 2, which is seen where a block
+comes back on its base and on a wall at once; at 20 it is gone.
+
 E. Todorov, T. Erez, Y. Tassa (2012), MuJoCo: a physics engine for model-based control, *IROS*.
 """
 
@@ -25,7 +32,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from warprock.errors import DeclinedError
+from warprock.model.hold import Hold
 from warprock.model.turning import rotate
+from warprock.programs.pulls import Pulls
 from warprock.programs.scene import PeerBlock, PeerRun, PeerScene, missing
 from warprock.settings.programs import MujocoSettings
 from warprock.units import GRAVITY
@@ -38,17 +48,25 @@ MODEL = """
           cone="elliptic" tolerance="1e-12">{flags}</option>
   <default><geom contype="0" conaffinity="0"/></default>
   <asset>{meshes}</asset>
-  <worldbody>{base}{blocks}</worldbody>
+  <worldbody>{base}{blocks}{beam}</worldbody>
   <contact>{pairs}</contact>
 </mujoco>
 """
-PLANE = '<geom name="0" type="plane" size="50 50 1"/>'
+PLANE = '<geom name="0" type="plane" size="50 50 1"/>{wall}'
 TABLE = """
 <body pos="0 0 -1" gravcomp="1">
   <inertial pos="0 0 0" mass="{mass!r}" diaginertia="{mass!r} {mass!r} {mass!r}"/>
   <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
   <joint type="slide" axis="0 0 1"/>
-  <geom name="0" type="box" size="50 50 1"/>
+  <geom name="0" type="box" size="50 50 1"/>{wall}
+</body>
+"""
+WALL = '<geom name="wall" type="box" size="{half}" pos="{middle}"/>'
+BEAM = """
+<body pos="{place}">
+  <inertial pos="0 0 0" mass="{mass!r}" diaginertia="{mass!r} {mass!r} {mass!r}"/>
+  <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
+  <geom name="beam" type="box" size="{half}"/>
 </body>
 """
 BLOCK = """
@@ -65,7 +83,7 @@ BODY = """
 </body>
 """
 PAIR = """
-<pair geom1="{below}" geom2="{number}" condim="3" friction="{friction!r} {friction!r} 0 0 0"
+<pair geom1="{first}" geom2="{second}" condim="3" friction="{friction!r} {friction!r} 0 0 0"
       solref="{time!r} {damping!r}" solimp="{impedance!r} {impedance!r} 1e-6"/>
 """
 TABLE_RATIO = 1e6
@@ -100,26 +118,49 @@ def run(
     return runs
 
 
+def require_scenes(scenes: Sequence[PeerScene], _settings: MujocoSettings) -> None:
+    """Declines blocks that rebound from their transverse wall: its contacts are plastic.
+
+    Raises:
+        DeclinedError: A block rebounds.
+    """
+    if any(s.hold is not None and s.hold.wall is not None and _rebounds(s.hold) for s in scenes):
+        raise DeclinedError(
+            "its contacts are plastic, and the case lets its block rebound from its wall "
+            '(transverse_wall.rebound); "plastic" it can do'
+        )
+
+
+def _rebounds(hold: Hold) -> bool:
+    return hold.rebound is not None and bool(np.any(hold.rebound > 0.0))
+
+
 def _run_scene(mujoco: Any, scene: PeerScene, settings: MujocoSettings) -> PeerRun:
     steps = scene.steps_per_frame(settings.steps_per_second)
     model = mujoco.MjModel.from_xml_string(_model_text(scene, scene.frame / steps, settings))
     state = mujoco.MjData(model)
     places, velocities = scene.base_steps(steps)
     moves = np.asarray(np.any(velocities.reshape(scene.frame_count, -1), axis=1))
+    pulls = None if scene.hold is None else Pulls(scene.hold, scene.blocks[0].size)
+    pulled = state.xfrc_applied[model.geom("1").bodyid[0]]
     first = 0 if scene.base is None else 3
-    table, drive, poses = state.qpos[:first], state.qvel[:first], state.qpos[first:]
+    last = first + 7 * len(scene.blocks)
+    table, drive, poses = state.qpos[:first], state.qvel[:first], state.qpos[first:last]
     # MuJoCo's quaternions begin with their real part.
     poses[:] = np.concatenate(
         [(*block.position, block.attitude[3], *block.attitude[:3]) for block in scene.blocks]
     )
-    state.qvel[first:] = np.concatenate([_velocities(block) for block in scene.blocks])
+    speeds = np.concatenate([_velocities(block) for block in scene.blocks])
+    state.qvel[first : first + len(speeds)] = speeds
     seen = np.empty((scene.frame_count + 1, len(poses)))
     seen[0] = poses
     begin = time.process_time()
     for frame in range(scene.frame_count):
-        if moves[frame]:
+        if moves[frame] or pulls is not None:
             for step in range(frame * steps, (frame + 1) * steps):
-                table[:], drive[:] = places[step], velocities[step]
+                table[:], drive[:] = places[step, :first], velocities[step, :first]
+                if pulls is not None:
+                    pulled[:] = pulls.wrench(poses.tolist(), float(places[step, 0]))
                 mujoco.mj_step(model, state)
         else:
             table[:], drive[:] = places[frame * steps, :first], 0.0
@@ -149,30 +190,67 @@ def _block_text(number: int, block: PeerBlock) -> str:
     return BLOCK.format(number=number, mass=block.mass, **shape)
 
 
+def _wall_text(scene: PeerScene, ground: float) -> str:
+    """A transverse wall beside the block, on a base whose ground is at a height [m]."""
+    if scene.hold is None or scene.hold.wall is None:
+        return ""
+    width, depth, height = scene.blocks[0].size
+    side = float(scene.hold.wall[0])
+    middle = (side * (0.5 * width + height), 0.0, ground + height)
+    return WALL.format(half=_text((height, depth, height)), middle=_text(middle))
+
+
+def _beam_text(scene: PeerScene) -> str:
+    """The part of a frame's beam that one column carries, on the higher corner of its top."""
+    if scene.hold is None or scene.hold.frame is None:
+        return ""
+    block = scene.blocks[0]
+    width, depth, height = block.size
+    corners = 0.5 * np.array([(-width, 0.0, height), (width, 0.0, height)])
+    top = np.array(block.position) + rotate(np.array(block.attitude), corners)
+    half = (width + height, depth, 0.5 * height)
+    place = (block.position[0], 0.0, float(top[:, 2].max()) + half[2])
+    mass = float(scene.hold.frame.mass_ratio[0]) * block.mass
+    return BEAM.format(place=_text(place), mass=mass, half=_text(half)) if mass > 0.0 else ""
+
+
 def _model_text(scene: PeerScene, step: float, settings: MujocoSettings) -> str:
     """The scene in MuJoCo's language."""
     blocks, pairs, meshes = [], [], []
+
+    def touch(first: object, second: object, friction: float) -> None:
+        contact = {
+            "friction": max(friction, FRICTION_LEAST),
+            "time": settings.contact_time * step,
+            "damping": settings.damping_ratio,
+            "impedance": settings.impedance,
+        }
+        pairs.append(PAIR.format(first=first, second=second, **contact))
+
     for number, block in enumerate(scene.blocks, 1):
         blocks.append(_block_text(number, block))
         if block.body is not None:
             hull = np.array([*block.body.points, *block.body.top])
             meshes.append(MESH.format(number=number, hull=_text(hull.ravel())))
-        friction = max(block.friction, FRICTION_LEAST)
-        contact = {
-            "friction": friction,
-            "time": settings.contact_time * step,
-            "damping": settings.damping_ratio,
-            "impedance": settings.impedance,
-        }
-        pairs.append(PAIR.format(below=number - 1, number=number, **contact))
+        touch(number - 1, number, block.friction)
     mass = TABLE_RATIO * sum(block.mass for block in scene.blocks)
+    wall = _wall_text(scene, 0.0 if scene.base is None else 1.0)
+    beam = _beam_text(scene)
+    if wall:
+        touch("wall", 1, 0.0)
+    if beam:
+        touch(1, "beam", scene.blocks[0].friction)
+    base = PLANE.format(wall=wall)
+    if scene.base is not None:
+        base = TABLE.format(mass=mass, wall=wall)
     return MODEL.format(
         step=step,
         gravity=-GRAVITY,
         flags='<flag multiccd="enable"/>' if meshes and len(blocks) > 1 else "",
         meshes="".join(meshes),
-        base=PLANE if scene.base is None else TABLE.format(mass=mass),
+        base=base,
         blocks="".join(blocks),
+        beam=beam,
         pairs="".join(pairs),
     )
 

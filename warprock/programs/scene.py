@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.base_path import BasePath, base_path
+from warprock.model.hold import Hold
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import GroundMotions
 from warprock.model.pose import start_poses
@@ -115,12 +116,14 @@ class PeerScene:
         base: Where the base is at any time; None where it stands still.
         frame: Time between two frames [s].
         frame_count: Frames after that of the start.
+        hold: What holds the block, of this one lane; None of blocks that stand free.
     """
 
     blocks: tuple[PeerBlock, ...]
     base: BasePath | None
     frame: float
     frame_count: int
+    hold: Hold | None = None
 
     @property
     def times(self) -> Array:
@@ -185,6 +188,7 @@ def peer_scenes(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> lis
             base_path(motions, lane),
             frame,
             frames,
+            None if lanes.hold is None else lanes.hold.take(slice(lane, lane + 1)),
         )
         for lane in range(lanes.lane_count)
     ]

@@ -31,6 +31,7 @@ class Program:
         text: What it is, in one line.
         starts_moving: Whether its adapter starts blocks with velocities.
         bodies: Whether its adapter knows bodies that are no boxes, in space and in stacks.
+        holds: Tables of a case by which its adapter lets a block be held.
     """
 
     module: str
@@ -39,6 +40,7 @@ class Program:
     text: str
     starts_moving: bool = False
     bodies: bool = False
+    holds: tuple[str, ...] = ()
 
     @property
     def installed(self) -> bool:
@@ -62,6 +64,7 @@ PROGRAMS: dict[str, Program] = {
         "MuJoCo: soft convex contacts, Newton's method, elliptic cones.",
         starts_moving=True,
         bodies=True,
+        holds=("transverse_wall", "tie", "top_load", "frame"),
     ),
     "bullet": Program(
         "warprock.programs.bullet",
@@ -130,12 +133,11 @@ def require_scenes(
         raise DeclinedError(f"it lets blocks go from rest here, and the case {lanes.moving}")
     if lanes.assembly is not None:
         raise DeclinedError("it is given single blocks and stacks, and the case is an assembly")
-    if lanes.held:
-        tables = " and ".join(lanes.held)
-        raise DeclinedError(
-            f"it is given free-standing blocks, and the case holds its block ({tables})"
-        )
     program = PROGRAMS[name]
+    beyond = [table for table in lanes.held if table not in program.holds]
+    if beyond:
+        given = "blocks in one piece" if program.holds else "free-standing blocks"
+        raise DeclinedError(f"it is given {given}, and the case has {' and '.join(beyond)}")
     if lanes.bodies and not (program.bodies and (lanes.spatial or lanes.stacked)):
         where = "; bodies in space and in stacks it can do" if program.bodies else ""
         raise DeclinedError(f"it is given boxes alone, and the case has a body (block.base){where}")

@@ -15,6 +15,7 @@ from warprock.case.lanes import LaneSet
 from warprock.model.base_path import base_places
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import (
+    ASSEMBLY_FIELDS,
     BODY_FIELDS,
     ESTIMATE_FIELDS,
     FIELDS,
@@ -60,7 +61,8 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     columns: dict[str, Any] = {"lane": lane_set.first + np.arange(response.lane_count)}
     columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
     meaning = {name: input_meaning(name) for name in columns}
-    optional = (*SPATIAL_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *TIE_FIELDS, *ESTIMATE_FIELDS)
+    more = (*MODEL_FIELDS, *BODY_FIELDS, *TIE_FIELDS, *ASSEMBLY_FIELDS)
+    optional = (*SPATIAL_FIELDS, *more, *ESTIMATE_FIELDS)
     besides = [name for name in optional if name in response.fields]
     for field in (FIELDS[name] for name in (*LANE_FIELDS, *besides)):
         values = response[field.name]
