@@ -1,4 +1,4 @@
-"""Blocks that walls and ties hold, as the kernels `held_run` of two schemes take them and answer."""
+"""Blocks that walls and ties hold, as the kernels `held_run` take them and answer."""
 
 from __future__ import annotations
 
