@@ -163,20 +163,20 @@ def lower_of(points: int) -> int:
 
 @wp.func
 def apply_velocities(block: Block, choice: Choice, points: int, slack: real, s: wp.ref[State]):
-    """Takes the velocities of an impact, and finds out what slides and what touches after it."""
+    """Takes the velocities of an impact, and finds out what touches and what slides after it."""
     s.vx = choice.rate[0]
     s.vz = choice.rate[1]
     s.omega = choice.rate[2]
-    s.slip = real(0.0)
-    if choice.holds == 0 and (choice.points & BASE) > 0 and choice.points != ALL:
-        at = turned(point_of(block, lower_of(choice.points)), sine(s.theta), cosine(s.theta))
-        along = s.vx + s.omega * at.z
-        if size(along) > slack:
-            s.slip = sign_of(along)
     near = int(0)
     for k in range(4):
         if has(points, k) and normal_rate(block, k, s) <= slack:
             near = near + (1 << k)
+    s.slip = real(0.0)
+    if choice.holds == 0 and (near & BASE) > 0:
+        at = turned(point_of(block, lower_of(near)), sine(s.theta), cosine(s.theta))
+        along = s.vx + s.omega * at.z
+        if size(along) > slack:
+            s.slip = sign_of(along)
     s.near = near
     s.closed = near
     s.fresh = 1

@@ -325,7 +325,8 @@ def find_event(
             change = tie_event(block, tie_of(held, i), state, path, h, begins)
             if change.time < found.time:
                 found = Event(change.time, CHANGES, i, change.way)
-        ahead, behind = -path.theta, path.theta
+        ahead = -path.theta
+        behind = path.theta
         ahead[0] = ahead[0] + HALF_PI
         behind[0] = behind[0] + HALF_PI
         found = sooner(found, first_below(ahead, h, real(0.0), 0), FALLS, 1)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.base import AbstractEngine
+from warprock.engines.base import HELD_IN_PLACE, AbstractEngine
 from warprock.engines.blocks import speed_columns, start_columns
 from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.decoding import (
@@ -82,13 +82,6 @@ OF_ITS_OWN = -1.0
 """Angular restitution that asks the law of contact of a body to find it."""
 
 
-HELD_ELSEWHERE = {
-    "frame": "runs single blocks, and the case has a frame of columns",
-    "strip": "runs blocks in one piece, and the case has a strip of wall",
-}
-"""Tables that hold blocks in ways that its contact law does not know, and why."""
-
-
 @final
 @dataclasses.dataclass(frozen=True)
 class Event(AbstractEngine):
@@ -108,6 +101,11 @@ class Event(AbstractEngine):
     or slide flat, follow Taylor polynomials of fifth order in steps of up to four times
     `time_step`; the knots of a record do not cut these short. Boxes that slide on a corner or fly
     take steps of second order, at most half of `time_step`.
+
+    Boxes that ties, a load or a wall hold (kernels/event/held.py): Taylor series of degree 10 in
+    all that they do, sliding and flight among it, between events that are located to round-off. A
+    wall is smooth; a point that strikes it leaves it with the part `rebound` of its speed, and the
+    base is plastic. Their order is above 6: estimates that count on 2 are on the safe side.
 
     Bodies in the plane (kernels/event/body.py), also boxes whose base moves upwards or whose
     angular restitution is prescribed: corners may be rounded. A prescribed restitution acts in
@@ -158,9 +156,12 @@ class Event(AbstractEngine):
                 f"event finds the angular restitution {where} from its contact law and cannot "
                 "follow the prescribed contact.angular_restitution"
             )
-        for table, why in HELD_ELSEWHERE.items():
-            if table in scene.held:
-                return f"event {why} ({table}); housner runs it"
+        beyond = [table for table in scene.held if table not in HELD_IN_PLACE]
+        if beyond:
+            return (
+                "event runs blocks in one piece that stand by themselves, and the case holds its "
+                f"block another way ({' and '.join(beyond)}); housner runs it"
+            )
         if scene.held and scene.restitution_given:
             return (
                 "event finds what a held block keeps in an impact from its contact law and cannot "
