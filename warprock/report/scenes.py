@@ -20,7 +20,7 @@ from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.response import Response
 from warprock.model.tie_states import TieState
 from warprock.running.case_run import CaseRun, run_lanes
-from warprock.running.lane_table import history_table, lane_table
+from warprock.running.lane_table import first_break, history_table, lane_pose, lane_table
 from warprock.running.provenance import provenance
 from warprock.running.scene_motion import last_move
 from warprock.running.scene_parts import TIE_WORDS, Mover, Part, scene_parts, standing
@@ -127,11 +127,9 @@ def surroundings_of(lane_set: LaneSet, lane: int, response: Response, row: int) 
         return Surroundings(ground=below, fixed=kind.centre[kind.fixed])
     if lane_set.lanes.hold is None:
         return Surroundings(ground=below)
-    pose = np.stack([response[name][row] for name in ("x", "z", "rotation")])
-    broke = response.fields.get("tie_break_time")
-    first_break = math.nan if broke is None else float(broke[row])
+    pose, broke = lane_pose(response, row), first_break(response, row)
     alone = lane_set.lanes.take(np.array([lane]))
-    return Surroundings(scene_parts(alone, response.times, pose, first_break), below)
+    return Surroundings(scene_parts(alone, response.times, pose, broke), below)
 
 
 def sampled(case: Case) -> Case:
