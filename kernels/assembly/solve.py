@@ -25,8 +25,8 @@ from warprock.kernels.assembly.joint import Contact, Impulse, Mass, Velocity, ap
 
 GROWN = real(1.1)
 """Growth of |d|^2 from which on the direction is dropped. Where blocks hold one another by forces
-that may be large or small alike, sweeps change these evenly for hundreds of sweeps: |d|^2 then grows
-by parts in a million, and a direction is what ends it."""
+that may be large or small alike, sweeps change these evenly for hundreds of sweeps. There |d|^2
+grows by parts in a million, and a direction is what ends it."""
 
 ALONG, STRAIGHT = 16, 4
 """Sweeps with a direction p, and plain ones after them: where contacts begin or end to slide in

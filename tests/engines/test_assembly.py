@@ -195,13 +195,13 @@ def test_both_forms_of_the_kernel_give_the_same_bits():
 
 def test_a_mirrored_motion_has_a_mirrored_answer():
     """An arch is its own mirror image; sweeps are not, and are solved to a bound of their own."""
-    sizes = np.array([0.42, 0.6, 1.0])
+    sizes = np.array([0.5, 0.6, 1.0])
     motions = sine(6, np.concatenate([sizes, -sizes]), 2.0, 1.0)
     found = run(oppenheim(7), motions, 2.0)
     assert (found["status"] == Status.OK).all()
     for name in ("peak_displacement", "peak_rotation"):
         there, back = np.split(found[name], 2)
-        assert there == pytest.approx(back, rel=0.02)
+        assert there == pytest.approx(back, rel=0.02, abs=CREEP)
     assert (np.split(found["outcome"], 2)[0] == np.split(found["outcome"], 2)[1]).all()
 
 

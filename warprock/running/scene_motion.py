@@ -152,6 +152,10 @@ class SceneMotion:
     @property
     def span(self) -> tuple[float, float]:
         """Where the base as pictures show it begins and ends along x, from its middle [m]."""
+        if self.fixed:
+            away = (self.position - self.base)[..., 0]
+            half = 0.5 * self.sizes[:, None, 0]
+            return float((away - half).min()), float((away + half).max())
         low, high = standing(self.parts)
         return min(-self.reach, low), max(self.reach, high)
 
