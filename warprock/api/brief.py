@@ -200,10 +200,9 @@ def brief_of(
 
 
 def _draw(found: Brief, title: str) -> list[Drawing]:
-    """The object, its measures, and where its rate comes from."""
-    drawings = [draw_object(found.lane_set, found.measures.case.title)]
-    drawings += draw_measures(found.measures, title)
-    return drawings + draw_risk([found.base], None, 0.05, title)
+    """Its measures, where its rate comes from, and the object."""
+    drawings = draw_measures(found.measures, title) + draw_risk([found.base], None, 0.05, title)
+    return [*drawings, draw_object(found.lane_set, found.measures.case.title)]
 
 
 def _find(found: Brief, ladder: Ladder) -> Finding:
