@@ -204,7 +204,7 @@ def landing(body: Shape, limits: Limits, n: Quiet, begins: Course, touch: wp.uin
 def rolled(
     block: Block, body: Shape, limits: Limits, on: Support, b: Base, begins: Course
 ) -> Quiet:
-    """The step of a body about a hinge; see `rolled` in event_space/block_pack.py."""
+    """The step of a body about a hinge; see `roll` in event_space/block_pack.py."""
     zero, d, h = real(0.0), b.d, on.hinge
     x, q, v, w = begins.x, begins.q, begins.v, begins.w
     n = Quiet()

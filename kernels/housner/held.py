@@ -46,6 +46,10 @@ ROUND_OFF = by_precision(1.0e-12, 1.0e-6)
 """A block may rest up to this part of p^2 sin(alpha) beyond its balance, and lifts at twice it."""
 TICK = by_precision(4.4e-16, 2.4e-7)
 """Two roundings, relative."""
+COARSE = PRECISION == "float32"
+"""Whether the round-off of a time matters beside ROUND_OFF."""
+GRAIN = by_precision(0.0, 4.8e-7)
+"""Relative error of a time, up to four roundings, where it matters."""
 REACH = real(0.25)
 """Largest rotation of the block in one step [rad]."""
 DEGREE = 10
@@ -246,6 +250,18 @@ def outward_moment(block: Block, held: Restraints, side: real, a: real) -> real:
 
 
 @wp.func
+def blur_of(block: Block, a: Series, time: real) -> real:
+    """By how much an error of the time blurs the angular acceleration of a flat block [rad/s^2].
+
+    A block rests up to this beyond its balance, too: its hops would be shorter than times resolve.
+    """
+    found = real(0.0)
+    if COARSE:
+        found = GRAIN * time * block.coupling * cosine(block.slenderness_angle) * size(a[1])
+    return found
+
+
+@wp.func
 def may_turn(block: Block, side: real) -> bool:
     """Whether a block may turn to a side: there is no wall."""
     return block.wall * side <= real(0.0)
@@ -261,16 +277,18 @@ def held_down(block: Block, held: Restraints, side: real, a: real) -> real:
 
 
 @wp.func
-def settles(block: Block, held: Restraints, omega: real, a: real) -> bool:
+def settles(block: Block, held: Restraints, omega: real, a: real, blur: real) -> bool:
     """Whether a flat block with a rate rests: its next swing is too small to count."""
     one, other = real(1.0), real(-1.0)
     weaker = smaller(held_down(block, held, one, a), held_down(block, held, other, a))
-    weaker = weaker + ROUND_OFF * block.frequency_squared * sine(block.slenderness_angle)
+    weaker = weaker + ROUND_OFF * block.frequency_squared * sine(block.slenderness_angle) + blur
     return weaker > real(0.0) and omega * omega <= real(2.0) * weaker * block.rest_rotation
 
 
 @wp.func
-def strike(block: Block, held: Restraints, a: real, s: wp.ref[State], seen: wp.ref[Seen]):
+def strike(
+    block: Block, held: Restraints, a: real, blur: real, s: wp.ref[State], seen: wp.ref[Seen]
+):
     """An impact: on the base, or on base and wall."""
     before = s.omega
     kept = block.angular_restitution
@@ -288,7 +306,7 @@ def strike(block: Block, held: Restraints, a: real, s: wp.ref[State], seen: wp.r
         after = real(0.0)
         s.mode = RESTING
         seen.rest_time = s.time
-    elif settles(block, held, after, a):
+    elif settles(block, held, after, a, blur):
         here = held_down(block, held, s.side, a)
         there = held_down(block, held, -s.side, a)
         tail = real(2.0) * size(after) / here / larger(real(1.0) - kept, real(1.0e-6))
@@ -315,10 +333,11 @@ def lift(side: real, s: wp.ref[State], seen: wp.ref[Seen]):
 @wp.func
 def pass_knot(block: Block, held: Restraints, dv: real, s: wp.ref[State], seen: wp.ref[Seen]):
     """Passes a knot of the motion, with a velocity step dv of the base."""
+    zero = real(0.0)
     s.segment = s.segment + 1
     kick = -block.coupling * cosine(block.slenderness_angle - size(s.theta)) * dv
     if dv != real(0.0) and s.mode == RESTING:
-        goes = may_turn(block, sign_of(kick)) and not settles(block, held, kick, real(0.0))
+        goes = may_turn(block, sign_of(kick)) and not settles(block, held, kick, zero, zero)
         if goes:
             lift(sign_of(kick), s, seen)
     if dv != real(0.0) and s.mode == ROCKING:
@@ -480,7 +499,7 @@ def rock(
     x = rotation_series(block, pull, s, a)
     outwards = goes_out(side, x, h)
     if not outwards and lean <= zero:
-        strike(block, held, a[0], s, seen)
+        strike(block, held, a[0], blur_of(block, a, s.time), s, seen)
     elif h > zero:
         towards = wp.where(outwards, side, -side)
         turn = turning_time(x, towards, h)
@@ -519,7 +538,7 @@ def rock(
             elif outwards:
                 s.mode = OVERTURNED
             else:
-                strike(block, held, base, s, seen)
+                strike(block, held, base, blur_of(block, a, s.time), s, seen)
     if s.time >= knot and s.mode < OVERTURNED:
         pass_knot(block, held, knot_step(m, s.segment), s, seen)
 
@@ -540,8 +559,12 @@ def rest(
     at_end = value_of(slope, h)
     # A turning point in the first NEARLY of the step is one that the last step has ended at.
     if slope[0] * at_end < -NEARLY * (slope[0] * slope[0] + at_end * at_end):
-        h = root_of(sign_of(slope[0]) * slope, h)
+        turn = root_of(sign_of(slope[0]) * slope, h)
+        # One that is nearer than times resolve is at hand: a step to it would not end.
+        if turn > GRAIN * s.time:
+            h = turn
     spare = real(2.0) * ROUND_OFF * block.frequency_squared * sine(block.slenderness_angle)
+    spare = spare + real(2.0) * blur_of(block, a, s.time)
     tau = real(h)
     side = real(0.0)
     for k in range(2):

@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
-import warp as wp
 
 from warprock.engines.bodies import box_bodies
 from warprock.engines.decoding import histories, respond, side_fields
@@ -85,7 +84,7 @@ class AbstractEngine(abc.ABC):
         if scene.assembly and not cls.assemblies:
             return (
                 f"{cls.name} runs single blocks and stacks, and the case has an [assembly]; "
-                "warprock limit says at which load it collapses"
+                "assembly runs it"
             )
         if scene.beyond_the_plane and not cls.spatial:
             return scene.beyond_the_plane
@@ -176,6 +175,8 @@ class AbstractEngine(abc.ABC):
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels for lanes and motions, once, on the calling thread."""
+        import warp as wp
+
         module = self.module_of(self.kernel_lanes(lanes, motions), motions)
         wp.load_module(module.__name__, device=self.target.device)
 

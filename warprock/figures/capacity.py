@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from warprock.analysis.statics import EITHER, Statics
 from warprock.figures.drawing import Drawing
-from warprock.figures.palette import DARK, DASHES, SERIES
+from warprock.figures.palette import DARK, DASHES, GREY, SERIES
 from warprock.figures.sheet import headline, legend_below, style, subplots
 from warprock.findings.numbers import even_selection
 
@@ -47,7 +47,8 @@ def draw_capacity(found: Statics, title: str) -> list[Drawing]:
             ylabel="base acceleration [g]",
             title="Capacity of the equivalent system of one degree",
         )
-        if len(rows) > 1:
+        hold = found.lane_set.lanes.hold
+        if len(rows) > 1 or (hold is not None and hold.ties is not None):
             legend_below(figure, panels[0, 0], columns=4)
         drawn = f"{len(rows)} of {len(found.lane)} curves" if len(rows) > 1 else "one block"
         headline(figure, title, f"{found.case.title}; statics, {drawn}; dots: where it falls")
@@ -64,6 +65,12 @@ def _draw_row(moments: Axes, spectra: Axes, found: Statics, row: int, number: in
     name = f"lane {found.lane[row]}" + ("" if side == EITHER else f", to the {side}")
     color = SERIES[number % len(SERIES)]
     line = {"color": color, "linestyle": DASHES[number % len(DASHES)], "linewidth": 1.3}
+    free = found.curve_without_ties(row, most)
+    if free is not None:
+        look: dict[str, Any] = {"color": GREY, "linewidth": 1.0, "zorder": 1.5}
+        label = "without ties" if number == 0 else None
+        moments.plot(free.lean * DEGREES, free.moment / 1e3, label=label, **look)
+        spectra.plot(free.displacement, free.multiplier, **look)
     moments.plot(curve.lean * DEGREES, curve.moment / 1e3, label=name, **line)
     spectra.plot(curve.displacement, curve.multiplier, label=name, **line)
     if capacity > 0.0:

@@ -7,7 +7,6 @@ a picture.
 from __future__ import annotations
 
 import dataclasses
-import math
 import pathlib
 from collections.abc import Mapping
 from typing import Any
@@ -28,7 +27,7 @@ from warprock.model.response import HISTORIES, Outcome, Response
 from warprock.model.turning import rotate
 from warprock.reading import require_plain
 from warprock.running.case_run import CaseRun, require_options, require_support, run_lane
-from warprock.running.lane_table import LANE_TABLE
+from warprock.running.lane_table import LANE_TABLE, first_break, lane_pose
 from warprock.running.options import RunOptions
 from warprock.running.results import PROVENANCE
 from warprock.running.run_file import NO_SHAPES, RUN, Shape, read_facts, require_shape
@@ -197,7 +196,7 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
     Raises:
         InputError: There is no such lane, or its samples would be too many.
     """
-    case = _set_sampling(run.case, interval)
+    case = sampled_by(run.case, interval)
     response = run_lane(dataclasses.replace(run, case=case), lane)
     lanes = as_stacks(run.lane_set.lanes.take(np.array([lane])))
     spatial = run.lane_set.lanes.spatial
@@ -224,13 +223,9 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
         outline = np.insert(outline, 1, 0.0, axis=-1)
     parts: tuple[Part, ...] = ()
     if run.lane_set.lanes.hold is not None:
-        pose = np.stack([fields["x"][0], fields["z"][0], fields["rotation"][0]])
-        broke = (
-            float(response["tie_break_time"][0])
-            if "tie_break_time" in response.fields
-            else math.nan
-        )
-        parts = scene_parts(run.lane_set.lanes.take(np.array([lane])), response.times, pose, broke)
+        pose = lane_pose(response, 0)
+        alone = run.lane_set.lanes.take(np.array([lane]))
+        parts = scene_parts(alone, response.times, pose, first_break(response, 0))
     ground = run.lane_set.ground
     pulled = np.zeros_like(base)
     motions = run.lane_set.motions
@@ -283,8 +278,8 @@ def _histories(response: Response) -> list[str]:
     return [name for name in HISTORIES if name in response.fields]
 
 
-def _set_sampling(case: Case, interval: float) -> Case:
-    """Sets another time between the samples of a case."""
+def sampled_by(case: Case, interval: float) -> Case:
+    """A case with samples no further apart than an interval [s]."""
     run = case.tables.run
     of_run = run.model_copy(update={"sample_interval": min(interval, min(case.durations))})
     return dataclasses.replace(case, tables=case.tables.model_copy(update={"run": of_run}))
