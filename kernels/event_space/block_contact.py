@@ -182,7 +182,7 @@ class EdgeShares:
 
     one: Vector
     other: Vector
-    direction_of: Vector
+    along: Vector
     room1: real
     room2: real
 
