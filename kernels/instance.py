@@ -31,8 +31,6 @@ from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
 from types import CodeType, ModuleType
 
-import warp as wp
-
 LANE_WIDTH = 32
 """Lanes in a pack: four interleaved vectors of eight float64 with AVX-512, eight of four else."""
 
@@ -72,11 +70,8 @@ in one line of the cache takes two reads, which costs up to a third of the speed
 MAX_UNROLL = 15
 """Longest loop that Warp writes out; must stay below LANE_WIDTH, whose loop is vectorised."""
 
-REALS = {"float64": wp.float64, "float32": wp.float32}
-"""Scalar type by the name of the precision."""
-
 BYTES = {"float64": 8, "float32": 4}
-"""Its length by that name."""
+"""Length of a number by its precision, which is the name of Warp's scalar type, too."""
 
 FOLDER = pathlib.Path(__file__).resolve().parent
 """Folder of the kernel files, which is read and never written to."""
@@ -175,7 +170,7 @@ def kernel_module(
 
     Args:
         file: Path of the file in this folder without its ending, such as `housner/block`.
-        precision: Key of `REALS`.
+        precision: Key of `BYTES`.
         motion: Kind of ground motion: still, harmonic, ricker, modulated or record.
         iterations: Sweeps of an iterative contact solver; as a constant the compiler unrolls
             them, without which a loop over lanes is not vectorised.
@@ -208,8 +203,10 @@ def _instance(file: str, given: dict[str, object]) -> ModuleType:
     spec = spec_from_loader(module_name, SourceFileLoader(module_name, str(_path(file))))
     assert spec is not None
     module = module_from_spec(spec)
+    import warp as wp  # it takes most of a second, and a list of engines needs no kernel
+
     scalar = {} if file == SCALAR else public(_instance(SCALAR, given))
-    module.__dict__.update(scalar, real=REALS[str(given["PRECISION"])], **used)
+    module.__dict__.update(scalar, real=getattr(wp, str(given["PRECISION"])), **used)
     module.__dict__["__builtins__"] = {**vars(builtins), "__import__": _importer(given)}
     sys.modules[module_name] = module
     try:

@@ -119,7 +119,17 @@ def did_you_mean(got: object, known: Iterable[str]) -> str:
 
     The last part of a dotted key counts more than the table in front of it.
     """
-    known = tuple(known)
-    tails = {key.rpartition(".")[2]: key for key in reversed(known)}
-    near = difflib.get_close_matches(str(got).rpartition(".")[2], tails, 1)
-    return f"; did you mean {tails[near[0]]}?" if near else ""
+    wanted = str(got)[:MOST_SHOWN]
+    tails: dict[str, list[str]] = {}
+    for key in known:
+        tails.setdefault(key.rpartition(".")[2], []).append(key)
+    near = difflib.get_close_matches(wanted.rpartition(".")[2], tails, 1)
+    if not near:
+        return ""
+    likeness = difflib.SequenceMatcher(b=wanted)
+
+    def alike(key: str) -> float:
+        likeness.set_seq1(key)
+        return likeness.ratio()
+
+    return f"; did you mean {max(tails[near[0]], key=alike)}?"

@@ -123,6 +123,7 @@ class Result:
     peak: real
     peak_time: real
     collapse_time: real
+    still: real
     residual: real
     loss: real
     supplied: real
@@ -261,6 +262,10 @@ def run_lanes(
                     )
                     peak[k, i] = peaks
                     seen[i] = sees
+            for i in range(LANES):
+                time = real(clock[i].count) * dt
+                stays = clock[i].keeps > 0 and seen[i].speed <= CREEP * knobs.gravity * dt
+                seen[i].still = wp.where(stays, time, seen[i].still)
             if found.rotations.shape[0] > 0:
                 for i in range(LANES):
                     passed = fused(real(clock[i].count), dt, SAME * dt)
@@ -387,7 +392,7 @@ def run_lanes(
         book = account[i]
         found.results[first + i] = Result(
             sees.mode, sees.steps, sees.impacts, sees.sweeps, sees.uplift_time, sees.moved,
-            sees.deepest, sees.peak, sees.peak_time, sees.collapse_time, sees.residual,
+            sees.deepest, sees.peak, sees.peak_time, sees.collapse_time, sees.still, sees.residual,
             book.loss, book.supplied, book.returned,
         )  # fmt: skip
         for k in range(block_count):

@@ -85,6 +85,7 @@ class Seen:
         peak: Largest |rotation| so far [rad].
         peak_time: Its time [s].
         collapse_time: When a block had fallen [s]; NEVER before.
+        still: When no corner moved faster than at `CREEP` g dt, last [s].
         residual: The most that a step has left: what its last sweep changed of a velocity [m/s].
         speed: Largest speed of a corner in the last step [m/s].
     """
@@ -99,6 +100,7 @@ class Seen:
     peak: real
     peak_time: real
     collapse_time: real
+    still: real
     residual: real
     speed: real
 
@@ -107,7 +109,7 @@ class Seen:
 def start_seen() -> Seen:
     """What is seen of a lane before its first step."""
     zero = real(0.0)
-    return Seen(RUNNING, 0, 0, 0, NEVER, zero, zero, zero, zero, NEVER, zero, zero)
+    return Seen(RUNNING, 0, 0, 0, NEVER, zero, zero, zero, zero, NEVER, zero, zero, zero)
 
 
 @wp.func

@@ -32,35 +32,37 @@ from warprock.kernels.housner.held_ties import (
     Restraints,
     change_tie,
     elongation,
-    force_of,
     next_bound,
     pull_of,
     start_ties,
 )
 from warprock.kernels.modes import BROKEN, OVERTURNED, RESTING, ROCKING
-from warprock.kernels.motion import Ground, Motion, expand, knot_step, knot_time
+from warprock.kernels.motion import Ground, Motion, knot_step, knot_time
+from warprock.kernels.series import (
+    DEGREE,
+    TICK,
+    Series,
+    first_root,
+    pull_series,
+    root_of,
+    slope_of,
+    value_of,
+)
+from warprock.kernels.ties import force_of
 
 NEARLY = by_precision(1.0e-9, 1.0e-5)
 """What counts as round-off of an event that the last step has located."""
 ROUND_OFF = by_precision(1.0e-12, 1.0e-6)
 """A block may rest up to this part of p^2 sin(alpha) beyond its balance, and lifts at twice it."""
-TICK = by_precision(4.4e-16, 2.4e-7)
-"""Two roundings, relative."""
 COARSE = PRECISION == "float32"
 """Whether the round-off of a time matters beside ROUND_OFF."""
 GRAIN = by_precision(0.0, 4.8e-7)
 """Relative error of a time, up to four roundings, where it matters."""
 REACH = real(0.25)
 """Largest rotation of the block in one step [rad]."""
-DEGREE = 10
 LOOKS = 8
 """Parts of a step at whose ends the contact force is looked at."""
 LOOK = real(1.0 / LOOKS)
-ROOT_STEPS = 80
-"""Steps after which a bracketed Newton method has surely closed its bracket."""
-
-Series = wp.types.vector(length=DEGREE + 1, dtype=real)
-"""Taylor coefficients in time, the constant first."""
 
 
 @wp.struct
@@ -130,74 +132,6 @@ class Seen:
     stretch: real
     impacts: int
     steps: int
-
-
-@wp.func
-def value_of(p: Series, x: real) -> real:
-    """Value of a series."""
-    found = p[DEGREE]
-    for k in range(DEGREE):
-        found = fused(x, found, p[DEGREE - 1 - k])
-    return found
-
-
-@wp.func
-def slope_of(p: Series) -> Series:
-    """The series of the derivative."""
-    found = Series()
-    for k in range(DEGREE):
-        found[k] = real(k + 1) * p[k + 1]
-    return found
-
-
-@wp.func
-def root_of(p: Series, end: real) -> real:
-    """Root in (0, end) of a series that is positive at 0 and not at the end."""
-    slope = slope_of(p)
-    low = real(0.0)
-    high = real(end)
-    x = end * p[0] / (p[0] - value_of(p, end))
-    for _ in range(ROOT_STEPS):
-        f = value_of(p, x)
-        change = f / value_of(slope, x)
-        if f > real(0.0):
-            low = x
-        else:
-            high = x
-        y = x - change
-        if size(change) <= TICK * x:
-            break
-        if not (y > low and y < high):
-            y = HALF * (low + high)
-        if y <= low or y >= high:
-            break
-        x = y
-    return x
-
-
-@wp.func
-def first_root(p: Series, end: real) -> real:
-    """First time in (0, end) at which a series that is positive at 0 comes to zero; NEVER if none.
-
-    Its least value inside is looked up where its slope changes its sign.
-    """
-    found = NEVER
-    slope = slope_of(p)
-    if value_of(p, end) <= real(0.0):
-        found = root_of(p, end)
-    elif slope[0] < real(0.0) and value_of(slope, end) > real(0.0):
-        least = root_of(-slope, end)
-        if value_of(p, least) < real(0.0):
-            found = root_of(p, least)
-    return found
-
-
-@wp.func
-def pull_series(m: Motion, segment: int, time: real, ground: Ground) -> Series:
-    """The acceleration of the base about a time [m/s^2]."""
-    a = expand(m, segment, time, ground.value, ground.slope)
-    zero = real(0.0)
-    return Series(a.a0, a.a1, a.a2, a.a3, a.a4, a.a5, a.a6, a.a7, a.a8, zero, zero)
 
 
 @wp.func

@@ -25,25 +25,27 @@ import warp as wp
 from warprock.kernels.housner.block_contact import ratio
 from warprock.kernels.housner.held import (
     COARSE,
-    DEGREE,
     GRAIN,
     LOOK,
     LOOKS,
     NEARLY,
     REACH,
     ROUND_OFF,
-    TICK,
-    Series,
     goes_out,
     judged_time,
-    pull_series,
-    root_of,
-    slope_of,
     turning_time,
-    value_of,
 )
 from warprock.kernels.modes import BROKEN, OVERTURNED, RESTING, ROCKING
 from warprock.kernels.motion import Ground, Motion, knot_step, knot_time
+from warprock.kernels.series import (
+    DEGREE,
+    TICK,
+    Series,
+    pull_series,
+    root_of,
+    slope_of,
+    value_of,
+)
 
 ORDERS = DEGREE - 1
 """Orders to which the turn of the upper body, sines and cosines are expanded."""

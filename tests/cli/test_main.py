@@ -82,8 +82,9 @@ def refused(result: Result, *words: str) -> None:
     [
         ("", set()),
         ("main(['keys', 'contact'], standalone_mode=False)", {"rich", "pydantic", "numpy"}),
+        ("main(['list'], standalone_mode=False)", {"rich", "pydantic", "numpy"}),
     ],
-    ids=["help", "keys"],
+    ids=["help", "keys", "list"],
 )
 def test_the_command_line_starts_without_anything_heavy(does: str, needs: set[str], python: Python):
     used = f"print('uses:', *(set({HEAVY!r}) & sys.modules.keys()))"

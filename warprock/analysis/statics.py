@@ -65,13 +65,18 @@ def run_statics(case: Case) -> Statics:
     """
     lane_set = expand_lanes(case)
     lanes = lane_set.lanes
-    for wrong, got in (
-        (lanes.stacked, "a stack"),
-        (lanes.bodies, "a body that is no box"),
-        (lanes.spatial, "a block in space"),
+    for wrong, key, got in (
+        (lanes.assembly is not None, "assembly", "an assembly"),
+        (lanes.stacked, "block", "a stack"),
+        (lanes.bodies, "block", "a body that is no box"),
+        (lanes.spatial, "block", "a block in space"),
+        (lanes.held == ("strip",), "strip", "a strip of wall"),
     ):
         if wrong:
-            raise InputError(case.file, "block", Said(got), "must be a single box in the plane")
+            allowed = "must be a single box in the plane"
+            if key == "assembly":
+                allowed += "; warprock limit finds what an assembly bears"
+            raise InputError(case.source_of(key), key, Said(got), allowed)
     numbers = np.arange(lanes.lane_count)
     sides = ("right",) if lanes.hold is None or lanes.hold.frame is not None else tuple(SIDES)
     parts = [

@@ -23,14 +23,14 @@ from warprock.engines.assembly_packs import (
 )
 from warprock.engines.base import AbstractEngine
 from warprock.engines.decoding import lane_fields, respond, still_since, time_or_nan
-from warprock.engines.launching import Form, Found, Kernel, launch
+from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.kernels import assembly
 from warprock.kernels.instance import kernel_module
 from warprock.model.assembly import Assemblies
 from warprock.model.assembly import Assembly as Laid
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
-from warprock.model.response import Response, SampleTimes, Status, take_lanes
+from warprock.model.response import JointState, Response, SampleTimes, Status, take_lanes
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
@@ -137,6 +137,7 @@ class Assembly(AbstractEngine):
         rows, own = found.lanes, _of(lanes)
         assert found.contacts is not None
         joints = joints_moved(own, found.contacts)
+        state = JointState.OPENED * joints.opened + JointState.SLID * joints.slid
         rest_time = still_since(rows, times.times[-1] - 0.5 * self.settings.time_step)
         bad = [(_unstable(own, rows), Status.UNSTABLE)]
         blocks = np.arange(found.blocks.shape[1]) < _count(own)[:, None]
@@ -152,6 +153,8 @@ class Assembly(AbstractEngine):
             "opened_joints": joints.opened.sum(axis=1),
             "slid_joints": joints.slid.sum(axis=1),
             "collapse_time": time_or_nan(rows["collapse_time"]),
+            "collapse_load": _loads(motions, rows),
+            "joint_state": state[:, : own.most_joints],
             "solver_residual": rows["residual"],
         }
 
@@ -159,6 +162,15 @@ class Assembly(AbstractEngine):
 def _of(lanes: Lanes) -> Assemblies:
     assert lanes.assembly is not None
     return lanes.assembly
+
+
+def _loads(motions: GroundMotions, rows: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+    """Acceleration of the base / g when the blocks last were still before a collapse, [lane]."""
+    found = np.full(len(rows), np.nan)
+    for lane in np.flatnonzero(rows["collapse_time"] < NEVER):
+        at = np.asarray([rows["still"][lane]], dtype=np.float64)
+        found[lane] = abs(float(motions.components[0].acceleration(at, int(lane))[0])) / GRAVITY
+    return found
 
 
 def _count(own: Assemblies) -> npt.NDArray[np.intp]:

@@ -215,7 +215,7 @@ def respond(engine: str, lanes: Lanes, columns: Mapping[str, Rows], times: Sampl
         times: Duration and sampling.
     """
     more = (*MODEL_FIELDS, *BODY_FIELDS, *TIE_FIELDS, *ASSEMBLY_FIELDS)
-    wanted = (*SPATIAL_FIELDS, *more, *HISTORIES)
+    wanted = (*SPATIAL_FIELDS, *more, "joint_state", *HISTORIES)
     names = (*LANE_FIELDS, *(name for name in wanted if name in columns))
     fields: dict[str, Rows] = {}
     for name in names:

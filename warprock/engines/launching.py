@@ -16,10 +16,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import warp as wp
 
 from warprock.errors import InputError
-from warprock.kernels.instance import LANE_WIDTH, REALS
+from warprock.kernels.instance import BYTES, LANE_WIDTH
 from warprock.kernels.pool import AHEAD
 from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions
 from warprock.model.response import SampleTimes
@@ -55,8 +54,8 @@ class Target:
     form: Form | None = None
 
     def __post_init__(self) -> None:
-        if self.precision not in REALS:
-            allowed = f"must be one of {', '.join(REALS)}"
+        if self.precision not in BYTES:
+            allowed = f"must be one of {', '.join(BYTES)}"
             raise InputError("precision", "", self.precision, allowed)
         if self.form is not None:
             # Its value as a string would do in a comparison and not in the next.
@@ -173,12 +172,14 @@ def launch(
             of `lanes`, shape [lane] each, or [lane, number] where it takes several of a lane; an
             array, shape [lane]; numbers; a Warp struct.
     """
+    import warp as wp
+
     lane_count, block_count = next(iter(blocks.values())).shape
     count = -(-lane_count // module.LANES) * module.LANES
     takes = {each.label: each.type for each in module.run_lanes.adj.args}
     pool, motion_rows = _pool_and_rows(takes["motions"].dtype, motions, count)
     given = {"blocks": blocks, "motions": motion_rows, "pool": pool, "sample_times": times.times}
-    in_space, real = isinstance(motions, SpatialMotions), REALS[target.precision]
+    in_space, real = isinstance(motions, SpatialMotions), getattr(wp, target.precision)
     sampled = times.count if times.interval is not None else 0
     device = target.device
     found = module.Found()
@@ -222,6 +223,8 @@ def launch(
 
 def _samples(shape: tuple[int, ...], real: Any, device: str) -> Any:
     """An array of samples, [sample, block, ..., lane], for a kernel to fill; empty if of none."""
+    import warp as wp
+
     own = shape if shape[0] else (0,) * len(shape)
     return wp.full(own, value=np.inf, dtype=real, device=device)
 
@@ -238,6 +241,8 @@ def _argument(argument: Any, value: Any, count: int, device: str) -> Any:
     A kernel that names an axis less, of blocks or of directions, has the first of them alone. (One
     of single blocks with a second index in its loop over lanes is not made vector code.)
     """
+    import warp as wp
+
     if isinstance(value, Mapping):
         rows = struct_rows if next(iter(value.values())).ndim == 1 else block_rows
         value = rows(argument.type.dtype, value, count)

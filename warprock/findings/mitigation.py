@@ -43,8 +43,11 @@ def find_measures(found: Measures, ladder: Ladder) -> Finding:
         facts["measures"] |= {
             "target_per_year": target.rate,
             "width_m": target.own,
-            "width_low_m": _known(target.low),
-            "width_high_m": _known(target.high),
+            "width_low_m": _known(target.width.low),
+            "width_high_m": _known(target.width.high),
+            "tie_low_share": _known(target.tie.low),
+            "tie_high_share": _known(target.tie.high),
+            "tie_why": target.tie.why,
         }
     rows = [
         {
@@ -103,6 +106,8 @@ MEASURES = Kind(
             **dict.fromkeys(("intensity", "hazard"), str),
             **dict.fromkeys(("target_per_year?", "width_m?"), float),
             **dict.fromkeys(("width_low_m?", "width_high_m?"), _NUMBER),
+            **dict.fromkeys(("tie_low_share?", "tie_high_share?"), _NUMBER),
+            "tie_why?": str,
         },
     },
 )
@@ -150,17 +155,33 @@ def _rest(rows: pd.DataFrame) -> list[str]:
 
 
 def _target(base: Facts) -> list[str]:
-    """The width that meets a rate."""
+    """The width and the straps that meet a rate."""
     if "target_per_year" not in base:
         return []
     own, low, high = (base[name] for name in ("width_m", "width_low_m", "width_high_m"))
     rate = f"{three(base['target_per_year'])} times a year"
-    if high is None:
-        return [f"No width up to {three(low)} m brings the rate to {rate}."]
     if low is None:
-        return [f"As wide as it is, it falls no more often than {rate}."]
-    return [f"A width between {low:.3f} m and {high:.3f} m, {high / own:.3g} times its own, brings "
-            f"the rate to {rate}."]  # fmt: skip
+        return [f"As wide as it is, and without straps, it falls no more often than {rate}."]
+    found = (
+        f"No width up to {three(low)} m brings the rate to {rate}."
+        if high is None
+        else f"A width between {low:.3f} m and {high:.3f} m, {high / own:.3g} times its own, "
+        f"brings the rate to {rate}."
+    )
+    return [found, _straps(base, rate)]
+
+
+def _straps(base: Facts, rate: str) -> str:
+    """The straps that meet a rate."""
+    if "tie_why" not in base:
+        return "What straps would do was not looked for."
+    if base["tie_why"]:
+        return f"Which straps bring it there is not known: {base['tie_why']}."
+    low, high = base["tie_low_share"], base["tie_high_share"]
+    if high is None:
+        return f"No straps that yield at up to {three(low)} of its weight bring the rate to {rate}."
+    ends = f"at {high:.3g}" if low == 0.0 else f"between {low:.3g} and {high:.3g}"
+    return f"Two straps near its top that yield {ends} of its weight bring the rate to {rate}, too."
 
 
 def _sheet(rows: pd.DataFrame) -> Sheet:

@@ -79,6 +79,13 @@ USABLE: tuple[Status, ...] = (*SOUND, Status.SENSITIVE, Status.OUTSIDE_MODEL)
 """Statuses whose numbers are the engine's answer, if with a reservation; the others have none."""
 
 
+class JointState(enum.IntFlag):
+    """What a joint of an assembly did in a run."""
+
+    OPENED = 1
+    SLID = 2
+
+
 @dataclasses.dataclass(frozen=True)
 class Field:
     """One array of a response.
@@ -189,6 +196,13 @@ FIELDS: dict[str, Field] = {
         Field("opened_joints", ("lane",), "-", "Joints that opened"),
         Field("slid_joints", ("lane",), "-", "Joints that slid"),
         Field("collapse_time", ("lane",), "s", "Time at which a block of an assembly had fallen"),
+        Field(
+            "collapse_load",
+            ("lane",),
+            "-",
+            "Acceleration of the base / g when the motion began that ended in collapse",
+        ),
+        Field("joint_state", ("lane", "joint"), "-", "What a joint did, a `JointState`"),
         Field(
             "solver_residual",
             ("lane",),
@@ -325,6 +339,7 @@ ASSEMBLY_FIELDS: tuple[str, ...] = (
     "opened_joints",
     "slid_joints",
     "collapse_time",
+    "collapse_load",
     "solver_residual",
 )
 """Fields that the engine of assemblies answers besides."""
@@ -346,7 +361,7 @@ rotations and the yaw only where places were asked for, too."""
 INTEGER_FIELDS: tuple[str, ...] = (
     *("outcome", "status", "impact_count", "step_count"),
     "broken_ties",
-    *("opened_joints", "slid_joints"),
+    *("opened_joints", "slid_joints", "joint_state"),
 )
 
 

@@ -16,6 +16,7 @@ from warprock.arguments import at_the_door
 from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import LaneSet
 from warprock.model.base_path import base_places
+from warprock.model.lanes import Lanes
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import (
     ASSEMBLY_FIELDS,
@@ -28,6 +29,7 @@ from warprock.model.response import (
     SPATIAL_FIELDS,
     TIE_FIELDS,
     Field,
+    JointState,
     Response,
 )
 from warprock.model.tie_states import tie_elongations, tie_history
@@ -42,6 +44,14 @@ _ROUND_OFF = 1e-12
 """How far the last sample may lie after the end of a run, as a part of its length."""
 
 PEAK_RATIO = "peak_rotation_ratio"
+
+JOINT_COLUMNS = {
+    "opened_between": "Blocks between which joints opened",
+    "slid_between": "Blocks between which joints slid",
+}
+"""Columns of words of an assembly, and what they say."""
+BETWEEN, APART = " / ", ", "
+"""What stands between the two blocks of a joint, and between joints."""
 
 
 @at_the_door
@@ -77,6 +87,9 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
             of_field = {field.block_column(k): v for k, v in enumerate(values.T, 1)}
         columns |= of_field
         meaning |= dict.fromkeys(of_field, (field.unit, field.text))
+    if "joint_state" in response.fields:
+        columns |= joint_columns(lane_set.lanes, response["joint_state"])
+        meaning |= {name: ("-", text) for name, text in JOINT_COLUMNS.items()}
     given = response, lane_set.lanes, lane_set.motions, lane_set.ends
     columns[UNDECIDED] = undecided(*given, springs=on_springs(response.engine))
     meaning[UNDECIDED] = ("-", UNDECIDED_TEXT)
@@ -89,6 +102,25 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
         name: {"unit": unit, "text": text} for name, (unit, text) in meaning.items()
     }
     return table
+
+
+def joint_columns(lanes: Lanes, state: npt.NDArray[np.int64]) -> dict[str, list[str]]:
+    """Names of the blocks between which joints opened, and slid, of every lane.
+
+    Args:
+        lanes: Assemblies.
+        state: What their joints did, shape [lane, joint].
+    """
+    assert lanes.assembly is not None
+    found: dict[str, list[str]] = {}
+    for name, flag in zip(JOINT_COLUMNS, JointState, strict=True):
+        found[name] = []
+        for lane, row in enumerate((state & flag) > 0):
+            kind = lanes.assembly.of(lane)
+            pairs = kind.joints.blocks[np.flatnonzero(row[: kind.joints.count])]
+            words = [f"{kind.names[a]}{BETWEEN}{kind.names[b]}" for a, b in pairs]
+            found[name].append(APART.join(words))
+    return found
 
 
 def peak_ratio_columns(lane_set: LaneSet) -> list[str]:
