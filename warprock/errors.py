@@ -117,7 +117,8 @@ def _bare(name: str) -> str:
 def did_you_mean(got: object, known: Iterable[str]) -> str:
     """A suggestion for the end of an error message; empty if nothing is near.
 
-    The last part of a dotted key counts more than the table in front of it.
+    The last part of a dotted key counts more than the table in front of it, and a key of as many
+    parts more than others: `block.N.friction` is no key of a single block.
     """
     wanted = str(got)[:MOST_SHOWN]
     tails: dict[str, list[str]] = {}
@@ -128,8 +129,8 @@ def did_you_mean(got: object, known: Iterable[str]) -> str:
         return ""
     likeness = difflib.SequenceMatcher(b=wanted)
 
-    def alike(key: str) -> float:
+    def alike(key: str) -> tuple[bool, float]:
         likeness.set_seq1(key)
-        return likeness.ratio()
+        return key.count(".") == wanted.count("."), likeness.ratio()
 
     return f"; did you mean {max(tails[near[0]], key=alike)}?"
