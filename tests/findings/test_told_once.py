@@ -39,6 +39,11 @@ ASKED: dict[str, list[str]] = {
         *("-s", "block.width=0.5 m", "-s", "run.duration=30 s", "--k0", "1e-3", "--k", "2"),
         *("--count", "5", "--accuracy", "0.2", "--measure", "block.width=0.6 m"),
     ],
+    "brief": [
+        *("brief", "fragility-five-blocks", "-e", "housner", "-s", "motion.scale=1"),
+        *("-s", "block.width=0.5 m", "-s", "run.duration=30 s", "--k0", "1e-3", "--k", "2"),
+        *("--count", "5", "--accuracy", "0.2", "--measure", "block.width=0.6 m"),
+    ],
     "verdict": [
         *("verdict", "record-ridgecrest", "-e", "housner", "-s", "motion.scale=0.5"),
         *("--neighbours", "16", *SHORT),

@@ -30,6 +30,7 @@ SECTIONS: dict[str, dict[str, str]] = {
     },
     "Analyse": {
         "verdict": "does it stand under this motion, and by how much",
+        "brief": "one page for a decision: chance, what it takes, what helps",
         "capacity": "what a block bears by statics: multiplier, displacement, work",
         "fragility": "fragility functions from the lanes of a run or a sweep",
         "risk": "how often a year blocks fall, under a hazard curve of yours",

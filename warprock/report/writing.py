@@ -58,6 +58,8 @@ _FILES = {
     "risk-contributions.csv": "which intensities make the rates",
     "risk-hazard.csv": "the hazard as it was used",
     "risk-allowed.csv": "rates of exceedance that an age allows",
+    "brief.html": "the page for a decision: two printed sheets",
+    "brief.pdf": "the same, printed",
     CELL_TABLE: "the distribution of every cell of the ensemble",
 }
 _ENDINGS = {
