@@ -59,7 +59,7 @@ class Track:
         slide: How far it has slid [m].
         most: Largest |slide| [m].
         opening: Widest gap [m].
-        since: When it last carried [s].
+        since: When it last carried [s]; NEVER before it does.
         parted: 1 where it has parted and not landed since, else 0.
     """
 
@@ -220,7 +220,7 @@ def observe_gap(
     opening = wp.where(gap < NEVER, gap, real(0.0))
     seen.impacts = seen.impacts + wp.where(live and was and carries, 1, 0)
     track.since = wp.where(live and carries, time, track.since)
-    lifted = smaller(track.since, seen.uplift_time)
+    lifted = smaller(smaller(track.since, time), seen.uplift_time)
     seen.uplift_time = wp.where(live and apart, lifted, seen.uplift_time)
     seen.moved = wp.where(live and apart, time, seen.moved)
     seen.deepest = wp.where(live, larger(-opening, seen.deepest), seen.deepest)
