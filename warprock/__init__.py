@@ -17,10 +17,11 @@
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Assembly`, `Contact`,
 `TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Strip`, `Start`, `Motion`, `Support`, `Times`,
 `Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`,
-`with_unit`, `save_record`. Commands: `run`, `verdict`, `brief`, `fragility`, `risk`, `measures`,
-`map`, `spectrum`, `ida`, `sensitivity`, `capacity`, `limit`, `sweep`, `compare`, `validate`,
-`study`, `body`, `identify`, `trade`, `stability`. Bad input is an `InputError`. Below them lie the
-functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
+`with_unit`, `save_record`. Commands: `run`, `verdict`, `brief`, `fragility`, `predictors`, `risk`,
+`measures`, `map`, `spectrum`, `ida`, `sensitivity`, `capacity`, `limit`, `sweep`, `compare`,
+`validate`, `study`, `body`, `identify`, `trade`, `stability`. Bad input is an `InputError`. Below
+them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`,
+`write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
 """
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from warprock.api.analyses.fragility import fragility as fragility
     from warprock.api.analyses.ida import ida as ida
     from warprock.api.analyses.map import map as map
+    from warprock.api.analyses.predictors import predictors as predictors
     from warprock.api.analyses.risk import risk as risk
     from warprock.api.analyses.sensitivity import sensitivity as sensitivity
     from warprock.api.analyses.spectrum import spectrum as spectrum
@@ -147,6 +149,7 @@ _HOME = {
     "load_case": "api.case",
     "map": "api.analyses.map",
     "measures": "api.measures",
+    "predictors": "api.analyses.predictors",
     "risk": "api.analyses.risk",
     "run": "api.run",
     "run_batch": "running.batch",
