@@ -207,6 +207,8 @@ def run_lanes(
                     v = base_velocity(way, half, pool[2, place], pool[0, place], pool[1, place])
                     dv[d, i] = v - base[d, i]
                     base[d, i] = v
+            # A loop of its own: what reads a record and does more than that is no vector code.
+            for i in range(LANES):
                 flat = stands(impulse[0, i], impulse[1, i], impulse[2, i], impulse[3, i])
                 since[i] = wp.where(flat, NEVER, smaller(since[i], time - dt))
                 change = Triple(dv[0, i], dv[1, i], dv[2, i])
