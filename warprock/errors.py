@@ -117,9 +117,24 @@ def _bare(name: str) -> str:
 def did_you_mean(got: object, known: Iterable[str]) -> str:
     """A suggestion for the end of an error message; empty if nothing is near.
 
-    The last part of a dotted key counts more than the table in front of it.
+    The last part of a dotted key counts more than the table in front of it. Where a table is there
+    by itself, as `block`, keys of its numbered ones, as `block.N.friction`, are not meant.
     """
-    known = tuple(known)
-    tails = {key.rpartition(".")[2]: key for key in reversed(known)}
-    near = difflib.get_close_matches(str(got).rpartition(".")[2], tails, 1)
-    return f"; did you mean {tails[near[0]]}?" if near else ""
+    wanted, known = str(got)[:MOST_SHOWN], list(known)
+    tails: dict[str, list[str]] = {}
+    for key in known:
+        tails.setdefault(key.rpartition(".")[2], []).append(key)
+    near = difflib.get_close_matches(wanted.rpartition(".")[2], tails, 1)
+    if not near:
+        return ""
+    likeness = difflib.SequenceMatcher(b=wanted)
+
+    table = wanted.partition(".")[0]
+    alone = any(key.startswith(f"{table}.") and ".N." not in key for key in known)
+
+    def alike(key: str) -> tuple[bool, float]:
+        likeness.set_seq1(key)
+        numbered = alone and key.startswith(f"{table}.N.")
+        return not numbered, likeness.ratio()
+
+    return f"; did you mean {max(tails[near[0]], key=alike)}?"

@@ -254,6 +254,7 @@ ENDINGS = {
     "m/s^2": "_m_s2",
     "kg/m^3": "_kg_m3",
     "rad/s": "_rad_s",
+    "deg/s": "_deg_s",
     "1/s": "_per_s",
     "N/m": "_N_m",
     "m/s": "_m_s",

@@ -48,8 +48,8 @@ UNMODELLED = (
             *("vault", "facade", "building"),
         ),
         "a [transverse_wall] beside one [block], or a stack of up to six, [block.1], [block.2], "
-        "...; an [assembly], a wall or an arch of many blocks, for warprock limit; motion of a "
-        "floor as the record of the base",
+        "...; an [assembly], a wall or an arch of many blocks; motion of a floor as the record of "
+        "the base",
     ),
     Unmodelled(
         "Hazard models: how often a motion comes is read from a hazard curve, not computed",

@@ -39,7 +39,7 @@ Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks.
 import warp as wp
 
 from warprock.kernels.shape.interface import Box, Mass, Pose, Velocity
-from warprock.kernels.shape.rising import worked
+from warprock.kernels.shape.rising import base_work
 
 STEEPEST = real(0.1)
 """Smallest cosine of the angle between two faces for which their overlap still grows."""
@@ -497,4 +497,4 @@ def integrate(
     turned = in_range(angle)
     at.s = sine(turned)
     at.c = cosine(turned)
-    return wp.where(live, own * worked(base.dx, base.dz, sum_x, sum_z), real(0.0))
+    return wp.where(live, own * base_work(base.dx, base.dz, sum_x, sum_z), real(0.0))

@@ -20,8 +20,15 @@ leaves several solutions of the law, or none (Painleve).
 
 import warp as wp
 
-from warprock.kernels.event_space.block_contact import BOX, EDGE, Body, Corners, along, sticking
-from warprock.kernels.event_space.block_slide import slipping, swung
+from warprock.kernels.event_space.block_contact import (
+    BOX,
+    EDGE,
+    Body,
+    Corners,
+    direction_of,
+    try_sticking,
+)
+from warprock.kernels.event_space.block_slide import solve_swing, try_slipping
 from warprock.kernels.event_space.body_contact import (
     ALL,
     Carried,
@@ -49,10 +56,10 @@ from warprock.kernels.shape_space.frame import relative_velocity
 from warprock.kernels.vectors import Matrix, Vector
 
 if FRICTION == "box":
-    from warprock.kernels.event_space.block_box_friction import projected, sliding_bits
+    from warprock.kernels.event_space.block_box_friction import project, sliding_bits
     from warprock.kernels.event_space.block_box_friction import solve as solve_two
 else:
-    from warprock.kernels.event_space.block_law import projected, sliding_bits
+    from warprock.kernels.event_space.block_law import project, sliding_bits
     from warprock.kernels.event_space.block_law import solve as solve_two
 
 BEGINNINGS = 12
@@ -91,10 +98,10 @@ def ways(two: Body, number: int, v: Vector, w: Vector) -> Corners:
         # Beside an end that sticks, if it could; it cannot, and goes where it is pushed.
         side = wp.where(number < 2, real(1.0), real(-1.0))
         k = number % 2
-        swing = swung(two, k, 1 - k, side, v, w)
+        swing = solve_swing(two, k, 1 - k, side, v, w)
         d = swing.d
         push = swing.v - v + (two.friction * swing.n) * Vector(d[0], d[1], real(0.0))
-        a = along(push)
+        a = direction_of(push)
         dirs[k] = Vector(-a[0], -a[1], real(0.0))
         dirs[1 - k] = Vector(d[0], d[1], real(0.0))
     else:
@@ -115,7 +122,7 @@ def solve_edge(
         # Where the search for the ways of both ends went astray, it begins elsewhere.
         for number in range(BEGINNINGS):
             if not h.fits and i != j:
-                h = slipping(two, EDGE, 3, False, ways(two, number, v, w), v, w, grain)
+                h = try_slipping(two, EDGE, 3, False, ways(two, number, v, w), v, w, grain)
     c = Carried()
     c.v = h.v
     c.w = h.w
@@ -146,7 +153,7 @@ def stick_edge(
 ) -> Carried:
     """The motion over the edge from point i to point j if it sticks."""
     c = Carried()
-    h = sticking(on_two(s, pose, t.lever[i], t.lever[j]), EDGE, 3, v, w, grain)
+    h = try_sticking(on_two(s, pose, t.lever[i], t.lever[j]), EDGE, 3, v, w, grain)
     c.held = bit_of(t.which[i]) | bit_of(t.which[j])
     c.v = h.v
     c.w = h.w
@@ -292,7 +299,7 @@ def bound(s: Shape, pose: Pose, held: wp.uint64, stuck: wp.uint64, v: Vector, w:
         i, j = ends_of(t)
         slip = wp.where(among(t.which[i], stuck), 0, 1)
         slip = slip | wp.where(i == j or among(t.which[j], stuck), 0, 2)
-        v2, w2 = projected(
+        v2, w2 = project(
             on_two(s, pose, t.lever[i], t.lever[j]), wp.where(i == j, 0, EDGE),
             wp.where(slip == 0, 0, sliding_bits(slip)), v, w,
         )  # fmt: skip

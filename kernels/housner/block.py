@@ -52,6 +52,10 @@ ROUND_OFF = by_precision(1.0e-12, 1.0e-6)
 """A block may rest up to this relative excess of |a| over g tan(alpha), and lifts at twice it."""
 TICK = by_precision(4.4e-16, 2.4e-7)
 """Two roundings of a time, relative: an event nearer to a knot is at the knot."""
+COARSE = PRECISION == "float32"
+"""Whether the round-off of a time matters beside ROUND_OFF."""
+GRAIN = by_precision(0.0, 4.8e-7)
+"""Relative error of a time, up to four roundings, where it matters."""
 TURNS = MOTION == "record"
 """Whether a block may turn inside a step."""
 REACH = real(0.25)
@@ -265,6 +269,10 @@ def first_event(
     if TURNS:
         lean = scale(side, rotation)
         passes = rocking and lean.c0 >= zero and tops_below(peak, lean, h)
+    elif COARSE:
+        # A crest of the base nearer than times resolve is at hand: a step to it would not end.
+        near = size(watched.c1) <= size(watched.c2) * (TWO * GRAIN * s.time)
+        passes = resting and near
     event = next_event(watched, h, passes)
     # A jump of the acceleration lifts a resting block, round-off sinks a rocking one: at once.
     lack_at_end = fused_less(pull, acceleration_at(a, h), limit)

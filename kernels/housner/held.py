@@ -32,31 +32,37 @@ from warprock.kernels.housner.held_ties import (
     Restraints,
     change_tie,
     elongation,
-    force_of,
     next_bound,
     pull_of,
     start_ties,
 )
 from warprock.kernels.modes import BROKEN, OVERTURNED, RESTING, ROCKING
-from warprock.kernels.motion import Ground, Motion, expand, knot_step, knot_time
+from warprock.kernels.motion import Ground, Motion, knot_step, knot_time
+from warprock.kernels.series import (
+    DEGREE,
+    TICK,
+    Series,
+    first_root,
+    pull_series,
+    root_of,
+    slope_of,
+    value_of,
+)
+from warprock.kernels.ties import force_of
 
 NEARLY = by_precision(1.0e-9, 1.0e-5)
 """What counts as round-off of an event that the last step has located."""
 ROUND_OFF = by_precision(1.0e-12, 1.0e-6)
 """A block may rest up to this part of p^2 sin(alpha) beyond its balance, and lifts at twice it."""
-TICK = by_precision(4.4e-16, 2.4e-7)
-"""Two roundings, relative."""
+COARSE = PRECISION == "float32"
+"""Whether the round-off of a time matters beside ROUND_OFF."""
+GRAIN = by_precision(0.0, 4.8e-7)
+"""Relative error of a time, up to four roundings, where it matters."""
 REACH = real(0.25)
 """Largest rotation of the block in one step [rad]."""
-DEGREE = 10
 LOOKS = 8
 """Parts of a step at whose ends the contact force is looked at."""
 LOOK = real(1.0 / LOOKS)
-ROOT_STEPS = 80
-"""Steps after which a bracketed Newton method has surely closed its bracket."""
-
-Series = wp.types.vector(length=DEGREE + 1, dtype=real)
-"""Taylor coefficients in time, the constant first."""
 
 
 @wp.struct
@@ -129,74 +135,6 @@ class Seen:
 
 
 @wp.func
-def value_of(p: Series, x: real) -> real:
-    """Value of a series."""
-    found = p[DEGREE]
-    for k in range(DEGREE):
-        found = fused(x, found, p[DEGREE - 1 - k])
-    return found
-
-
-@wp.func
-def slope_of(p: Series) -> Series:
-    """The series of the derivative."""
-    found = Series()
-    for k in range(DEGREE):
-        found[k] = real(k + 1) * p[k + 1]
-    return found
-
-
-@wp.func
-def root_of(p: Series, end: real) -> real:
-    """Root in (0, end) of a series that is positive at 0 and not at the end."""
-    slope = slope_of(p)
-    low = real(0.0)
-    high = real(end)
-    x = end * p[0] / (p[0] - value_of(p, end))
-    for _ in range(ROOT_STEPS):
-        f = value_of(p, x)
-        change = f / value_of(slope, x)
-        if f > real(0.0):
-            low = x
-        else:
-            high = x
-        y = x - change
-        if size(change) <= TICK * x:
-            break
-        if not (y > low and y < high):
-            y = HALF * (low + high)
-        if y <= low or y >= high:
-            break
-        x = y
-    return x
-
-
-@wp.func
-def first_root(p: Series, end: real) -> real:
-    """First time in (0, end) at which a series that is positive at 0 comes to zero; NEVER if none.
-
-    Its least value inside is looked up where its slope changes its sign.
-    """
-    found = NEVER
-    slope = slope_of(p)
-    if value_of(p, end) <= real(0.0):
-        found = root_of(p, end)
-    elif slope[0] < real(0.0) and value_of(slope, end) > real(0.0):
-        least = root_of(-slope, end)
-        if value_of(p, least) < real(0.0):
-            found = root_of(p, least)
-    return found
-
-
-@wp.func
-def pull_series(m: Motion, segment: int, time: real, ground: Ground) -> Series:
-    """The acceleration of the base about a time [m/s^2]."""
-    a = expand(m, segment, time, ground.value, ground.slope)
-    zero = real(0.0)
-    return Series(a.a0, a.a1, a.a2, a.a3, a.a4, a.a5, a.a6, a.a7, a.a8, zero, zero)
-
-
-@wp.func
 def rotation_series(block: Block, p: Pull, s: State, a: Series) -> Series:
     """The rotation about the present time.
 
@@ -246,6 +184,18 @@ def outward_moment(block: Block, held: Restraints, side: real, a: real) -> real:
 
 
 @wp.func
+def blur_of(block: Block, a: Series, time: real) -> real:
+    """By how much an error of the time blurs the angular acceleration of a flat block [rad/s^2].
+
+    A block rests up to this beyond its balance, too: its hops would be shorter than times resolve.
+    """
+    found = real(0.0)
+    if COARSE:
+        found = GRAIN * time * block.coupling * cosine(block.slenderness_angle) * size(a[1])
+    return found
+
+
+@wp.func
 def may_turn(block: Block, side: real) -> bool:
     """Whether a block may turn to a side: there is no wall."""
     return block.wall * side <= real(0.0)
@@ -261,16 +211,18 @@ def held_down(block: Block, held: Restraints, side: real, a: real) -> real:
 
 
 @wp.func
-def settles(block: Block, held: Restraints, omega: real, a: real) -> bool:
+def settles(block: Block, held: Restraints, omega: real, a: real, blur: real) -> bool:
     """Whether a flat block with a rate rests: its next swing is too small to count."""
     one, other = real(1.0), real(-1.0)
     weaker = smaller(held_down(block, held, one, a), held_down(block, held, other, a))
-    weaker = weaker + ROUND_OFF * block.frequency_squared * sine(block.slenderness_angle)
+    weaker = weaker + ROUND_OFF * block.frequency_squared * sine(block.slenderness_angle) + blur
     return weaker > real(0.0) and omega * omega <= real(2.0) * weaker * block.rest_rotation
 
 
 @wp.func
-def strike(block: Block, held: Restraints, a: real, s: wp.ref[State], seen: wp.ref[Seen]):
+def strike(
+    block: Block, held: Restraints, a: real, blur: real, s: wp.ref[State], seen: wp.ref[Seen]
+):
     """An impact: on the base, or on base and wall."""
     before = s.omega
     kept = block.angular_restitution
@@ -288,7 +240,7 @@ def strike(block: Block, held: Restraints, a: real, s: wp.ref[State], seen: wp.r
         after = real(0.0)
         s.mode = RESTING
         seen.rest_time = s.time
-    elif settles(block, held, after, a):
+    elif settles(block, held, after, a, blur):
         here = held_down(block, held, s.side, a)
         there = held_down(block, held, -s.side, a)
         tail = real(2.0) * size(after) / here / larger(real(1.0) - kept, real(1.0e-6))
@@ -315,10 +267,11 @@ def lift(side: real, s: wp.ref[State], seen: wp.ref[Seen]):
 @wp.func
 def pass_knot(block: Block, held: Restraints, dv: real, s: wp.ref[State], seen: wp.ref[Seen]):
     """Passes a knot of the motion, with a velocity step dv of the base."""
+    zero = real(0.0)
     s.segment = s.segment + 1
     kick = -block.coupling * cosine(block.slenderness_angle - size(s.theta)) * dv
     if dv != real(0.0) and s.mode == RESTING:
-        goes = may_turn(block, sign_of(kick)) and not settles(block, held, kick, real(0.0))
+        goes = may_turn(block, sign_of(kick)) and not settles(block, held, kick, zero, zero)
         if goes:
             lift(sign_of(kick), s, seen)
     if dv != real(0.0) and s.mode == ROCKING:
@@ -480,7 +433,7 @@ def rock(
     x = rotation_series(block, pull, s, a)
     outwards = goes_out(side, x, h)
     if not outwards and lean <= zero:
-        strike(block, held, a[0], s, seen)
+        strike(block, held, a[0], blur_of(block, a, s.time), s, seen)
     elif h > zero:
         towards = wp.where(outwards, side, -side)
         turn = turning_time(x, towards, h)
@@ -519,7 +472,7 @@ def rock(
             elif outwards:
                 s.mode = OVERTURNED
             else:
-                strike(block, held, base, s, seen)
+                strike(block, held, base, blur_of(block, a, s.time), s, seen)
     if s.time >= knot and s.mode < OVERTURNED:
         pass_knot(block, held, knot_step(m, s.segment), s, seen)
 
@@ -540,8 +493,12 @@ def rest(
     at_end = value_of(slope, h)
     # A turning point in the first NEARLY of the step is one that the last step has ended at.
     if slope[0] * at_end < -NEARLY * (slope[0] * slope[0] + at_end * at_end):
-        h = root_of(sign_of(slope[0]) * slope, h)
+        turn = root_of(sign_of(slope[0]) * slope, h)
+        # One that is nearer than times resolve is at hand: a step to it would not end.
+        if turn > GRAIN * s.time:
+            h = turn
     spare = real(2.0) * ROUND_OFF * block.frequency_squared * sine(block.slenderness_angle)
+    spare = spare + real(2.0) * blur_of(block, a, s.time)
     tau = real(h)
     side = real(0.0)
     for k in range(2):

@@ -5,18 +5,12 @@ import warp as wp
 from warprock.kernels.housner.block import stall
 from warprock.kernels.housner.block_found import BlockResult
 from warprock.kernels.housner.held import Block, start_lane, step
-from warprock.kernels.housner.held_ties import (
-    BROKEN_TIE,
-    Load,
-    Restraints,
-    Tie,
-    TieState,
-    unfinished_loss,
-)
+from warprock.kernels.housner.held_ties import Restraints, unfinished_loss
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import OVERTURNED
 from warprock.kernels.motion import Ground, Motion, sample_index
 from warprock.kernels.rows import kernel
+from warprock.kernels.ties import BROKEN_TIE, Load, Tie, TieState
 
 LANES = 1
 

@@ -7,10 +7,8 @@ the base, s = sin(theta) and w = 1 - cos(theta), the point moves along the base 
     u = d s - X w,
 
 the tie is longer by e = -side u than with the block at rest, and a horizontal force H turns the
-block by H du/dtheta = H (d cos(theta) - X s). A tie pulls towards its side with F = k (e - e0), and
-with no more than its yield force; e0, where it has no force, is its slack less what its prestress
-has taken, and grows by what it yields. A tie that only pulls is loose below e0. Beyond its ultimate
-elongation it is broken.
+block by H du/dtheta = H (d cos(theta) - X s). What force a tie gives at an
+elongation is told in kernels/ties.py.
 
 Between two changes the moment of all ties is a polynomial in s and w, so that the series of the
 rotation follows as that of the free block does. A block that turns one way moves all its ties one
@@ -19,68 +17,18 @@ way: each change is a rotation that is known before it is reached, and is locate
 
 import warp as wp
 
-LOOSE, ELASTIC, YIELDING, YIELDING_BACK, BROKEN_TIE = 0, 1, 2, 3, 4
-"""What a tie does: nothing; give a force by its stiffness; yield in tension, in compression; it is
-broken."""
-
-
-@wp.struct
-class Tie:
-    """What a step needs to know of a tie.
-
-    Attributes:
-        side: Side of the block that it is at, -1 or 1.
-        height: Height of its point [m].
-        stiffness: [N/m].
-        yield_force: [N]; NEVER of one that does not yield.
-        longest: Elongation at which it breaks [m]; NEVER of one that does not.
-        free_length: Elongation without force at the start, e0 [m].
-        pushes: 1 if it also gives compression, else 0.
-    """
-
-    side: real
-    height: real
-    stiffness: real
-    yield_force: real
-    longest: real
-    free_length: real
-    pushes: int
-
-
-@wp.struct
-class TieState:
-    """State of a tie.
-
-    Attributes:
-        free: Elongation without force, e0 [m].
-        lost: Energy that it has taken by yielding and with its break [J].
-        broken: When it broke [s]; NEVER before.
-        does: LOOSE, ELASTIC and so on.
-    """
-
-    free: real
-    lost: real
-    broken: real
-    does: int
-
-
-@wp.struct
-class Load:
-    """Forces on top of a block.
-
-    Attributes:
-        weight: Downwards [N].
-        thrust: Towards +x [N].
-        place: Where it presses, from the middle of the block to +x [m].
-        height: How high above its base [m].
-        stays: 1 if the weight keeps its place while the block turns, else 0.
-    """
-
-    weight: real
-    thrust: real
-    place: real
-    height: real
-    stays: int
+from warprock.kernels.ties import (
+    BROKEN_TIE,
+    ELASTIC,
+    LOOSE,
+    YIELDING,
+    YIELDING_BACK,
+    Load,
+    Tie,
+    TieState,
+    breaks_before_yield,
+    force_of,
+)
 
 
 @wp.struct
@@ -152,19 +100,6 @@ def elongation(held: Restraints, tie: Tie, side: real, theta: real) -> real:
 
 
 @wp.func
-def force_of(tie: Tie, state: TieState, stretch: real) -> real:
-    """Force of a tie at an elongation [N], tension positive."""
-    force = real(0.0)
-    if state.does == ELASTIC:
-        force = tie.stiffness * (stretch - state.free)
-    if state.does == YIELDING:
-        force = tie.yield_force
-    if state.does == YIELDING_BACK:
-        force = -tie.yield_force
-    return force
-
-
-@wp.func
 def pull_of(held: Restraints, side: real) -> Pull:
     """The moments about the pivot at a side, and the forces, of the ties and of the load.
 
@@ -201,12 +136,6 @@ def pull_of(held: Restraints, side: real) -> Pull:
         p.s = p.s - constant * x / held.inertia
         p.f = p.f + constant
     return p
-
-
-@wp.func
-def breaks_before_yield(tie: Tie, state: TieState) -> bool:
-    """Whether an elastic tie that is stretched breaks before it yields."""
-    return tie.longest <= state.free + tie.yield_force / tie.stiffness
 
 
 @wp.func

@@ -24,24 +24,28 @@ import warp as wp
 
 from warprock.kernels.housner.block_contact import ratio
 from warprock.kernels.housner.held import (
-    DEGREE,
+    COARSE,
+    GRAIN,
     LOOK,
     LOOKS,
     NEARLY,
     REACH,
     ROUND_OFF,
-    TICK,
-    Series,
     goes_out,
     judged_time,
-    pull_series,
-    root_of,
-    slope_of,
     turning_time,
-    value_of,
 )
 from warprock.kernels.modes import BROKEN, OVERTURNED, RESTING, ROCKING
 from warprock.kernels.motion import Ground, Motion, knot_step, knot_time
+from warprock.kernels.series import (
+    DEGREE,
+    TICK,
+    Series,
+    pull_series,
+    root_of,
+    slope_of,
+    value_of,
+)
 
 ORDERS = DEGREE - 1
 """Orders to which the turn of the upper body, sines and cosines are expanded."""
@@ -358,16 +362,26 @@ def held_up(strip: Strip, side: real, a: real) -> real:
 
 
 @wp.func
-def settles(strip: Strip, omega: real, a: real) -> bool:
+def blur_of(strip: Strip, side: real, slope: real, time: real) -> real:
+    """By how much an error of the time blurs what keeps a strip upright, as of a held block."""
+    found = real(0.0)
+    if COARSE:
+        n = mechanism_at(strip, side, found)
+        found = GRAIN * time * size(slope * n.pulled) / n.inertia
+    return found
+
+
+@wp.func
+def settles(strip: Strip, omega: real, a: real, blur: real) -> bool:
     """Whether an upright strip with a rate rests: its next swing is too small to count."""
     one, other = held_up(strip, real(1.0), a), held_up(strip, real(-1.0), a)
     still = smaller(held_up(strip, real(1.0), real(0.0)), held_up(strip, real(-1.0), real(0.0)))
-    weaker = smaller(one, other) + ROUND_OFF * still
+    weaker = smaller(one, other) + ROUND_OFF * still + blur
     return weaker > real(0.0) and omega * omega <= real(2.0) * weaker * strip.rest_rotation
 
 
 @wp.func
-def strike(strip: Strip, a: real, s: wp.ref[State], seen: wp.ref[Seen]):
+def strike(strip: Strip, a: real, blur: real, s: wp.ref[State], seen: wp.ref[Seen]):
     """The return upright: the strip goes on bowed to the other side, or rests."""
     before = s.omega
     kept = strip.angular_restitution
@@ -380,7 +394,7 @@ def strike(strip: Strip, a: real, s: wp.ref[State], seen: wp.ref[Seen]):
         after = real(0.0)
         s.mode = RESTING
         seen.rest_time = s.time
-    elif settles(strip, after, a):
+    elif settles(strip, after, a, blur):
         here = held_up(strip, s.side, a)
         there = held_up(strip, -s.side, a)
         lost = larger(real(1.0) - kept * kept, real(1.0e-6))
@@ -420,7 +434,7 @@ def pass_knot(strip: Strip, dv: real, s: wp.ref[State], seen: wp.ref[Seen]):
         kick = -n.pulled / n.inertia * dv
         goes = s.mode == ROCKING
         if s.mode == RESTING:
-            goes = not settles(strip, kick, real(0.0))
+            goes = not settles(strip, kick, real(0.0), real(0.0))
             if goes:
                 lift(side, s, seen)
         if goes:
@@ -472,7 +486,7 @@ def rock(
     h = smaller(h, smaller(trusted(x[DEGREE], DEGREE), trusted(way.turn[ORDERS], ORDERS)))
     outwards = goes_out(real(1.0), x, h)
     if not outwards and lean <= zero:
-        strike(strip, side * pull[0], s, seen)
+        strike(strip, side * pull[0], blur_of(strip, side, pull[1], s.time), s, seen)
     elif h > zero:
         towards = wp.where(outwards, real(1.0), real(-1.0))
         turn = turning_time(x, towards, h)
@@ -503,7 +517,7 @@ def rock(
             s.theta = side * laid
             s.mode = OVERTURNED
         elif reached:
-            strike(strip, base, s, seen)
+            strike(strip, base, blur_of(strip, side, pull[1], s.time), s, seen)
     if s.time >= knot and s.mode < OVERTURNED:
         pass_knot(strip, knot_step(m, s.segment), s, seen)
 
@@ -523,7 +537,10 @@ def rest(
     at_end = value_of(slope, h)
     # A turning point in the first NEARLY of the step is one that the last step has ended at.
     if slope[0] * at_end < -NEARLY * (slope[0] * slope[0] + at_end * at_end):
-        h = root_of(sign_of(slope[0]) * slope, h)
+        turn = root_of(sign_of(slope[0]) * slope, h)
+        # One that is nearer than times resolve is at hand: a step to it would not end.
+        if turn > GRAIN * s.time:
+            h = turn
     tau = real(h)
     side = real(0.0)
     for k in range(2):
@@ -533,6 +550,7 @@ def rest(
             n = mechanism_at(strip, over, zero)
             lack = over * n.pulled * a
             lack[0] = n.restoring * (real(1.0) + real(2.0) * ROUND_OFF) + over * n.pulled * a[0]
+            lack[0] = lack[0] + real(2.0) * n.inertia * blur_of(strip, over, a[1], s.time)
             if lack[0] <= zero:
                 tau = zero
                 side = over

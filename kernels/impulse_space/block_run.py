@@ -64,7 +64,12 @@ if THROWN:
         with_attitude,
     )
     from warprock.kernels.impulse_space.bounce import bounce, calm
-    from warprock.kernels.shape_space.thrown import after, leans, new_axes, renamed
+    from warprock.kernels.shape_space.thrown import (
+        compose,
+        needs_new_axes,
+        new_axes,
+        rename_axes_of_block,
+    )
     from warprock.kernels.vectors import Quaternion
 
 wp.set_module_options(BRANCHES if THROWN else ONE_VECTOR)
@@ -186,14 +191,14 @@ def run_lanes(
             if THROWN:
                 if seen[0].mode != RUNNING:
                     break
-                if tumbles and leans(state[0].qx, state[0].qy):
+                if tumbles and needs_new_axes(state[0].qx, state[0].qy):
                     s = state[0]
                     gx, gy, gw = new_axes(s.qx, s.qy, s.qz, s.qw)
-                    own = renamed(own, gx, gy)
+                    own = rename_axes_of_block(own, gx, gy)
                     box[0] = box_of(own)
-                    x, y, z, w = after(s.qx, s.qy, s.qz, s.qw, gx, gy, zero, gw)
+                    x, y, z, w = compose(s.qx, s.qy, s.qz, s.qw, gx, gy, zero, gw)
                     state[0] = with_attitude(s, x, y, z, w)
-                    x, y, z, w = after(named[0], named[1], named[2], named[3], gx, gy, zero, gw)
+                    x, y, z, w = compose(named[0], named[1], named[2], named[3], gx, gy, zero, gw)
                     named = Quaternion(x, y, z, w)
                     for c in range(corners):
                         impulse[c, 0] = Impulse(zero, zero, zero)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import functools
+import re
+import shlex
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 import pytest
 
 import warprock as wr
+from tests.shared.commands import succeed
 from warprock.analysis.identification import (
     FITS,
     Estimate,
@@ -86,7 +90,7 @@ def noisy(noise: float) -> list[Identified]:
     return found
 
 
-@pytest.mark.parametrize("noise", [1e-5, 1e-4])
+@pytest.mark.parametrize("noise", [pytest.param(1e-5, marks=pytest.mark.thorough), 1e-4])
 def test_errors_cover_the_truth(noise: float):
     """Two standard errors cover 95 % of normal errors: of 200 within 89 % to 100 %, four sigma."""
     found, eta = noisy(noise), float(rocking.angular_restitution(ANGLE))
@@ -147,3 +151,21 @@ def test_a_history_that_says_nothing_is_refused(angle: float, noise: float, said
 def test_a_block_at_rest_is_refused():
     with pytest.raises(InputError, match="0 whole swings"):
         identify_block(np.arange(100.0), np.zeros(100), ANGLE, RATE)
+
+
+@pytest.mark.parametrize("wall", [False, True])
+@pytest.mark.parametrize(
+    "known", [["--width", "0.5 m", "--height", "2 m"], ["--slenderness", f"{ANGLE:.12g} rad"]]
+)
+def test_the_command_that_is_named_next_runs_the_block_that_was_found(known, wall, tmp_path):
+    times, rotations = history(0.9, wall=wall)
+    file = tmp_path / "tilt.csv"
+    pd.DataFrame({"time_s": times, "rotation_rad": rotations}).to_csv(file, index=False)
+    done = succeed("identify", file, *known, "-o", tmp_path / "found")
+    named = re.findall(r"^next: warprock (.*)$", done.stdout, re.M)
+    succeed(*shlex.split(named[0]), "-o", tmp_path / "out")
+    row = pd.read_parquet(tmp_path / "out" / "lanes.parquet").iloc[0]
+    # The command has four digits.
+    assert row["slenderness_angle_rad"] == pytest.approx(ANGLE, rel=2e-3)
+    kept = "wall_rebound" if wall else "angular_restitution"
+    assert row[kept] == pytest.approx(three_impacts(ANGLE) if wall else 0.9, rel=2e-3)

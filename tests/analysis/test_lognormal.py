@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from scipy.stats import CensoredData, norm
+from scipy.stats import CensoredData, chi2, norm
 from scipy.stats import t as student
 
 from warprock.analysis import capacities
 from warprock.analysis.likelihood import Brackets
-from warprock.analysis.lognormal import Fit, bracket_lanes, observe, record_band
+from warprock.analysis.lognormal import Fit, bracket_lanes, fit_errors, observe, record_band
 from warprock.analysis.lognormal import Verdict as FitVerdict
 
 Array = np.ndarray
@@ -118,6 +118,22 @@ def test_a_band_of_narrow_brackets_is_that_of_a_normal_sample():
         np.log(band.interval("median")), logs.mean() + np.array([-half, half]), rtol=1e-5
     )
     assert band.text == "ok"
+
+
+def test_the_band_of_a_fit_alone_is_that_of_its_curvature():
+    draws = MEDIAN * np.exp(DISPERSION * np.random.default_rng(5).standard_normal(200))
+    low, high = draws * (1.0 - 1e-4), draws * (1.0 + 1e-4)
+    errors = fit_errors(lanes(low, high), fit_capacities(low, high))
+    spread = np.log(draws).std()
+    # Of a normal sample: s / sqrt(n) and 1 / sqrt(2 n), without correlation.
+    assert errors.errors[0] == pytest.approx(spread / np.sqrt(200.0), rel=1e-4)
+    assert errors.errors[1] == pytest.approx(1.0 / np.sqrt(400.0), rel=1e-4)
+    assert errors.correlation == pytest.approx(0.0, abs=1e-4)
+    # The band of its dispersion is that of chi-square, to which Wilson and Hilferty's cube root is
+    # right to about the error squared.
+    ends = errors.following(lambda _, dispersion: dispersion)
+    wanted = spread * np.sqrt(200.0 / chi2.ppf([0.95, 0.05], 200))
+    np.testing.assert_allclose(ends, wanted, rtol=2.0 / 400.0)
 
 
 def test_bands_of_few_capacities_hold_the_truth():

@@ -13,6 +13,7 @@ from tests.shared.commands import invoke, succeed
 from warprock.analysis import measures
 from warprock.analysis.bands import ratio_interval
 from warprock.analysis.risk import rates_of
+from warprock.case.lanes import expand_lanes
 from warprock.case.load import changed, load_case
 
 ONE = {"motion.scale": 1.0, "block.width": "0.5 m", "run.duration": "60 s"}
@@ -103,6 +104,32 @@ def test_the_width_that_meets_a_rate_lies_in_its_bracket(tmp_path: pathlib.Path)
     assert rates[0] > 8e-4 >= rates[1]
     (tmp_path / "report.html").unlink()
     succeed("report", tmp_path)
+    # The least straps, likewise.
+    low, high = said["tie_low_share"], said["tie_high_share"]
+    assert 0.01 <= low < high <= 1.01 * low
+    assert not said["tie_why"]
+    row = expand_lanes(load_case(CASE, ONE), range(1)).inputs.iloc[0]
+    mass = float(row["density_kg_m3"] * row["depth_m"]) * 0.5 * float(row["height_m"])
+    for share, met in ((low, False), (high, True)):
+        # The same to the last digit: stronger straps may do less, and do so step by step.
+        tied = rate(measures._straps(mass, float(row["height_m"]), share))
+        assert (tied.table["rate_per_year"].iloc[0] <= 8e-4) == met
+
+
+def test_what_a_target_needs_is_said_where_an_engine_cannot_do_it():
+    quick = {**LADDER, "count": 5, "accuracy": 0.3, "progress": False}
+    found = wr.measures(
+        CASE, "event", overrides=ONE, measure="block.width=0.6 m", target=8e-4, **LAW, **quick
+    )
+    target = found.found.target
+    assert 0.5 < target.width.high <= 1.01 * target.width.low
+    assert "housner runs it" in target.tie.why
+    assert "Which straps do so is not known" in " ".join(found.finding.sentences)
+    met = wr.measures(
+        CASE, "housner", overrides=ONE, measure="block.width=0.6 m", target=1.0, **LAW, **quick
+    )
+    assert (met.found.target.width.high, met.found.target.tie.high) == (0.5, 0.0)
+    assert "As wide as it is, and without straps" in " ".join(met.finding.sentences)
 
 
 @pytest.mark.parametrize(

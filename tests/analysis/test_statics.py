@@ -47,10 +47,16 @@ def test_many_lanes_are_the_same_as_few(monkeypatch):
     assert whole.equals(parts)
 
 
-@pytest.mark.parametrize("name", ["stack-collapse", "space-free"])
-def test_what_is_no_single_box_in_the_plane_is_refused(name):
-    with pytest.raises(wr.InputError, match="must be a single box in the plane"):
-        wr.capacity(name)
+@pytest.mark.parametrize("name", ["stack-collapse", "space-free", "strip", "arch"])
+def test_what_is_no_single_box_in_the_plane_is_refused(name, tmp_path):
+    case = name
+    if name in ("strip", "arch"):
+        case = tmp_path / "case.toml"
+        succeed("init", name, case)
+    with pytest.raises(wr.InputError, match="must be a single box in the plane") as caught:
+        wr.capacity(case)
+    assert "\n" not in str(caught.value)
+    assert ("warprock limit" in str(caught.value)) == (name == "arch")
 
 
 def test_a_block_that_falls_by_itself_says_so():

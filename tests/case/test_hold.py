@@ -132,7 +132,13 @@ def test_a_case_of_python_is_the_same(write):
     ("override", "said"),
     [
         ("tie.1.height=1.1 m", "tie.1.height: got 1.1 m, must be at most the height of the block"),
-        ("tie.1.height=0 m", "tie.1.height"),
+        ("tie.1.height=0 m", "tie.1.height: got '0 m', must be the height of the tie above"),
+        ("tie.1.height=m", "tie.1.height: got 'm', must be a length with a unit (m, cm, "),
+        ("tie.1.height=0.9", "tie.1.height: got 0.9, must be a length with a unit (m, cm, "),
+        (
+            "tie.height=0.9 m",
+            "tie.height: got '0.9 m', must have the number of its tie, tie.1.heig",
+        ),
         ("tie.2.yield_force=1 kN", "must be more than tie.2.prestress, 1000 N"),
         ('tie.1={ side = "left", slack = "1 m", prestress = "1 N" }', "tie.1.height"),
         (
@@ -169,17 +175,19 @@ def test_what_must_be_given_and_what_not_beside_it(write):
         refusal(write(HELD.replace('rebound = "plastic"\n', "")))
     )
     assert "must be [[tie]] tables" in str(refusal(write("tie = 3\n" + FREE)))
+    sweep = '\n[[sweep]]\ntie.height = ["0.5 m", "1 m"]\n'
+    assert "did you mean tie.N.height?" in str(refusal(write(HELD + sweep)))
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_other_engines_say_what_runs_it(write, engine):
     scene = expand_lanes(load_case(write(HELD))).scene
     reason = engine_class(engine).supports(scene)
-    if engine == "housner":
+    if engine in ("housner", "event"):
         assert reason is None
     else:
         assert "free-standing" in reason
-        assert "(transverse_wall and tie); housner runs it" in reason
+        assert "(transverse_wall and tie); housner and event run it" in reason
 
 
 STRIP = FREE.replace("0.5 m", "0.1 m") + '[strip]\nhinge_height = 0.5\nweight = "5 kN"\n'

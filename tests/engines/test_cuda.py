@@ -15,7 +15,7 @@ import warp as wp
 
 from tests.shared.device_scenes import Run, compiled, measured, runs
 from warprock.engines.launching import Form
-from warprock.kernels.instance import REALS
+from warprock.kernels.instance import BYTES
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, MotionKind
 from warprock.model.response import Response, SampleTimes, take_lanes
@@ -48,7 +48,7 @@ ON_RECORD = [
 ]
 
 
-@pytest.mark.parametrize("precision", REALS)
+@pytest.mark.parametrize("precision", BYTES)
 @pytest.mark.parametrize("run", ON_RECORD)
 def test_kernels_can_be_built_for_a_gpu(run: Run, precision: str, tmp_path: pathlib.Path):
     code = compiled(run.module(precision=precision), tmp_path).read_text(encoding="ascii")

@@ -40,8 +40,10 @@ def with_two_forms() -> list[tuple[str, str]]:
         kind = scene_kind(lanes, motions_of(MotionKind.STILL, lanes), restitution_given=False)
         for name in ENGINES:
             engine = engine_class(name)
+            if engine.supports(kind) is not None:
+                continue
             forms = {engine(None, Target(form=form)).kernel_of(lanes) for form in Form}
-            if scene != "stack of one" and engine.supports(kind) is None and len(forms) == 2:
+            if scene != "stack of one" and len(forms) == 2:
                 found.append((name, scene))
     return found
 

@@ -10,10 +10,10 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 from tests.shared.blocks import at_rest, make_lanes, sines, velocity_steps
-from tests.shared.held import held_batch
+from tests.shared.held import held_batch, one_tie
 from tests.shared.strips import strip_batch
 from warprock.model import rocking
-from warprock.model.hold import Frame, Hold, Ties, TopLoad, three_impacts
+from warprock.model.hold import Frame, Hold, TopLoad, three_impacts
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control
 from warprock.model.response import Outcome, Response, SampleTimes, Status
@@ -43,26 +43,6 @@ FACADE = make_lanes(0.6, 4.8, 0.5, 5.0)
 """A wall of 0.6 x 4.8 m, let go from half of its slenderness angle; 0.5 m long."""
 
 
-def ties(lanes: Lanes, **given: float) -> Ties:
-    """One tie a lane, elastic and without slack unless it is given otherwise."""
-    fields = {
-        "side": -1.0,
-        "height": lanes.height,
-        "stiffness": 1e5,
-        "slack": 0.0,
-        "prestress": 0.0,
-        "yield_force": np.inf,
-        "ultimate_elongation": np.inf,
-    } | given
-    shape = (lanes.lane_count, 1)
-    columns = {
-        name: np.broadcast_to(np.reshape(value, (-1, 1)), shape).astype(np.float64)
-        for name, value in fields.items()
-        if name != "pushes"
-    }
-    return Ties(**columns, pushes=np.full(shape, bool(given.get("pushes", False))))
-
-
 def run(lanes: Lanes, hold: Hold, duration: float) -> Response:
     """Lanes on a still base."""
     held = dataclasses.replace(lanes, hold=hold)
@@ -80,7 +60,7 @@ def test_a_wall_on_a_spring_comes_back_as_quadrature_says(part, period, rate):
     critical = weight * 0.5 * FACADE.height / FACADE.height**2
     np.testing.assert_allclose(2.0 * weight, 56505.6)
     np.testing.assert_allclose(2.0 * critical, 5886.0)
-    spring = ties(FACADE, side=1.0, stiffness=part * critical, pushes=True) if part else None
+    spring = one_tie(FACADE, side=1.0, stiffness=part * critical, pushes=True) if part else None
     hold = Hold(np.array([-1.0]), np.zeros(1), spring)
     found = run(FACADE, hold, 2.0)
     inertia = 4.0 / 3.0 * FACADE.mass * rocking.half_diagonal(0.6, 4.8) ** 2
@@ -158,7 +138,7 @@ def test_a_wall_that_is_hardly_touched_is_struck():
     load = TopLoad(
         np.zeros(count), np.zeros(count), np.full(count, thrust), np.zeros(count, dtype=np.bool_)
     )
-    hold = Hold(-np.ones(count), np.full(count, rebound), ties(lanes, stiffness=stiffness), load)
+    hold = Hold(-np.ones(count), np.full(count, rebound), one_tie(lanes, stiffness=stiffness), load)
     lanes = dataclasses.replace(lanes, rotation_start=start, hold=hold)
     times = SampleTimes(4.0, 0.02)
     found = run_batch("housner", lanes, at_rest(count), times)
@@ -176,7 +156,7 @@ def test_a_wall_that_is_hardly_touched_is_struck():
 def test_one_tie_that_yields_is_overturned_by_the_step_that_energy_says():
     lanes = make_lanes(np.full(2, 0.6), 4.8, 0.0, 5.0)
     yield_force, stiffness, slack = 900.0, 4e4, 0.01
-    tie = ties(lanes, height=4.0, stiffness=stiffness, slack=slack, yield_force=yield_force)
+    tie = one_tie(lanes, height=4.0, stiffness=stiffness, slack=slack, yield_force=yield_force)
     radius = float(rocking.half_diagonal(0.6, 4.8))
     mass, alpha = float(lanes.mass[0]), float(lanes.slenderness_angle[0])
 
@@ -210,7 +190,7 @@ def test_what_comes_in_is_held_or_lost_where_a_block_turns_back():
         "yield_force": rng.uniform(200.0, 3e3, count),
         "ultimate_elongation": np.where(rng.random(count) < 0.4, rng.uniform(0.03, 0.1, count), 9),
     }
-    tie = ties(lanes, height=4.0, **given)
+    tie = one_tie(lanes, height=4.0, **given)
     step = rng.uniform(0.5, 1.0, count)
     # The base jumps to -x: the block leans to +x and stretches its tie at -x, once. Where it comes
     # back its wall takes what is left.
@@ -248,7 +228,9 @@ def test_what_rests_has_lost_what_it_held():
         "yield_force": np.array([np.inf, np.inf, 800.0, 2e3, np.inf, 1500.0]),
         "height": np.full(count, 4.0),
     }
-    tie = ties(lanes, **given, prestress=np.array([0.0, 0.0, 0.0, 500.0, 600.0, 0.0]), pushes=False)
+    tie = one_tie(
+        lanes, **given, prestress=np.array([0.0, 0.0, 0.0, 500.0, 600.0, 0.0]), pushes=False
+    )
     found = run(lanes, Hold(-np.ones(count), np.full(count, 0.3), tie), 20.0)
     np.testing.assert_array_equal(found["outcome"], Outcome.AT_REST)
     theta = lanes.rotation_start
@@ -273,7 +255,7 @@ def test_a_prestressed_tie_raises_the_uplift_acceleration():
     more = (mass * GRAVITY * 0.3 + force * height) / (mass * 2.4)
     less = (mass * GRAVITY * 0.3 - force * height) / (mass * 2.4)
     pull = np.array([-0.999 * more, -1.001 * more, 0.999 * less, 1.001 * less])
-    tie = ties(lanes, height=height, prestress=force, stiffness=1e6)
+    tie = one_tie(lanes, height=height, prestress=force, stiffness=1e6)
     motions = sines(Control.ACCELERATION, pull, 1.0, cycles=0.5)
     found = run_batch(
         "housner", dataclasses.replace(lanes, hold=Hold(ties=tie)), motions, SampleTimes(0.6)
@@ -283,7 +265,7 @@ def test_a_prestressed_tie_raises_the_uplift_acceleration():
 
 def test_a_tie_breaks_where_it_is_too_long():
     lanes = make_lanes(np.full(2, 0.6), 4.8, 0.0, 5.0)
-    tie = ties(lanes, height=4.0, stiffness=2e4, slack=0.01, ultimate_elongation=[0.1, 0.5])
+    tie = one_tie(lanes, height=4.0, stiffness=2e4, slack=0.01, ultimate_elongation=[0.1, 0.5])
     motions = velocity_steps(np.full(2, -1.0), np.zeros(2), np.full(2, 50.0))
     found = run_batch(
         "housner", dataclasses.replace(lanes, hold=Hold(ties=tie)), motions, SampleTimes(5.0)

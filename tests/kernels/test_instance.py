@@ -13,7 +13,6 @@ from warprock.kernels.instance import (
     FOLDER,
     LANE_WIDTH,
     PARAMETERS,
-    REALS,
     SCALAR,
     VECTOR_BYTES,
     kernel_module,
@@ -56,7 +55,7 @@ def test_an_import_brings_the_instance_with_the_same_parameters():
         assert contact.Rows is rows
 
 
-@pytest.mark.parametrize("precision", REALS)
+@pytest.mark.parametrize("precision", BYTES)
 @pytest.mark.parametrize("file", ["impulse/block_run", "direct/block_run", "housner/block_run"])
 def test_a_pack_has_all_vectors_that_are_worked_on_side_by_side(file: str, precision: str):
     module = kernel_module(file, precision=precision, iterations=3)

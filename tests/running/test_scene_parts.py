@@ -11,7 +11,7 @@ import pytest
 from tests.shared.case_texts import pulse_text
 from warprock.case.load import load_case
 from warprock.figures.moving import frames
-from warprock.model.tie_states import TieState, tie_elongations, tie_states
+from warprock.model.tie_states import TieState, tie_elongations, tie_history
 from warprock.report.scenes import scenes_of
 from warprock.running.case_run import CaseRun, run_case
 from warprock.running.scene_motion import SceneMotion, scene_motion
@@ -91,8 +91,8 @@ def test_a_break_between_samples_is_of_the_tie_nearest_to_it(tied: tuple[CaseRun
     assert hold.ties is not None
     stretch = np.array([[0.0, 0.0129, 0.0129, 0.0], [0.0, -0.01, -0.01, 0.0]])
     times = np.arange(4.0)
-    assert not np.any(tie_states(hold.ties, stretch, times, np.nan) == TieState.BROKEN)
-    states = tie_states(hold.ties, stretch, times, 1.5)
+    assert not np.any(tie_history(hold.ties, stretch, times, np.nan).states == TieState.BROKEN)
+    states = tie_history(hold.ties, stretch, times, 1.5).states
     np.testing.assert_array_equal(states[0, 2:], TieState.BROKEN)
     assert not np.any(states[1] == TieState.BROKEN)
 

@@ -23,7 +23,7 @@ import warp as wp
 
 from tests.shared.device_scenes import Run, runs
 from warprock.engines.launching import Form
-from warprock.kernels.instance import REALS
+from warprock.kernels.instance import BYTES
 from warprock.running.devices import start_warp
 
 
@@ -61,7 +61,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     ask.add_argument("words", nargs="*", help="only kernels whose names have all of these words")
-    ask.add_argument("--precisions", nargs="+", default=list(REALS), choices=list(REALS))
+    ask.add_argument("--precisions", nargs="+", default=list(BYTES), choices=list(BYTES))
     ask.add_argument("--forms", nargs="+", default=list(Form), choices=list(Form))
     ask.add_argument("--repeats", type=int, default=1, help="the shortest of so many counts (1)")
     ask.add_argument("--before", type=pathlib.Path, help="what this printed before a change")

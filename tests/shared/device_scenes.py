@@ -23,7 +23,7 @@ from tests.shared.cubin import Resources, resources_of
 from tests.shared.kinds import lanes_of, motions_of, planar_motions
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Form, Target
-from warprock.kernels.instance import REALS
+from warprock.kernels.instance import BYTES
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, MotionKind, UprightMotions
 from warprock.model.pose import quaternion
@@ -159,7 +159,7 @@ def main() -> None:
     """Prints one line a kernel: CPU seconds, registers and bytes of local memory a thread."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("words", nargs="*", help="only runs whose names have all of these words")
-    parser.add_argument("--precisions", nargs="+", default=list(REALS), choices=list(REALS))
+    parser.add_argument("--precisions", nargs="+", default=list(BYTES), choices=list(BYTES))
     asked = parser.parse_args()
     seen, total = set[str](), 0.0
     asked_runs = (run for run in runs() if all(word in run.name for word in asked.words))

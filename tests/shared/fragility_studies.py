@@ -15,7 +15,13 @@ import numpy.typing as npt
 
 from warprock.analysis.hazard import power_law
 from warprock.analysis.likelihood import Brackets
-from warprock.analysis.lognormal import Verdict, fit_lognormal, observe, record_band
+from warprock.analysis.lognormal import (
+    Verdict,
+    fit_errors,
+    fit_lognormal,
+    observe,
+    record_band,
+)
 from warprock.analysis.risk import rates_of
 
 Array = npt.NDArray[np.float64]
@@ -48,45 +54,64 @@ def study(records: int, seed: int, spread: float = 0.0, levels: int = 10) -> Bra
     return observe(*stripes(records, seed, spread, levels)).brackets
 
 
+NUMBERS = ("median", "dispersion", "probability", "rate")
+
+
 def coverage(
     records: int, studies: int, spread: float, levels: int = 10
-) -> tuple[int, float, float, float, float]:
+) -> tuple[int, Array, Array]:
     """Studies that have a fit, and the share of them whose bands hold the truth.
 
     Returns:
-        Studies with a fit; shares for the median, the dispersion, the probability at the median of
-        the studies, and the yearly rate under `HAZARD`.
+        Studies with a fit; shares for the `NUMBERS`: the median, the dispersion, the probability at
+        the median of the studies and the yearly rate under `HAZARD`, of bands over records and of
+        bands of the fit alone, which know nothing of records.
     """
-    inside, fitted = np.zeros(4), 0
-    rate = float(rates_of(HAZARD, np.array([MEDIAN]), np.array([DISPERSION]))[0])
+    over, alone, fitted = np.zeros(4), np.zeros(4), 0
+    rate = float(_rates(np.array([MEDIAN]), np.array([DISPERSION]))[0])
+    truth = np.array([MEDIAN, DISPERSION, 0.0, rate])
     for seed in range(studies):
         seen = study(records, seed, spread, levels)
         fit = fit_lognormal(seen)
         if fit.verdict is not Verdict.FITTED:
             continue
         fitted += 1
-        band = record_band(seen, fit)
-        low, high = band.probabilities(np.array([MEDIAN]))
-        ends = [
-            (*band.interval("median"), MEDIAN),
-            (*band.interval("dispersion"), DISPERSION),
-            (low[0], high[0], 0.5),
-            (*band.following(lambda median, spread: rates_of(HAZARD, median, spread)), rate),
-        ]
-        inside += [low <= truth <= high for low, high, truth in ends]
-    return fitted, *(float(share) for share in inside / fitted)
+        for inside, estimate in (
+            (over, record_band(seen, fit).estimate),
+            (alone, fit_errors(seen, fit)),
+        ):
+            low, high = estimate.scores(np.array([MEDIAN]))
+            ends = np.array(
+                [
+                    estimate.following(lambda median, _: median),
+                    estimate.following(lambda _, dispersion: dispersion),
+                    (low[0], high[0]),
+                    estimate.following(_rates),
+                ]
+            )
+            inside += (ends[:, 0] <= truth) & (truth <= ends[:, 1])
+    return fitted, over / fitted, alone / fitted
+
+
+def _rates(median: Array, dispersion: Array) -> Array:
+    return rates_of(HAZARD, median, dispersion)
 
 
 def main(studies: int) -> None:
     """Prints a row for each part of the variance and number of records."""
-    print(
-        "variance of records   records   studies fitted   median   dispersion   probability   rate"
-    )
+    heads = "".join(f"{name:>13s}" for name in NUMBERS)
+    print(f"variance of records   records   studies fitted{heads}    of the fit:{heads}")
+    out = 0
     for spread in SPREADS:
         for records in RECORDS:
-            fitted, *shares = coverage(records, studies, spread)
-            cells = "   ".join(f"{100.0 * share:6.1f} %" for share in shares)
-            print(f"{spread:19.1f}   {records:7d}   {fitted:14d}   {cells}", flush=True)
+            fitted, over, alone = coverage(records, studies, spread)
+            row = f"{spread:19.1f}   {records:7d}   {fitted:14d}"
+            for gap, shares in (("", over), (" " * 15, alone)):
+                row += gap + "".join(f"{100.0 * share:11.1f} %" for share in shares)
+            print(row, flush=True)
+            out += int(((over < 0.85) | (over > 0.95)).sum())
+    print(f"Bands over records that hold the truth in less than 85 % or more than 95 %: {out} of "
+          f"{len(SPREADS) * len(RECORDS) * len(NUMBERS)}")  # fmt: skip
 
 
 if __name__ == "__main__":

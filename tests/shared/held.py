@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import numpy.typing as npt
 
 from tests.shared.blocks import make_lanes, sines
 from warprock.model.hold import Hold, Ties, TopLoad
@@ -71,3 +72,43 @@ def random_ties(rng: np.random.Generator, lanes: Lanes, count: int) -> Ties:
         ultimate_elongation=np.where(breaks, rng.uniform(0.02, 0.6, shape) * width, np.inf),
         pushes=~loose & (rng.random(shape) < 0.6),
     )
+
+
+def one_tie(lanes: Lanes, *, pushes: bool = False, **given: npt.ArrayLike) -> Ties:
+    """One tie a lane, elastic, at -x of the top and without slack unless it is given otherwise."""
+    fields = {
+        "side": -1.0,
+        "height": lanes.height,
+        "stiffness": 1e5,
+        "slack": 0.0,
+        "prestress": 0.0,
+        "yield_force": np.inf,
+        "ultimate_elongation": np.inf,
+    } | given
+    shape = (lanes.lane_count, 1)
+    columns = {
+        name: np.broadcast_to(np.reshape(value, (-1, 1)), shape).astype(np.float64)
+        for name, value in fields.items()
+    }
+    return Ties(**columns, pushes=np.full(shape, pushes))
+
+
+def mirrored(lanes: Lanes, motions: HarmonicMotions) -> tuple[Lanes, HarmonicMotions]:
+    """The mirror image of held lanes and of their motions."""
+    hold = lanes.hold
+    assert hold is not None
+    wall = None if hold.wall is None else -hold.wall
+    ties = None if hold.ties is None else dataclasses.replace(hold.ties, side=-hold.ties.side)
+    load = hold.load
+    if load is not None:
+        load = dataclasses.replace(load, eccentricity=-load.eccentricity, thrust=-load.thrust)
+    hold = dataclasses.replace(hold, wall=wall, ties=ties, load=load)
+    names = (
+        "acceleration_amplitude",
+        "velocity_offset",
+        "velocity_step_start",
+        "velocity_step_stop",
+        "velocity_final",
+    )
+    turned = dataclasses.replace(motions, **{name: -getattr(motions, name) for name in names})
+    return dataclasses.replace(lanes, rotation_start=-lanes.rotation_start, hold=hold), turned

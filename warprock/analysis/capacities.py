@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock.analysis.bands import LEAST_RECORDS, Band
+from warprock.analysis.bands import Band, Estimate
 from warprock.analysis.fragility import INTENSITY
 from warprock.analysis.groups import (
     fit_columns,
@@ -19,7 +19,7 @@ from warprock.analysis.groups import (
 )
 from warprock.analysis.incremental import FALLEN, Analysis, Verdict
 from warprock.analysis.likelihood import Brackets
-from warprock.analysis.lognormal import Fit, bracket_lanes, fit_lognormal, record_band
+from warprock.analysis.lognormal import Fit, bands_of, bracket_lanes, fit_lognormal
 from warprock.analysis.lognormal import Verdict as FitVerdict
 from warprock.case.case import Case
 from warprock.case.input_columns import input_meaning
@@ -58,6 +58,7 @@ class Capacities:
         records: Records among them.
         fit: The lognormal distribution, or why there is none.
         band: Its band over records; None without a fit or with too few records.
+        errors: Errors of the fit alone; None without a fit.
         left_out: Lanes of the group without any usable run.
     """
 
@@ -70,6 +71,7 @@ class Capacities:
     records: int
     fit: Fit
     band: Band | None
+    errors: Estimate | None
     left_out: int
 
     @property
@@ -142,9 +144,8 @@ def capacities(found: Analysis, *, intensity: str, by: Sequence[str]) -> list[Ca
             raise InputError("status", "", text, "must have a lane whose numbers can be used")
         low, high = (end[mine] for end in ends)
         brackets = bracket_lanes(low, high, record_numbers(inputs.iloc[mine]))
-        fit, drawn = fit_capacities(brackets), None
-        if brackets.record_count >= LEAST_RECORDS and fit.dispersion > 0.0:
-            drawn = record_band(brackets, fit)
+        fit = fit_capacities(brackets)
+        drawn, errors = bands_of(brackets, fit)
         made.append(
             Capacities(
                 group=group,
@@ -156,6 +157,7 @@ def capacities(found: Analysis, *, intensity: str, by: Sequence[str]) -> list[Ca
                 records=brackets.record_count,
                 fit=fit,
                 band=drawn,
+                errors=errors,
                 left_out=len(lanes) - len(mine),
             )
         )
@@ -193,7 +195,7 @@ def capacity_rows(groups: Sequence[Capacities]) -> pd.DataFrame:
                 "overturned_at_once": counts[Verdict.BELOW.value],
                 "lanes_resurrected": int((each.resurrections > 0).sum()),
                 "resurrections": int(each.resurrections.sum()),
-                **fit_columns(each.fit, each.band),
+                **fit_columns(each.fit, each.band, each.errors),
             }
         )
     return pd.DataFrame(rows)

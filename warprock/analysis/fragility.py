@@ -25,8 +25,15 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock.analysis.bands import FEW_RECORDS, LEAST_RECORDS, Band
-from warprock.analysis.groups import fit_columns, group_text, lane_groups, record_numbers
+from warprock.analysis.bands import FEW_RECORDS, LEAST_RECORDS, Band, Estimate
+from warprock.analysis.groups import (
+    Weights,
+    fit_columns,
+    group_text,
+    lane_groups,
+    record_numbers,
+    record_weights,
+)
 from warprock.analysis.lane_tables import require_lane_table
 from warprock.analysis.limits import (
     Limit,
@@ -36,7 +43,14 @@ from warprock.analysis.limits import (
     require_slides,
     slide_errors,
 )
-from warprock.analysis.lognormal import Fit, Observations, fit_lognormal, observe, record_band
+from warprock.analysis.lognormal import (
+    Fit,
+    Observations,
+    bands_of,
+    fit_lognormal,
+    observe,
+    record_band,
+)
 from warprock.errors import InputError
 from warprock.model.response import USABLE
 from warprock.settings.engines import EXACT
@@ -67,8 +81,10 @@ class Curve:
         group: Values of the columns that the group shares.
         limit: The limit state.
         seen: The lanes, by record and intensity.
+        effective_records: Records of one weight that would tell as much as those seen.
         fit: The fragility function, or why there is none.
         band: Its band over records; None without a fit or with too few records.
+        errors: Errors of the fit alone, which know nothing of records; None without a fit.
         in_doubt: Lanes that the limit state is in doubt of.
         extremes: The fits in which all lanes in doubt reached it, and in which none did.
         left_out: Lanes of the group that are left out, by status.
@@ -77,8 +93,10 @@ class Curve:
     group: dict[str, object]
     limit: Limit
     seen: Observations
+    effective_records: float
     fit: Fit
     band: Band | None
+    errors: Estimate | None
     in_doubt: int
     extremes: tuple[Fit, Fit]
     left_out: dict[str, int]
@@ -97,6 +115,7 @@ def fragility_curves(
     limits: Sequence[Limit],
     by: Sequence[str] = (),
     most_doubt: float = MOST_DOUBT,
+    weights: Weights | None = None,
 ) -> list[Curve]:
     """Fragility functions of every group and limit state.
 
@@ -107,6 +126,7 @@ def fragility_curves(
         limits: Limit states.
         by: Columns that make groups of lanes: each combination of their values is one.
         most_doubt: Share of a group's lanes that may be left out or in doubt.
+        weights: Weights by record, or the column that has them; None where all weigh the same.
 
     Returns:
         The groups in the order of the table, each with its limit states in the order given.
@@ -124,8 +144,9 @@ def fragility_curves(
         text = group_text(group) or "all lanes"
         if usable.empty:
             raise InputError(source, "status", text, "must have a lane whose numbers can be used")
+        weight = record_weights(usable, weights, source)
         for limit in limits:
-            curve = _curve(group, lanes, usable, limit, intensity)
+            curve = _curve(group, lanes, usable, limit, intensity, weight)
             bad = curve.in_doubt + sum(curve.left_out.values())
             if bad > most_doubt * len(lanes):
                 raise _too_many(curve, lanes, usable, source, most_doubt, bad)
@@ -139,6 +160,7 @@ def _curve(
     usable: pd.DataFrame,
     limit: Limit,
     intensity: str,
+    weight: Array | None,
 ) -> Curve:
     """One limit state of a group: its lanes, and those of them that can be used."""
     at = usable[intensity].to_numpy(dtype=np.float64)
@@ -146,20 +168,30 @@ def _curve(
     hit, doubt = find_reached(usable, limit), in_doubt(usable, limit)
     # Of those in doubt as they are, all, or none.
     seen, most, least = (observe(at, each, record) for each in (hit, hit | doubt, hit & ~doubt))
-    fits = [fit_lognormal(each.brackets) for each in (seen, most, least)]
-    band = None
-    if seen.record_count >= LEAST_RECORDS and fits[0].dispersion > 0.0:
-        band = record_band(seen.brackets, fits[0])
-        if doubt.any():
-            others = [
-                record_band(each.brackets, fit)
-                for each, fit in zip((most, least), fits[1:], strict=True)
-                if fit.dispersion > 0.0
-            ]
-            band = dataclasses.replace(band, others=tuple(others))
+    known = [dataclasses.replace(each.brackets, weight=weight) for each in (seen, most, least)]
+    fits = [fit_lognormal(each) for each in known]
+    band, errors = bands_of(known[0], fits[0])
+    if band is not None and doubt.any():
+        others = [
+            record_band(each, fit)
+            for each, fit in zip(known[1:], fits[1:], strict=True)
+            if fit.dispersion > 0.0
+        ]
+        band = dataclasses.replace(band, others=tuple(others))
     left = lanes["status"][~lanes["status"].isin(_USABLE)].astype(str).value_counts()
     left_out = {str(name): int(count) for name, count in left.items() if count}
-    return Curve(group, limit, seen, fits[0], band, int(doubt.sum()), (fits[1], fits[2]), left_out)
+    return Curve(
+        group=group,
+        limit=limit,
+        seen=seen,
+        effective_records=known[0].effective_records,
+        fit=fits[0],
+        band=band,
+        errors=errors,
+        in_doubt=int(doubt.sum()),
+        extremes=(fits[1], fits[2]),
+        left_out=left_out,
+    )
 
 
 def _too_many(
@@ -225,8 +257,10 @@ def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:
 
     Returns:
         The group's columns, then `limit_state`, `lanes` (that count), `left_out`, their statuses
-        `left_out_as`, `in_doubt`, `records`, `reached`, `verdict`, `median`, `dispersion`, their
-        5th and 95th percentiles and what is to be said of that `band`, for data that one intensity
+        `left_out_as`, `in_doubt`, `records`,
+        `effective_records` (of weighted ones), `reached`, `verdict`, `median`, `dispersion`, their
+        5th and 95th percentiles over records and (`_fit_`) of the fit alone, what is to be said of
+        the `band` over records, for data that one intensity
         parts (or that all or none reached) `none_up_to` and `all_from`, and the fits in which all
         lanes in doubt reached the limit state (`_if_reached`) and in which none did (`_if_not`).
     """
@@ -241,8 +275,9 @@ def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:
                 "left_out_as": _count_statuses(curve.left_out),
                 "in_doubt": curve.in_doubt,
                 "records": curve.seen.record_count,
+                "effective_records": curve.effective_records,
                 "reached": int(curve.seen.reached.sum()),
-                **fit_columns(curve.fit, curve.band),
+                **fit_columns(curve.fit, curve.band, curve.errors),
                 **{
                     f"{name}_{end}": getattr(fit, name)
                     for end, fit in zip(("if_reached", "if_not"), curve.extremes, strict=True)

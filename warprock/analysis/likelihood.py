@@ -12,7 +12,8 @@ probit model; of brackets it is that of `scipy.stats.CensoredData`.
 References:
     Baker (2015), Efficient analytical fragility function fitting using dynamic structural analysis,
     *Earthquake Spectra* 31(1). Burridge (1981), A note on maximum likelihood estimation for
-    regression models using grouped data, *Journal of the Royal Statistical Society B* 43.
+    regression models using grouped data, *Journal of the Royal Statistical Society B* 43. Kish
+    (1965), *Survey Sampling*, section 11.7.
 """
 
 from __future__ import annotations
@@ -41,17 +42,34 @@ class Brackets:
         high: Smallest that it is known not to exceed; infinite without, shape [row].
         count: Lanes of the row, shape [row].
         record: Number of the record that the row belongs to, from 0, shape [row].
+        weight: Weight of each record, > 0, shape [record]; None where all weigh the same.
     """
 
     low: Array
     high: Array
     count: Array
     record: npt.NDArray[np.intp]
+    weight: Array | None = None
 
     @property
     def record_count(self) -> int:
         """Records among the rows."""
         return int(self.record.max()) + 1
+
+    @property
+    def effective_records(self) -> float:
+        """Records of one weight that would tell as much: (sum w)^2 / sum w^2 (Kish 1965)."""
+        if self.weight is None:
+            return float(self.record_count)
+        return float(self.weight.sum() ** 2 / (self.weight**2).sum())
+
+    @property
+    def row_weight(self) -> Array:
+        """Lanes that each row counts for; of weighted records as many as tell as much."""
+        if self.weight is None:
+            return self.count
+        size = self.weight.sum() / (self.weight**2).sum()
+        return np.asarray(self.count * (size * self.weight)[self.record])
 
 
 def maximise(known: Brackets, weights: Array) -> tuple[Array, Array]:
@@ -111,7 +129,8 @@ class Likelihood:
             (np.log(each[both]) - shift) / spread for each in (known.low, known.high)
         )
         self.rows = (known.record[one], known.record[both])
-        self.counts = (known.count[one], known.count[both])
+        count = known.row_weight
+        self.counts = (count[one], count[both])
 
     def _weights(self, weights: Array) -> tuple[Array, Array]:
         """Lanes of every row in every sample, of rows with one end and with both."""
@@ -149,6 +168,18 @@ class Likelihood:
 
     def newton_step(self, a: Array, b: Array, weights: Array) -> tuple[Array, Array]:
         """Newton's step of (a, b) towards the greatest likelihood."""
+        (g0, g1), (h00, h01, h11) = self.slopes(a, b, weights)
+        determinant = h00 * h11 - h01 * h01
+        with np.errstate(divide="ignore", invalid="ignore"):
+            da = (h11 * g0 - h01 * g1) / determinant
+            db = (h00 * g1 - h01 * g0) / determinant
+        fine = np.isfinite(da) & np.isfinite(db)
+        return np.where(fine, da, 0.0), np.where(fine, db, 0.0)
+
+    def slopes(
+        self, a: Array, b: Array, weights: Array
+    ) -> tuple[tuple[Array, Array], tuple[Array, Array, Array]]:
+        """Derivatives of the logarithm of the likelihood by (a, b), and minus the second ones."""
         from scipy.special import log_ndtr
 
         one, both = self._weights(weights)
@@ -171,12 +202,7 @@ class Likelihood:
             h00 = h00 + (both * (u * ru - v * rv + slope**2)).sum(axis=1)
             h01 = h01 + (both * (u * ru * xu - v * rv * xv + slope * tilt)).sum(axis=1)
             h11 = h11 + (both * (u * ru * xu**2 - v * rv * xv**2 + tilt**2)).sum(axis=1)
-        determinant = h00 * h11 - h01 * h01
-        with np.errstate(divide="ignore", invalid="ignore"):
-            da = (h11 * g0 - h01 * g1) / determinant
-            db = (h00 * g1 - h01 * g0) / determinant
-        fine = np.isfinite(da) & np.isfinite(db)
-        return np.where(fine, da, 0.0), np.where(fine, db, 0.0)
+        return (g0, g1), (h00, h01, h11)
 
 
 def log_between(upper: Array, lower: Array) -> Array:

@@ -19,7 +19,7 @@ import enum
 import numpy as np
 import numpy.typing as npt
 
-from warprock.analysis.bands import Band, band_of, without_one
+from warprock.analysis.bands import LEAST_RECORDS, Band, Estimate, band_of, without_one
 from warprock.analysis.likelihood import Brackets, Likelihood, maximise
 
 Array = npt.NDArray[np.float64]
@@ -183,7 +183,43 @@ def record_band(known: Brackets, fit: Fit) -> Band:
             medians[some], dispersions[some] = maximise(known, weights[some])
     dispersions = np.where(_sound(medians, dispersions), dispersions, np.nan)
     fitted = (medians, dispersions)
-    return band_of(fit.median, fit.dispersion, known.record_count, fitted, (da, db))
+    records = known.record_count, known.effective_records
+    return band_of(fit.median, fit.dispersion, records, fitted, (da, db))
+
+
+def bands_of(known: Brackets, fit: Fit) -> tuple[Band | None, Estimate | None]:
+    """The band of a fit over records, None with too few of them, and the errors of the fit alone.
+
+    Both are None without a fit.
+    """
+    if not fit.dispersion > 0.0:
+        return None, None
+    enough = known.record_count >= LEAST_RECORDS
+    return record_band(known, fit) if enough else None, fit_errors(known, fit)
+
+
+def fit_errors(known: Brackets, fit: Fit) -> Estimate:
+    """Errors of a fit alone, as if every lane had a record of its own.
+
+    Args:
+        known: The lanes.
+        fit: The fit to all of them, which has a dispersion above 0.
+    """
+    b = 1.0 / fit.dispersion
+    middle = float(np.log(fit.median))
+    everything = np.ones((1, known.record_count))
+    at = np.array([-middle * b]), np.array([b])
+    _, (h00, h01, h11) = Likelihood(known).slopes(*at, everything)
+    inverse = np.linalg.inv(np.array([[h00[0], h01[0]], [h01[0], h11[0]]]))
+    # ln(median) = -a / b and ln(dispersion) = -ln b.
+    slope = np.array([[-1.0, -middle], [0.0, -1.0]]) / b
+    spread = slope @ inverse @ slope.T
+    errors = np.sqrt(np.diag(spread))
+    return Estimate(
+        (middle, float(np.log(fit.dispersion))),
+        (float(errors[0]), float(errors[1])),
+        float(spread[0, 1] / (errors[0] * errors[1])),
+    )
 
 
 def _sound(median: Array, dispersion: Array) -> npt.NDArray[np.bool_]:

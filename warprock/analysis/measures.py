@@ -21,7 +21,8 @@ hold the difference of their models.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -53,7 +54,12 @@ WIDEST = (4.0, 3.0, 2.0, 1.5)
 """Greatest widths that a target is looked for at, over that of the block: the first that the engine
 can do."""
 CLOSE = 1.01
-"""Ratio of the ends of a bracket at which the width that meets a target is known well enough."""
+"""Ratio of the ends of a bracket at which what meets a target is known well enough."""
+STEPS = 8
+"""Steps in which what meets a target is looked for before a bracket is halved."""
+TIES = (0.01, 1.0)
+"""Least and greatest force at which straps yield among which a target is looked for, over the
+weight."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -89,20 +95,35 @@ class Effect:
 
 
 @dataclasses.dataclass(frozen=True)
+class Least:
+    """The least of something at which a yearly rate is met.
+
+    Attributes:
+        low: What is not enough; NaN where nothing is needed.
+        high: What is enough; infinite where nothing that was tried is.
+        why: Why it is not known; empty where it is.
+    """
+
+    low: float = np.nan
+    high: float = np.nan
+    why: str = ""
+
+
+@dataclasses.dataclass(frozen=True)
 class Target:
-    """The least width at which a yearly rate is met.
+    """What it takes to meet a yearly rate.
 
     Attributes:
         rate: The rate that is asked for.
         own: Width of the block [m].
-        low: A width at which the rate is above it [m]; NaN where that of the block is enough.
-        high: A width at which it is not [m]; infinite where none of those tried is.
+        width: The least width [m].
+        tie: The least force at which two straps yield, over the weight of the block.
     """
 
     rate: float
     own: float
-    low: float
-    high: float
+    width: Least
+    tie: Least
 
 
 @dataclasses.dataclass(frozen=True)
@@ -114,7 +135,7 @@ class Measures:
         engine: The engine.
         base: The rate of the block as it is.
         effects: What each measure does, the one that lowers it most first.
-        target: The width that meets a rate; None where none is asked for.
+        target: What it takes to meet a rate; None where none is asked for.
     """
 
     case: Case
@@ -169,10 +190,8 @@ def usual_measures(case: Case, engine: str) -> list[Measure]:
             for by in WIDER
         ]
     if box and "tie" not in case.raw:
-        mass = float(row["density_kg_m3"]) * width * height * float(row["depth_m"])
-        found.append(
-            Measure(f"straps that yield at {TIE_FORCE:g} of its weight", _straps(mass, height))
-        )
+        straps = _straps(_mass(row), height, TIE_FORCE)
+        found.append(Measure(f"straps that yield at {TIE_FORCE:g} of its weight", straps))
     if "support" not in case.raw:
         isolator = {"frequency": f"{ISOLATOR_HZ:g} Hz", "damping": ISOLATOR_DAMPING}
         found.append(Measure(f"isolator of {ISOLATOR_HZ:g} Hz", {"support": isolator}))
@@ -188,7 +207,7 @@ def usual_measures(case: Case, engine: str) -> list[Measure]:
 def _ballast(row: Any) -> dict[str, Any]:
     """A box with ballast at the middle of its foot, as a body; the ballast is taken as a point."""
     width, height = float(row["width_m"]), float(row["height_m"])
-    own = float(row["density_kg_m3"]) * width * height * float(row["depth_m"])
+    own = _mass(row)
     mass, centre = own * (1.0 + BALLAST), 0.5 * height / (1.0 + BALLAST)
     inertia = own * (width**2 + height**2) / 12.0
     inertia += own * (0.5 * height - centre) ** 2 + BALLAST * own * centre**2
@@ -202,9 +221,14 @@ def _ballast(row: Any) -> dict[str, Any]:
     return {"block": body}
 
 
-def _straps(mass: float, height: float) -> dict[str, Any]:
-    """Two ties near the top, one to each side."""
-    force = TIE_FORCE * mass * GRAVITY
+def _mass(row: Any) -> float:
+    """Mass of a box [kg]."""
+    return float(row["density_kg_m3"] * row["width_m"] * row["height_m"] * row["depth_m"])
+
+
+def _straps(mass: float, height: float, share: float) -> dict[str, Any]:
+    """Two ties near the top, one to each side, that yield at a share of the weight."""
+    force = share * mass * GRAVITY
     tie = {
         "height": f"{TIE_HEIGHT * height:.12g} m",
         "stiffness": f"{force / TIE_GIVE:.12g} N/m",
@@ -234,7 +258,8 @@ def run_measures(
         hazard: The hazard.
         measures: The measures; empty takes the usual ones.
         ladder: Factors on the motions.
-        target: Rate that the least width is looked for at; None looks for none.
+        target: Rate that the least width and the least straps are looked for at; None looks for
+            none.
         most_outside: Share of a rate that may come from beyond an end of the hazard.
 
     Raises:
@@ -310,32 +335,70 @@ class _Runner:
         return Effect(measure, risk, risk.rate / base.rate, band)
 
     def meet(self, case: Case, base: Risk, target: float) -> Target:
-        """The least width at which a box meets a rate, by halving a bracket over its logarithm."""
+        """The least width and the least straps at which a box meets a rate.
+
+        Each by halving a bracket over its logarithm.
+        """
         block = case.raw.get("block", {})
         if not {"width", "height"} <= set(block):
             allowed = "must be left out: the block is no box, whose width could be changed"
             raise InputError("--target", "", target, allowed)
-        own = float(expand_lanes(case, range(1)).inputs["width_m"].iloc[0])
+        row = expand_lanes(case, range(1)).inputs.iloc[0]
+        own = float(row["width_m"])
         if base.rate <= target:
-            return Target(target, own, np.nan, own)
-        low, (high, met) = own, self._widest(case, own, target)
-        if not met:
-            return Target(target, own, high, np.inf)
-        while high > CLOSE * low:
-            middle = float(np.sqrt(low * high))
-            low, high = (low, middle) if self._meets(case, middle, target) else (middle, high)
-        return Target(target, own, low, high)
+            return Target(target, own, Least(high=own), Least(high=0.0))
 
-    def _widest(self, case: Case, own: float, target: float) -> tuple[float, bool]:
-        """The greatest width that the engine can do, and whether it meets a rate."""
+        def wider(width: float) -> bool:
+            return self._meets(case, {"block.width": f"{width:.12g} m"}, target)
+
+        def tied(share: float) -> bool:
+            return self._meets(case, _straps(_mass(row), float(row["height_m"]), share), target)
+
+        return Target(target, own, self._width(own, wider), self._tie(case, tied))
+
+    def _width(self, own: float, meets: Callable[[float], bool]) -> Least:
+        """The least width, from that of the block up to the greatest that the engine can do."""
         for by in WIDEST[:-1]:
             try:
-                return by * own, self._meets(case, by * own, target)
+                return _least(own, by * own, meets)
             except InputError:
                 continue
-        return WIDEST[-1] * own, self._meets(case, WIDEST[-1] * own, target)
+        return _least(own, WIDEST[-1] * own, meets)
 
-    def _meets(self, case: Case, width: float, target: float) -> bool:
-        """Whether a box of some width meets a rate; one that never falls does."""
-        risk = self.rate(changed(case, {"block.width": f"{width:.12g} m"}))
+    def _tie(self, case: Case, meets: Callable[[float], bool]) -> Least:
+        """The least straps."""
+        if "tie" in case.raw:
+            return Least(why="the block has ties already")
+        try:
+            return Least(0.0, TIES[0]) if meets(TIES[0]) else _least(*TIES, meets)
+        except InputError as error:
+            return Least(why=error.allowed)
+
+    def _meets(self, case: Case, changes: Mapping[str, Any], target: float) -> bool:
+        """Whether a box with some changes meets a rate; one that never falls does."""
+        risk = self.rate(changed(case, changes))
         return risk.rate <= target or risk.function.fit.verdict is Verdict.NONE_REACHED
+
+
+def _least(low: float, high: float, meets: Callable[[float], bool]) -> Least:
+    """The least of something from which on all that is tried is enough.
+
+    A rate does not fall evenly with a width or a strap: more may do less. So the most comes first,
+    and steps go down to the last that is not enough; a bracket is halved between it and the next.
+
+    Args:
+        low: What is not enough.
+        high: The most that is tried.
+        meets: Whether it is enough.
+    """
+    steps = np.geomspace(low, high, STEPS + 1)[::-1].tolist()
+    if not meets(steps[0]):
+        return Least(high, np.inf)
+    for more, less in itertools.pairwise(steps):
+        if less == steps[-1] or not meets(less):
+            low, high = less, more
+            break
+    while high > CLOSE * low:
+        middle = float(np.sqrt(low * high))
+        low, high = (low, middle) if meets(middle) else (middle, high)
+    return Least(low, high)

@@ -11,9 +11,9 @@ by parts
 s the dispersion, u and v the scores ln(b / median) / s and ln(a / median) / s. A power law alone
 gives c median^-k exp(k^2 s^2 / 2) (Jalayer and Cornell 2003). Nothing is integrated by steps.
 
-The band over records of the function goes through to the rate. In studies of known rates it held
-them in 83 to 92 of 100, least where records are six to eight (`python -m
-tests.shared.fragility_studies`).
+The band over records of the function goes through to the rate, and so does the band of the fit
+alone (see the head of `warprock.analysis.bands`). `python -m tests.shared.fragility_studies` prints
+how often they hold known rates.
 
 Reaching a limit state is taken as a Poisson process: the chance within N years is
 1 - exp(-rate N), and exp(-rate T) that of an object to have stood for its age T. The other way
@@ -42,7 +42,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from warprock.analysis.bands import Band
+from warprock.analysis.bands import Band, Estimate
 from warprock.analysis.hazard import Hazard
 from warprock.analysis.likelihood import log_between
 from warprock.analysis.lognormal import Fit, Verdict
@@ -55,6 +55,8 @@ MOST_OUTSIDE = 0.1
 """Share of a rate from beyond an end of the hazard above which it is refused, unless asked for."""
 UNLIKELY = 0.05
 """Chance of having stood below which a hazard is ruled out, unless another is asked for."""
+_NONE = (np.nan, np.nan)
+"""A band that is not known."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -66,6 +68,7 @@ class Function:
         limit: Its limit state, in a word.
         fit: The lognormal function, or why there is none.
         band: Its band over records; None without.
+        errors: Errors of the fit alone; None without.
         extremes: The fits in which all lanes in doubt reached the limit state, and in which none
             did; empty where that is not known.
     """
@@ -74,6 +77,7 @@ class Function:
     limit: str
     fit: Fit
     band: Band | None = None
+    errors: Estimate | None = None
     extremes: tuple[Fit, ...] = ()
 
 
@@ -87,6 +91,7 @@ class Risk:
         rate: Times in a year; NaN where there is no function.
         band: Its 5th and 95th percentile over records; of data that one intensity parts, the rates
             of the two intensities between which it lies. NaN without.
+        fit_band: The same of the fit alone, as if every lane had a record of its own.
         extremes: Rates of the fits in which all lanes in doubt reached the limit state, and in
             which none did; NaN where that is not known.
         below: Share of the rate from motions weaker than the hazard tells of.
@@ -97,6 +102,7 @@ class Risk:
     hazard: Hazard
     rate: float
     band: tuple[float, float]
+    fit_band: tuple[float, float]
     extremes: tuple[float, float]
     below: float
     beyond: float
@@ -185,7 +191,7 @@ def assess(function: Function, hazard: Hazard, most_outside: float = MOST_OUTSID
     if fit.verdict is Verdict.SEPARATED:
         found = _of_parted(function, hazard)
     elif fit.verdict is not Verdict.FITTED:
-        found = Risk(function, hazard, np.nan, (np.nan, np.nan), (np.nan, np.nan), 0.0, 0.0)
+        found = Risk(function, hazard, np.nan, _NONE, _NONE, _NONE, 0.0, 0.0)
     else:
         found = _of_fitted(function, hazard)
     ends = {"below": (found.below, hazard.start), "beyond": (found.beyond, hazard.end)}
@@ -208,15 +214,21 @@ def _of_fitted(function: Function, hazard: Hazard) -> Risk:
     rate = float(parts.sum())
     below = float(parts[0]) if hazard.start > 0.0 else 0.0
     beyond = float(parts[-1]) if np.isfinite(hazard.end) else 0.0
-    ends = (np.nan, np.nan)
+    ends = alone = _NONE
+
+    def number(median: Array, spread: Array) -> Array:
+        return rates_of(hazard, median, spread)
+
     if band is not None:
-        ends = band.following(lambda median, spread: rates_of(hazard, median, spread))
+        ends = band.following(number)
+    if function.errors is not None:
+        alone = function.errors.following(number)
     others = [
         float(contributions(hazard, each).sum()) if each.verdict is Verdict.FITTED else np.nan
         for each in function.extremes
     ]
-    extremes = (others[0], others[1]) if others else (np.nan, np.nan)
-    return Risk(function, hazard, rate, ends, extremes, below / rate, beyond / rate)
+    extremes = (others[0], others[1]) if others else _NONE
+    return Risk(function, hazard, rate, ends, alone, extremes, below / rate, beyond / rate)
 
 
 def _of_parted(function: Function, hazard: Hazard) -> Risk:
@@ -227,7 +239,7 @@ def _of_parted(function: Function, hazard: Hazard) -> Risk:
     )
     below = float(fit.median < hazard.start)
     beyond = float(fit.median > hazard.end)
-    return Risk(function, hazard, rate, (least, most), (np.nan, np.nan), below, beyond)
+    return Risk(function, hazard, rate, (least, most), _NONE, _NONE, below, beyond)
 
 
 def chance_within(rate: float, years: float) -> float:

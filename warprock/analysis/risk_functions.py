@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import pathlib
 from collections.abc import Sequence
@@ -10,16 +11,21 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from warprock.analysis.bands import LEAST_RECORDS
 from warprock.analysis.capacities import fit_capacities
 from warprock.analysis.exports import COMPONENT_UNITS, intensity_of
 from warprock.analysis.fragility import fragility_curves
-from warprock.analysis.groups import group_text, lane_groups, record_numbers
+from warprock.analysis.groups import (
+    Weights,
+    group_text,
+    lane_groups,
+    record_numbers,
+    record_weights,
+)
 from warprock.analysis.hazard import Hazard
 from warprock.analysis.hazard_files import MOST_BYTES
 from warprock.analysis.incremental import Analysis, Verdict
 from warprock.analysis.limits import Limit
-from warprock.analysis.lognormal import Fit, bracket_lanes, record_band
+from warprock.analysis.lognormal import Fit, bands_of, bracket_lanes
 from warprock.analysis.lognormal import Verdict as FitVerdict
 from warprock.analysis.risk import Function
 from warprock.errors import InputError, list_allowed
@@ -73,6 +79,7 @@ def functions_of(
     limits: Sequence[Limit],
     by: Sequence[str],
     most_doubt: float,
+    weights: Weights | None = None,
 ) -> list[Function]:
     """The fragility functions of a table over the measure of a hazard.
 
@@ -83,6 +90,7 @@ def functions_of(
         limits: Limit states; an incremental analysis knows overturning alone.
         by: Columns that make groups of lanes.
         most_doubt: Share of a group's lanes that may be left out or in doubt.
+        weights: Weights by record, or the column that has them; None where all weigh the same.
 
     Raises:
         InputError: The table lacks a column, or cannot be used.
@@ -94,12 +102,18 @@ def functions_of(
         raise InputError(hazard.source, "", measure, allowed)
     _require_period(table, hazard, source)
     if is_capacity_table(table):
-        return functions_of_capacities(table, measure, source, limits, by)
+        return functions_of_capacities(table, measure, source, limits, by, weights)
     curves = fragility_curves(
-        table, source=source, intensity=measure, limits=limits, by=by, most_doubt=most_doubt
+        table,
+        source=source,
+        intensity=measure,
+        limits=limits,
+        by=by,
+        most_doubt=most_doubt,
+        weights=weights,
     )
     return [
-        Function(curve.group, curve.limit.name, curve.fit, curve.band, curve.extremes)
+        Function(curve.group, curve.limit.name, curve.fit, curve.band, curve.errors, curve.extremes)
         for curve in curves
     ]
 
@@ -116,7 +130,12 @@ def _require_period(table: pd.DataFrame, hazard: Hazard, source: str) -> None:
 
 
 def functions_of_capacities(
-    table: pd.DataFrame, measure: str, source: str, limits: Sequence[Limit], by: Sequence[str]
+    table: pd.DataFrame,
+    measure: str,
+    source: str,
+    limits: Sequence[Limit],
+    by: Sequence[str],
+    weights: Weights | None = None,
 ) -> list[Function]:
     """Functions of the capacities of an incremental analysis.
 
@@ -126,6 +145,7 @@ def functions_of_capacities(
         source: What errors name as the source of the table.
         limits: Limit states; none but overturning is known.
         by: Columns that make groups of lanes.
+        weights: Weights by record, or the column that has them; None where all weigh the same.
 
     Raises:
         InputError: Another limit state, or a column that is missing or cannot be used.
@@ -157,11 +177,11 @@ def functions_of_capacities(
         if not len(mine):
             text = group_text(group) or "all lanes"
             raise InputError(source, "verdict", text, "must have a lane whose numbers can be used")
-        brackets = bracket_lanes(low[mine], high[mine], record_numbers(table.iloc[mine]))
-        fit, band = fit_capacities(brackets), None
-        if brackets.record_count >= LEAST_RECORDS and fit.dispersion > 0.0:
-            band = record_band(brackets, fit)
-        found.append(Function(group, "overturning", fit, band))
+        rows = table.iloc[mine]
+        brackets = bracket_lanes(low[mine], high[mine], record_numbers(rows))
+        brackets = dataclasses.replace(brackets, weight=record_weights(rows, weights, source))
+        fit = fit_capacities(brackets)
+        found.append(Function(group, "overturning", fit, *bands_of(brackets, fit)))
     return found
 
 

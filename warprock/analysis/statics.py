@@ -12,7 +12,7 @@ from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.errors import InputError
 from warprock.model.hold import SIDES
 from warprock.model.lanes import Lanes
-from warprock.model.statics import Capacity, Curve, capacity, curve, leaning
+from warprock.model.statics import Capacity, Curve, Leaning, capacity, curve, leaning
 from warprock.quantity import Said
 
 AT_ONCE = 2048
@@ -41,9 +41,17 @@ class Statics:
 
     def curve_of(self, row: int, most: float) -> Curve:
         """Moment over lean of a row up to a lean [rad]."""
+        return curve(self._leaning(row), most)
+
+    def curve_without_ties(self, row: int, most: float) -> Curve | None:
+        """The same of the block without its ties; None of a block that has none."""
+        box = self._leaning(row)
+        return None if box.ties is None else curve(dataclasses.replace(box, ties=None), most)
+
+    def _leaning(self, row: int) -> Leaning:
+        """The block of a row, alone."""
         lane = self.lane[row : row + 1]
-        side = SIDES.get(str(self.side[row]), 1.0)
-        return curve(leaning(self.lane_set.lanes.take(lane), side), most)
+        return leaning(self.lane_set.lanes.take(lane), SIDES.get(str(self.side[row]), 1.0))
 
 
 def run_statics(case: Case) -> Statics:
@@ -57,13 +65,18 @@ def run_statics(case: Case) -> Statics:
     """
     lane_set = expand_lanes(case)
     lanes = lane_set.lanes
-    for wrong, got in (
-        (lanes.stacked, "a stack"),
-        (lanes.bodies, "a body that is no box"),
-        (lanes.spatial, "a block in space"),
+    for wrong, key, got in (
+        (lanes.assembly is not None, "assembly", "an assembly"),
+        (lanes.stacked, "block", "a stack"),
+        (lanes.bodies, "block", "a body that is no box"),
+        (lanes.spatial, "block", "a block in space"),
+        (lanes.held == ("strip",), "strip", "a strip of wall"),
     ):
         if wrong:
-            raise InputError(case.file, "block", Said(got), "must be a single box in the plane")
+            allowed = "must be a single box in the plane"
+            if key == "assembly":
+                allowed += "; warprock limit finds what an assembly bears"
+            raise InputError(case.source_of(key), key, Said(got), allowed)
     numbers = np.arange(lanes.lane_count)
     sides = ("right",) if lanes.hold is None or lanes.hold.frame is not None else tuple(SIDES)
     parts = [

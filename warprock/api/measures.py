@@ -56,7 +56,7 @@ def measures(
         im: Column of the hazard's intensity measure, or PGA, PGV [default: what the file says].
         measure: Measure: KEY=VALUE, or several keys parted by semicolons; or several [default:
             those that the block can have].
-        target: Yearly rate at which the least width is looked for.
+        target: Yearly rate at which the least width and the least straps are looked for.
         from_: Least factor on a motion [-].
         to: Greatest factor [-].
         count: Factors of the first stage.

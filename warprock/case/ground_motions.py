@@ -191,7 +191,7 @@ def _component(values: LaneValues, table: str) -> Motions:
         motions, peak = family.follow(values, table, start)
         for name in family.shown:
             columns |= _column(values, table, name)
-        columns |= computed("stop", motions.stop)
+        columns |= computed("stop", motions.end)
     columns |= key_column("motion.start", start)
     return motions, columns | computed("peak_acceleration", peak), peak
 

@@ -277,6 +277,8 @@ class Ties(pydantic.RootModel[dict[str, Tie]]):
                 allowed = (
                     f"must be [[tie]] tables, at most {MOST_TIES}, or [tie.1], [tie.2] and so on"
                 )
+                if name in Tie.declared():
+                    allowed = f"must have the number of its tie, tie.1.{name}, or be in [[tie]]"
                 raise KeyedError(name, ties[name], allowed)
         for number in known[: len(ties)]:
             if number not in ties:

@@ -84,6 +84,16 @@ class Direction(Table):
             column=Column("phase"),
         ),
     ] = 0.0
+    tilt_rate: Annotated[
+        float | None,
+        NumberKey(
+            "the angular velocity of a table that tilts until the run ends, positive where its "
+            "side at +x sinks",
+            "-90 deg/s to 90 deg/s",
+            swept=True,
+            column=Column("tilt_rate", "deg/s"),
+        ),
+    ] = None
     record: Annotated[
         str | None,
         TextKey(

@@ -12,12 +12,15 @@ from typing import NamedTuple, Protocol, cast
 import numpy as np
 import numpy.typing as npt
 
+from warprock.case.run import DURATION
 from warprock.model.harmonic import harmonic_motions
 from warprock.model.lane_motion import Control, Waveform
 from warprock.model.modulated import mavroeidis_papageorgiou_motions, modulated_peak_acceleration
 from warprock.model.pulse import PulseMotions
+from warprock.model.record_motion import RecordMotions
 from warprock.model.ricker import ricker_motions, ricker_peak_acceleration
-from warprock.units import Dimension
+from warprock.model.tilt import STEEPEST, tilt_motions
+from warprock.units import GRAVITY, Dimension
 
 Array = npt.NDArray[np.float64]
 
@@ -54,7 +57,7 @@ class Followed(NamedTuple):
         peak: Largest acceleration of each [m/s^2], shape [lane].
     """
 
-    motions: PulseMotions
+    motions: PulseMotions | RecordMotions
     peak: Array
 
 
@@ -151,6 +154,18 @@ def _mavroeidis_papageorgiou(values: Values, table: str, start: Array) -> Follow
     return Followed(motions, modulated_peak_acceleration(motions))
 
 
+def _tilt(values: Values, table: str, start: Array) -> Followed:
+    """Tables that tilt until the run ends."""
+    rate, end = 2.0 * np.pi * values.numbers(f"{table}.tilt_rate"), values.numbers(DURATION)
+    steep = np.abs(rate) * (end - start)
+    key, most = f"{table}.tilt_rate", np.degrees(STEEPEST)
+    values.refuse(rate == 0.0, key, "must not be 0 deg/s")
+    values.refuse(
+        steep > STEEPEST, key, f"must tilt by at most {most:g} deg until the end of the run"
+    )
+    return Followed(tilt_motions(rate, start, end), GRAVITY * np.tan(steep))
+
+
 def _refuse_kinds(values: Values, table: str, control: npt.NDArray[np.str_]) -> None:
     """Refuses an amplitude of another kind than the control: these pulses have no one frequency."""
     waveform = values.texts(f"{table}.waveform")[0][0]
@@ -176,6 +191,7 @@ FAMILIES = (
         (*_PULSE, "cycles", "phase"),
         _mavroeidis_papageorgiou,
     ),
+    Family((Waveform.TILT,), ("tilt_rate",), ("start",), ("tilt_rate",), _tilt),
     Family(
         (Waveform.RECORD,),
         ("record",),

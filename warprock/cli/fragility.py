@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from warprock.cli.analysis import finish
+from warprock.cli.completion import files
 from warprock.cli.options import json_option, output_option
 from warprock.cli.pages import on_case
 from warprock.cli.signatures import own_options
@@ -17,7 +18,7 @@ from warprock.errors import InputError
 
 @click.command()
 @click.argument("table", type=click.Path(path_type=pathlib.Path))
-@own_options("analyses/fragility", "fragility")
+@own_options("analyses/fragility", "fragility", weights=files)
 @output_option
 @json_option
 def fragility(
@@ -27,6 +28,7 @@ def fragility(
     limit_slide: tuple[str, ...],
     by: tuple[str, ...],
     max_doubt: float,
+    weights: str | None,
     folder: pathlib.Path | None,
     as_json: bool,
 ) -> None:
@@ -43,6 +45,7 @@ def fragility(
     """
     from warprock.analysis.lane_tables import read_lanes
     from warprock.api.analyses.fragility import fragility_of
+    from warprock.api.weights import weights_of
 
     source = table if table.is_dir() else table.parent
 
@@ -53,7 +56,9 @@ def fragility(
         return None if beside else played_beside(lanes, table, intensity)
 
     lanes = read_lanes(table)
-    found = fragility_of(lanes, str(table), im, limit, limit_slide, by, max_doubt, play)
+    found = fragility_of(
+        lanes, str(table), im, limit, limit_slide, by, max_doubt, play, weights_of(weights)
+    )
     finish(found, folder, as_json=as_json, then=_then(source, folder))
 
 

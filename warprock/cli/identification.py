@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import pathlib
+import shlex
+from typing import Any
 
 import click
 
@@ -41,9 +44,30 @@ def identify(
     finish(found, folder, as_json=as_json, then=_then(found.facts["identified"]))
 
 
-def _then(found: dict[str, float]) -> str:
-    """The command to try next: a block with this restitution."""
-    return f"warprock run CASE -s contact.angular_restitution={found['angular_restitution']:.4g}"
+HEIGHT = 1.0
+"""Height of a block of which only the slenderness is known [m]."""
+
+
+def _then(found: dict[str, Any]) -> str:
+    """The command to try next: the block that was found, as a box that is let go.
+
+    A box has the same motion as the block if its slenderness angle and its frequency parameter are
+    the same.
+    """
+    from warprock.units import GRAVITY
+
+    angle, rate = found["slenderness_angle_rad"], found["frequency_parameter_rad_s"]
+    diagonal = HEIGHT / math.cos(angle) if rate is None else 1.5 * GRAVITY / rate**2
+    width, height = diagonal * math.sin(angle), diagonal * math.cos(angle)
+    # Noise may take it beyond what a case allows.
+    kept = f"{min(max(found['angular_restitution'], 0.0), 1.0):.4g}"
+    settings = [f"block.width={width:.4g} m", f"block.height={height:.4g} m"]
+    if found["one_sided"]:
+        settings += ["transverse_wall.side=left", f"transverse_wall.rebound={kept}"]
+    else:
+        settings += [f"contact.angular_restitution={kept}"]
+    words = [word for setting in settings for word in ("-s", setting)]
+    return shlex.join(["warprock", "run", "free-b0", "-e", "housner", *words])
 
 
 COMMANDS = (identify,)

@@ -9,6 +9,7 @@ import click
 
 from warprock.cli import completion
 from warprock.cli.options import json_option, output_file_to, reading_options, workers_option
+from warprock.errors import InputError
 
 if TYPE_CHECKING:
     from warprock.records.importing import Importing
@@ -102,6 +103,13 @@ def info(
 @click.option("--name", help="Name of the record; that of the output file without one.")
 @click.option("--source", default="", help="Where the record is from.")
 @click.option("--licence", default="", help="Its licence.")
+@click.option(
+    "--weights",
+    type=click.Path(path_type=pathlib.Path),
+    metavar="FILE",
+    help="Weights of several: a CSV file with the columns record and weight. OUTPUT.csv is then a "
+    "table for a sweep over them.",
+)
 @reading_options
 @output_file_to("output", "CSV file to write; of several, a folder.", required=True)
 @workers_option
@@ -113,6 +121,7 @@ def import_command(
     name: str | None,
     source: str,
     licence: str,
+    weights: pathlib.Path | None,
     output: pathlib.Path,
     workers: int | None,
     as_json: bool,
@@ -143,28 +152,64 @@ def import_command(
     how = Importing(asked, beside, tuple(map(parse_step, steps)), source, licence)
     found = found_files(files)
     if tuple(found) == files and len(found) == 1:
+        if weights is not None:
+            allowed = "must be left out for one record: weights tell several apart"
+            raise InputError("--weights", "", str(weights), allowed)
         _write(output, convert_file(found[0], how, name or output.stem), as_json)
         return
     require_one_name(name, len(found))
-    _write_many(output, found, how, workers, as_json)
+    _write_many(output, found, how, workers, as_json, weights)
+
+
+def _weights(files: list[str], source: pathlib.Path) -> list[float]:
+    """The weight of each file; refuses a file without one, and one without a file."""
+    from warprock.analysis.groups import read_weights, weight_of
+    from warprock.errors import list_allowed
+
+    weights = read_weights(source)
+    found = []
+    for name in files:
+        weight = weight_of(name, weights)
+        if weight is None:
+            known = list_allowed(name, weights)
+            allowed = f"must have a weight; these have one: {known}"
+            raise InputError(str(source), "record", name, allowed)
+        found.append(weight)
+    for name in weights:
+        if weight_of(name, dict.fromkeys(files, 1.0)) is None:
+            allowed = f"must be a file that is imported: {list_allowed(name, files)}"
+            raise InputError(str(source), "record", name, allowed)
+    return found
 
 
 def _write_many(
-    output: pathlib.Path, files: list[str], how: Importing, workers: int | None, as_json: bool
+    output: pathlib.Path,
+    files: list[str],
+    how: Importing,
+    workers: int | None,
+    as_json: bool,
+    weights: pathlib.Path | None,
 ) -> None:
     """Writes several records to a folder and says what is in them."""
-    from warprock.records.importing import import_files
-    from warprock.running.files import require_writable
+    from warprock.records.importing import import_files, weighted_table
+    from warprock.running.files import replacing, require_writable
     from warprock.running.machine import core_count
     from warprock.tables.records import print_imported
     from warprock.tables.terminal import print_json
 
     require_writable(output)
+    told = None if weights is None else _weights(files, weights)
     rows = import_files(files, how, output, workers or core_count())
+    written = [pathlib.Path(row["file"]) for row in rows]
+    if told is not None:
+        table = output.with_name(f"{output.name}.csv")
+        with replacing(table) as place:
+            place.write_text(weighted_table(rows, told), encoding="utf-8")
+        written.append(table)
     if as_json:
-        print_json({"records": rows, "files": [row["file"] for row in rows]})
+        print_json({"records": rows, "files": [str(path) for path in written]})
     else:
-        print_imported(rows, output)
+        print_imported(rows, output, None if told is None else written[-1])
 
 
 @records.command()

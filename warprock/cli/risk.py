@@ -8,14 +8,14 @@ from typing import Any
 import click
 
 from warprock.cli.analysis import finish
-from warprock.cli.completion import hazards
+from warprock.cli.completion import files, hazards
 from warprock.cli.options import json_option, output_option
 from warprock.cli.signatures import own_options
 
 
 @click.command()
 @click.argument("folders", metavar="FOLDER...", nargs=-1, required=True)
-@own_options("analyses/risk", "risk", hazard=hazards)
+@own_options("analyses/risk", "risk", hazard=hazards, weights=files)
 @output_option
 @json_option
 def risk(
@@ -28,6 +28,7 @@ def risk(
     limit: tuple[str, ...],
     limit_slide: tuple[str, ...],
     max_doubt: float,
+    weights: str | None,
     max_outside: float,
     folder: pathlib.Path | None,
     as_json: bool,
@@ -42,6 +43,7 @@ def risk(
     k0 (x / at)^-k times a year.
     """
     from warprock.api.analyses.risk import named_in_turn, read_asked, risk_of
+    from warprock.api.weights import weights_of
 
     power = None if k0 is None and k is None else (k0, k, at)
     found = risk_of(
@@ -50,6 +52,7 @@ def risk(
         limits=limit,
         slides=limit_slide,
         most_doubt=max_doubt,
+        weights=weights_of(weights),
         most_outside=max_outside,
         **asked,
     )

@@ -15,6 +15,7 @@ ENGINES: dict[str, str] = {
     "xpbd": "warprock.engines.xpbd:Xpbd",
     "dem": "warprock.engines.dem:Dem",
     "two-block": "warprock.engines.two_block:TwoBlock",
+    "assembly": "warprock.engines.assembly:Assembly",
 }
 """Engine name -> "module:Class"."""
 

@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
-import warp as wp
 
 from warprock.engines.bodies import box_bodies
 from warprock.engines.decoding import histories, respond, side_fields
@@ -20,6 +19,9 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, UprightMotions
 from warprock.model.response import Response, SampleTimes
 from warprock.model.scene import SceneKind
+
+HELD_IN_PLACE = ("transverse_wall", "tie", "top_load")
+"""Tables that hold a block that otherwise stands as a free one does."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -85,7 +87,7 @@ class AbstractEngine(abc.ABC):
         if scene.assembly and not cls.assemblies:
             return (
                 f"{cls.name} runs single blocks and stacks, and the case has an [assembly]; "
-                "warprock limit says at which load it collapses"
+                "assembly runs it"
             )
         if scene.beyond_the_plane and not cls.spatial:
             return scene.beyond_the_plane
@@ -95,9 +97,12 @@ class AbstractEngine(abc.ABC):
             return f"{cls.name} runs boxes alone{where}, and the case has a body (block.base)"
         if scene.held and not cls.holds:
             tables = " and ".join(scene.held)
+            able = "housner and event run it"
+            if not set(scene.held) <= set(HELD_IN_PLACE):
+                able = "housner runs it"
             return (
                 f"{cls.name} runs free-standing blocks, and the case holds its block ({tables}); "
-                "housner runs it"
+                f"{able}"
             )
         if scene.rounded and not cls.rounded:
             return f"{cls.name} has sharp corners, and the case rounds them (block.corner_radius)"
@@ -176,6 +181,8 @@ class AbstractEngine(abc.ABC):
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels for lanes and motions, once, on the calling thread."""
+        import warp as wp
+
         module = self.module_of(self.kernel_lanes(lanes, motions), motions)
         wp.load_module(module.__name__, device=self.target.device)
 

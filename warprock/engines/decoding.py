@@ -15,6 +15,7 @@ from warprock.kernels.modes import BROKEN, OVERTURNED, SLID_OFF, STALLED, UNSOLV
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import rotations, start_poses
 from warprock.model.response import (
+    ASSEMBLY_FIELDS,
     BODY_FIELDS,
     FIELDS,
     HISTORIES,
@@ -213,12 +214,15 @@ def respond(engine: str, lanes: Lanes, columns: Mapping[str, Rows], times: Sampl
             histories, if asked for.
         times: Duration and sampling.
     """
-    wanted = (*SPATIAL_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *TIE_FIELDS, *HISTORIES)
+    more = (*MODEL_FIELDS, *BODY_FIELDS, *TIE_FIELDS, *ASSEMBLY_FIELDS)
+    wanted = (*SPATIAL_FIELDS, *more, "joint_state", *HISTORIES)
     names = (*LANE_FIELDS, *(name for name in wanted if name in columns))
     fields: dict[str, Rows] = {}
     for name in names:
         values = np.asarray(columns[name], np.int64 if name in INTEGER_FIELDS else np.float64)
-        alone = FIELDS[name].per_block and not lanes.stacked
+        # Of an assembly places are those of all its blocks, and all else is told of it as a whole.
+        several = lanes.stacked or (lanes.assembly is not None and name in ("x", "z", "turn"))
+        alone = FIELDS[name].per_block and not several
         fields[name] = values[:, 0] if alone else values
     status = fields["status"]
     # A sum is finite only if all of its parts are.

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import start_columns
 from warprock.engines.decoding import asked_friction, lane_fields, planar_fields, time_or_nan
+from warprock.engines.held import held_fields, held_inputs, inertia_of, tie_rate
 from warprock.engines.housner_body import body_inputs
-from warprock.engines.housner_held import held_fields, held_inputs, inertia_of, tie_rate
 from warprock.engines.housner_strip import strip_inputs, strip_of, strip_rate
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.workload import step_limit

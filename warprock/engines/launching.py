@@ -16,10 +16,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import warp as wp
 
 from warprock.errors import InputError
-from warprock.kernels.instance import LANE_WIDTH, REALS
+from warprock.kernels.instance import BYTES, LANE_WIDTH
 from warprock.kernels.pool import AHEAD
 from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions
 from warprock.model.response import SampleTimes
@@ -55,8 +54,8 @@ class Target:
     form: Form | None = None
 
     def __post_init__(self) -> None:
-        if self.precision not in REALS:
-            allowed = f"must be one of {', '.join(REALS)}"
+        if self.precision not in BYTES:
+            allowed = f"must be one of {', '.join(BYTES)}"
             raise InputError("precision", "", self.precision, allowed)
         if self.form is not None:
             # Its value as a string would do in a comparison and not in the next.
@@ -132,6 +131,8 @@ class Found:
             too, of a kernel whose blocks do not slide: there rotations tell where they are.
         sides: Largest rotation of a body to -x and to +x at the end of a step [rad], both >= 0,
             shape [lane, 2]; None of a kernel that does not tell.
+        contacts: Rows of its struct `ContactResult`, shape [lane, contact]; None of a kernel that
+            does not tell.
     """
 
     lanes: Rows
@@ -139,6 +140,7 @@ class Found:
     history: Array | None
     places: Array | None
     sides: Array | None = None
+    contacts: Rows | None = None
 
     def above_ground(self, block_count: int) -> Found:
         """The same of the highest blocks alone: kernels may have the ground as their first body."""
@@ -146,7 +148,7 @@ class Found:
         history, places = (
             None if part is None else part[:, own] for part in (self.history, self.places)
         )
-        return Found(self.lanes, self.blocks[:, own], history, places, self.sides)
+        return Found(self.lanes, self.blocks[:, own], history, places, self.sides, self.contacts)
 
 
 def launch(
@@ -170,12 +172,14 @@ def launch(
             of `lanes`, shape [lane] each, or [lane, number] where it takes several of a lane; an
             array, shape [lane]; numbers; a Warp struct.
     """
+    import warp as wp
+
     lane_count, block_count = next(iter(blocks.values())).shape
     count = -(-lane_count // module.LANES) * module.LANES
     takes = {each.label: each.type for each in module.run_lanes.adj.args}
     pool, motion_rows = _pool_and_rows(takes["motions"].dtype, motions, count)
     given = {"blocks": blocks, "motions": motion_rows, "pool": pool, "sample_times": times.times}
-    in_space, real = isinstance(motions, SpatialMotions), REALS[target.precision]
+    in_space, real = isinstance(motions, SpatialMotions), getattr(wp, target.precision)
     sampled = times.count if times.interval is not None else 0
     device = target.device
     found = module.Found()
@@ -193,6 +197,9 @@ def launch(
     if hasattr(found, "ties"):
         tie_count = next(iter(others["ties"].values())).shape[1]
         found.ties = wp.empty((tie_count, count), dtype=leaves["ties"], device=device)
+    if hasattr(found, "contacts"):
+        contact_count = 2 * next(iter(others["joints"].values())).shape[1]
+        found.contacts = wp.zeros((contact_count, count), dtype=leaves["contacts"], device=device)
     kernel = module.run_lanes
     given |= others | {"found": found}
     wp.launch(
@@ -208,11 +215,16 @@ def launch(
     sides = None
     if hasattr(found, "sides"):
         sides = found.sides.numpy()[:, :lane_count].T.astype(np.float64)
-    return Found(results, per_block, history, places, sides)
+    contacts = None
+    if hasattr(found, "contacts"):
+        contacts = found.contacts.numpy()[:, :lane_count].T
+    return Found(results, per_block, history, places, sides, contacts)
 
 
 def _samples(shape: tuple[int, ...], real: Any, device: str) -> Any:
     """An array of samples, [sample, block, ..., lane], for a kernel to fill; empty if of none."""
+    import warp as wp
+
     own = shape if shape[0] else (0,) * len(shape)
     return wp.full(own, value=np.inf, dtype=real, device=device)
 
@@ -229,6 +241,8 @@ def _argument(argument: Any, value: Any, count: int, device: str) -> Any:
     A kernel that names an axis less, of blocks or of directions, has the first of them alone. (One
     of single blocks with a second index in its loop over lanes is not made vector code.)
     """
+    import warp as wp
+
     if isinstance(value, Mapping):
         rows = struct_rows if next(iter(value.values())).ndim == 1 else block_rows
         value = rows(argument.type.dtype, value, count)

@@ -8,6 +8,7 @@ from warprock.figures.drawing import Drawing
 from warprock.figures.ensemble import draw_cells
 from warprock.figures.histories import choose_lanes, draw_histories
 from warprock.figures.peaks import draw_peaks
+from warprock.figures.restraints import draw_restraints
 from warprock.figures.sample import draw_sample_peaks, sampled
 from warprock.figures.space import draw_space
 from warprock.model.response import take_lanes
@@ -34,6 +35,7 @@ def draw_run(run: CaseRun) -> list[Drawing]:
             firsts = np.arange(len(shown.lanes)) * shown.lanes.shape[1]
             first = take_lanes(response, firsts)
             drawings.append(draw_space(run, shown.lanes[:, 0], list(shown.panels), first))
+        drawings += draw_restraints(run)
     draw = draw_sample_peaks if sampled(run.case) else draw_peaks
     if not run.lane_set.lanes.stacked:
         return [*drawings, draw(run)]

@@ -14,20 +14,27 @@ from warprock.findings import asked
 from warprock.findings.numbers import three
 from warprock.findings.sheets import ROWS, Heading, Sheet, heading
 from warprock.model.response import USABLE
-from warprock.running.lane_table import PEAK_RATIO
+from warprock.running.lane_table import JOINT_COLUMNS, PEAK_RATIO
 
 USABLE_NAMES = [code.name.lower() for code in USABLE]
 """Statuses with which the numbers of a lane may be used."""
 TIES = ("peak_tie_force_N", "broken_ties", "tie_break_time_s", "tie_energy_lost_J")
 """Results of a lane with ties."""
-RESULTS = ("outcome", "status", "impact_count", "rest_time_s", "friction_needed", *TIES)
+JOINTS = (
+    *("collapse_time_s", "peak_displacement_m", "residual_displacement_m", "peak_opening_m"),
+    *("opened_joints", "slid_joints"),
+)
+"""Results of a lane that is an assembly."""
+SAID = ("collapse_load", "tilt_rate_deg_s", *JOINT_COLUMNS)
+"""Columns of assemblies that sentences need."""
+RESULTS = ("outcome", "status", *JOINTS, "impact_count", "rest_time_s", "friction_needed", *TIES)
 """Results of a lane that a page shows."""
 
 
 def needed(facts: Mapping[str, Any]) -> str:
     """A pattern of the columns of the lane table that a page needs."""
     swept = [name for key in asked.swept_keys(facts["case"]) for name in columns_of(key)]
-    names = "|".join(map(re.escape, ("lane", "member", *RESULTS, *swept)))
+    names = "|".join(map(re.escape, ("lane", "member", *RESULTS, *SAID, *swept)))
     names += r"|(diameter|height)(_[1-9])?_m"
     return rf"^({names})$|^{PEAK_RATIO}|^peak_(rotation|time|slide)(_[1-9])?_|^rotation_error"
 

@@ -14,6 +14,7 @@ from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.lanes import lane_name
 from warprock.findings.numbers import counted, listed, three
 from warprock.findings.sheets import declared, heading, sheet_of
+from warprock.running.lane_table import APART, BETWEEN
 from warprock.running.provenance import case_facts, surroundings
 from warprock.running.run_file import CASE
 
@@ -35,9 +36,6 @@ SHOWN = tuple(COLUMNS)[:-2]
 """Columns of the table to read: names of many joints are in the file."""
 MOST_NAMED = 8
 """Joints that a sentence names."""
-BETWEEN, APART = " / ", ", "
-"""What stands between the two blocks of a joint, and between joints."""
-
 BOUND = (
     "Where joints slide the load is an upper bound: limit analysis lets a joint open as it slides, "
     "which Coulomb's friction does not."

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from typing import Any, TypeVar
 
 import numpy as np
-import pandas as pd
 
 Item = TypeVar("Item")
 
 MISSING = "-"
+_NO_VALUE = ("<NA>", "NaT")
+"""What pandas' missing values are as text; to ask pandas itself would import it for `keys`."""
 
 _MOST_DIGITS = 6
 """Digits behind the point that anyone reads."""
@@ -23,13 +24,16 @@ def three(value: Any) -> str:
     >>> three(0.12345), three(123456), three(1299790.0), three(3.2e-7), three(float("nan"))
     ('0.123', '123,456', '1.30e6', '3.20e-7', '-')
     """
-    if value is None or value is pd.NA or value is pd.NaT:
+    if value is None:
         return MISSING
     if isinstance(value, (bool, np.bool_)):
         return "yes" if value else "no"
     if isinstance(value, (int, np.integer)):
         return f"{value:,}"
-    return _three(float(value)) if isinstance(value, (float, np.floating)) else str(value)
+    if isinstance(value, (float, np.floating)):
+        return _three(float(value))
+    text = str(value)
+    return MISSING if text in _NO_VALUE else text
 
 
 def _three(value: float) -> str:

@@ -76,6 +76,8 @@ def _row(risk: Risk, age: float | None, unlikely: float) -> dict[str, object]:
         "rate_per_year": rate,
         "rate_p05_per_year": risk.band[0],
         "rate_p95_per_year": risk.band[1],
+        "rate_fit_p05_per_year": risk.fit_band[0],
+        "rate_fit_p95_per_year": risk.fit_band[1],
         "rate_if_reached_per_year": risk.extremes[0],
         "rate_if_not_per_year": risk.extremes[1],
         "return_period_years": 1.0 / rate,
@@ -191,7 +193,7 @@ def tell_risk(_facts: Facts, tables: Tables) -> Finding:
             _rate_sheet(rows, chances, names),
             sheet_of("Which intensities make the rate", tables[PARTS], file=PARTS, folded=True),
             sheet_of("All numbers of the rates", rows.dropna(axis="columns", how="all"),
-                     note="p05 and p95: 5th and 95th percentile over records.",
+                     note="p05, p95: 5th and 95th percentile over records; fit: of the fit alone.",
                      file=RISK, folded=True),
         ],
         asked=[
@@ -319,6 +321,7 @@ def _rate_sheet(rows: pd.DataFrame, chances: pd.DataFrame, names: Sequence[str])
             *(str(row[name]) for name in (*names, LIMIT)),
             f"{row['rate_per_year']:.3g}",
             _range(row["rate_p05_per_year"], row["rate_p95_per_year"]),
+            _range(row["rate_fit_p05_per_year"], row["rate_fit_p95_per_year"]),
             three(row["return_period_years"]),
             *(percent_text(chance) for chance in mine),
             percent_text(row["share_below"] + row["share_beyond"]),
@@ -327,6 +330,7 @@ def _rate_sheet(rows: pd.DataFrame, chances: pd.DataFrame, names: Sequence[str])
     ]
     heads = [Heading(name.replace("_", " ")) for name in (*names, LIMIT)]
     heads += [Heading("rate", "1/year"), Heading("5 to 95 % over records", "1/year")]
+    heads += [Heading("of the fit alone", "1/year")]
     heads += [Heading("return period", "years")]
     heads += [Heading(f"chance within {span:g} years") for span in spans]
     heads += [Heading("beyond the hazard")]

@@ -24,7 +24,7 @@ from warprock.findings.refinement import bad_sentences, refinement_sentences
 from warprock.findings.sheets import sheet_of
 from warprock.running.case_run import CaseRun
 from warprock.running.cells import cell_table
-from warprock.running.lane_table import LANE_TABLE, lane_table
+from warprock.running.lane_table import APART, LANE_TABLE, lane_table
 from warprock.running.provenance import provenance
 from warprock.running.results import CELL_TABLE
 
@@ -39,7 +39,7 @@ def find_run(run: CaseRun, show: Callable[[], None]) -> Finding:
     tables = {LANE_TABLE: lane_table(run.lane_set, run.response)}
     if run.case.ensemble is not None:
         tables[CELL_TABLE] = cell_table(run.lane_set, run.response)
-    facts = provenance(run)
+    facts = provenance(run) | limit_beside(run, tables[LANE_TABLE])
     finest = float(run.response["time_step"].min()) if "time_step" in run.response.fields else None
     return dataclasses.replace(tell_run(facts, tables, finest), show=show)
 
@@ -77,6 +77,8 @@ def run_sentences(
         first = first.replace("it rocking", "its block still moved when the run ended")
         first = first.replace("it overturned", "its block overturned")
         first = first.replace("it slid off", "a block slid off")
+        if "collapse_time_s" in table:
+            first = f"One lane ran: {assembly_words(table)}."
     peaks = peak_sentences(facts, table)
     refined = refinement_sentences(facts, finest_step)
     ties = tie_sentences(facts, table)
@@ -87,6 +89,8 @@ def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
     """The largest rotation of what stood, and the median; how far thrown blocks went."""
     if "attitude_w_start" in table:
         return way_sentences(facts, table)
+    if "collapse_time_s" in table:
+        return assembly_sentences(facts, table)
     up, ratio = np.flatnonzero(standing(table)), peak_ratio(table)
     if not len(up):
         return ["No lane with usable numbers stayed up."]
@@ -106,6 +110,98 @@ def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
     if len(up) > 2:
         text += f"; the median lane that stayed up reaches {three(float(np.median(ratio[up])))}"
     return [f"{text}."]
+
+
+def assembly_words(table: pd.DataFrame) -> str:
+    """What became of an assembly, the only one of a run."""
+    if np.isfinite(table["collapse_time_s"].iloc[0]):
+        return "the assembly collapsed"
+    if table["outcome"].iloc[0] == "at_rest":
+        return "the assembly stood and came to rest"
+    return "the assembly still moved when the run ended"
+
+
+NAMED = 6
+"""Joints that a sentence names."""
+
+
+def assembly_sentences(facts: Facts, table: pd.DataFrame) -> list[str]:
+    """How far the blocks of assemblies that stood moved, and how the first of the others fell."""
+    moved, up = table["peak_displacement_m"].to_numpy(dtype=float), np.flatnonzero(standing(table))
+    fell = table["collapse_time_s"].to_numpy(dtype=float)
+    told, alone = [], len(table) == 1
+    if len(up):
+        top = int(up[np.argmax(moved[up])])
+        where = "" if alone else f", in {lane_name(facts, table, top)}"
+        what = "a block" if alone else "a block of an assembly that stood"
+        text = f"The largest displacement of {what} is {three(1e3 * moved[top])} mm{where}"
+        if len(up) > 2:
+            text += f", in the median lane {three(1e3 * np.median(moved[up]))} mm"
+        told.append(f"{text}; {joint_words(table, top)}.")
+    if np.isfinite(fell).any():
+        first = int(np.nanargmin(fell))
+        what = (
+            "A block"
+            if alone
+            else f"The first collapse is in {lane_name(facts, table, first)}: a block"
+        )
+        load = float(table["collapse_load"].iloc[first])
+        tilt = ""
+        if "tilt_rate_deg_s" in table:
+            tilt = f", a tilt of {three(float(np.degrees(np.arctan(load))))} deg"
+        told.append(
+            f"{what} had fallen at {three(fell[first])} s. The motion that ended so began at a "
+            f"sideways load of {three(load)} of the weight{tilt}{limit_words(facts, first)}; "
+            f"{joint_words(table, first)}."
+        )
+    elif not len(up):
+        told.append("No lane with usable numbers stayed up.")
+    return told
+
+
+def joint_words(table: pd.DataFrame, row: int) -> str:
+    """Which joints of a lane opened and slid."""
+    parts = []
+    for column, verb in (("opened_between", "opened"), ("slid_between", "slid")):
+        names = [name for name in str(table[column].iloc[row]).split(APART) if name]
+        if names:
+            more = len(names) - NAMED
+            left = f" and {more} more" if more > 0 else ""
+            parts.append(f"{verb} between {', '.join(names[:NAMED])}{left}")
+    return f"joints {' and '.join(parts)}" if parts else "no joint opened or slid"
+
+
+def limit_words(facts: Facts, row: int) -> str:
+    """The load of limit analysis beside that of a table that tilts; empty of other lanes."""
+    limit = facts.get("limit_analysis")
+    if limit is None or limit["row"] != row:
+        return ""
+    load = limit["load_factor"]
+    bound = ", an upper bound since joints slide" if limit["upper_bound"] else ""
+    tilt = three(float(np.degrees(np.arctan(load))))
+    return f" (limit analysis: {three(load)}, {tilt} deg{bound})"
+
+
+MOST_BLOCKS = 100
+"""Blocks up to which limit analysis, which takes a second for so many of a wall, is done beside a
+run."""
+
+
+def limit_beside(run: CaseRun, table: pd.DataFrame) -> dict[str, Any]:
+    """Limit analysis of the first lane that collapsed as its table tilted; else nothing."""
+    own, fell = run.lane_set.lanes.assembly, run.response.fields.get("collapse_time")
+    if own is None or fell is None or "tilt_rate_deg_s" not in table or np.isnan(fell).all():
+        return {}
+    row = int(np.nanargmin(fell))
+    if own.of(row).count > MOST_BLOCKS:
+        return {}
+    from warprock.analysis.load_limit import collapse_load
+
+    found = collapse_load(own.of(row), float(np.sign(table["tilt_rate_deg_s"].iloc[row])))
+    if not found.stands:
+        return {}
+    limit = {"row": row, "load_factor": found.load_factor, "upper_bound": found.upper_bound}
+    return {"limit_analysis": limit}
 
 
 def tie_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Mapping, Sequence
-
-import pandas as pd
+from typing import TYPE_CHECKING
 
 from warprock.findings.numbers import three
 from warprock.units import split_unit
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 ROWS = 200
 """Rows of a table that a page shows; files hold all of them."""

@@ -133,10 +133,13 @@ class Assemblies:
     Attributes:
         kinds: Those that differ.
         lane: The place of every lane's among them, shape [lane].
+        room: Blocks that can move, blocks and joints that there is room for: the most of those that
+            these were taken from; None where these are all.
     """
 
     kinds: tuple[Assembly, ...]
     lane: Places
+    room: tuple[int, int, int] | None = None
 
     def of(self, lane: int) -> Assembly:
         """That of a lane."""
@@ -145,17 +148,33 @@ class Assemblies:
     def take(self, lanes: slice | Places) -> Assemblies:
         """Those of some lanes, by slice or by number."""
         used, place = np.unique(self.lane[lanes], return_inverse=True)
-        return Assemblies(tuple(self.kinds[kind] for kind in used), place.reshape(-1))
+        kinds = tuple(self.kinds[kind] for kind in used)
+        return Assemblies(kinds, place.reshape(-1), self._most)
+
+    @property
+    def _most(self) -> tuple[int, int, int]:
+        if self.room is not None:
+            return self.room
+        return (
+            max(int((~kind.fixed).sum()) for kind in self.kinds),
+            max(kind.count for kind in self.kinds),
+            max(kind.joints.count for kind in self.kinds),
+        )
 
     @property
     def most_blocks(self) -> int:
         """Most blocks that can move."""
-        return max(int((~kind.fixed).sum()) for kind in self.kinds)
+        return self._most[0]
+
+    @property
+    def most_parts(self) -> int:
+        """Most blocks, fixed ones included."""
+        return self._most[1]
 
     @property
     def most_joints(self) -> int:
         """Most joints."""
-        return max(kind.joints.count for kind in self.kinds)
+        return self._most[2]
 
 
 def assemble(

@@ -25,6 +25,7 @@ from warprock.model.motion import (
     StillBase,
 )
 from warprock.model.pulse import PulseMotions
+from warprock.model.tilt import TiltMotions
 
 Array = npt.NDArray[np.float64]
 Path = Callable[[Array], tuple[Array, Array]]
@@ -69,7 +70,7 @@ def base_places(motions: GroundMotions, lane: int, times: Array) -> Array:
 
 
 def _path(motions: PlanarMotions, lane: int) -> Path | None:
-    if isinstance(motions, StillBase):
+    if isinstance(motions, StillBase | TiltMotions):
         return None
     if isinstance(motions, RecordMotions):
         return _record_path(motions, lane)

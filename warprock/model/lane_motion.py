@@ -42,6 +42,7 @@ class Waveform(enum.StrEnum):
     COSINE = "cosine"
     RICKER = "ricker"
     MAVROEIDIS_PAPAGEORGIOU = "mavroeidis-papageorgiou"
+    TILT = "tilt"
     RECORD = "record"
 
 

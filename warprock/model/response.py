@@ -23,7 +23,9 @@ class Outcome(enum.IntEnum):
     """Where a lane's blocks are when its run ends.
 
     A stack is at rest when all of its blocks are; it has overturned once one block has, and slid
-    off once a block has left the face of the one below. ROCKING is all that still moves: a block
+    off once a block has left the face of the one below. An assembly has overturned, that is
+    collapsed, once the centre of a block is lower than at the start by half of the longest joint of
+    the block, or a block has turned by a right angle. ROCKING is all that still moves: a block
     that slides without leaving its base, too.
 
     Example:
@@ -75,6 +77,13 @@ SOUND: tuple[Status, ...] = (Status.OK, Status.AMBIGUOUS)
 """Statuses of lanes whose run is as good as its engine: nothing speaks against its step."""
 USABLE: tuple[Status, ...] = (*SOUND, Status.SENSITIVE, Status.OUTSIDE_MODEL)
 """Statuses whose numbers are the engine's answer, if with a reservation; the others have none."""
+
+
+class JointState(enum.IntFlag):
+    """What a joint of an assembly did in a run."""
+
+    OPENED = 1
+    SLID = 2
 
 
 @dataclasses.dataclass(frozen=True)
@@ -178,6 +187,29 @@ FIELDS: dict[str, Field] = {
         Field("broken_ties", ("lane",), "-", "Ties that broke"),
         Field("tie_break_time", ("lane",), "s", "Time at which the first of them broke"),
         Field(
+            "peak_displacement", ("lane",), "m", "Largest displacement of a block of an assembly"
+        ),
+        Field(
+            "residual_displacement", ("lane",), "m", "Largest displacement of a block at the end"
+        ),
+        Field("peak_opening", ("lane",), "m", "Widest gap of a joint between the ends it shares"),
+        Field("opened_joints", ("lane",), "-", "Joints that opened"),
+        Field("slid_joints", ("lane",), "-", "Joints that slid"),
+        Field("collapse_time", ("lane",), "s", "Time at which a block of an assembly had fallen"),
+        Field(
+            "collapse_load",
+            ("lane",),
+            "-",
+            "Acceleration of the base / g when the motion began that ended in collapse",
+        ),
+        Field("joint_state", ("lane", "joint"), "-", "What a joint did, a `JointState`"),
+        Field(
+            "solver_residual",
+            ("lane",),
+            "m/s",
+            "The most that the contact solver left of a velocity in a step",
+        ),
+        Field(
             "tie_energy_lost",
             ("lane",),
             "J",
@@ -216,6 +248,9 @@ FIELDS: dict[str, Field] = {
         Field("first_step_count", ("lane",), "-", "Time steps of one run at the step asked for"),
         Field("total_step_count", ("lane",), "-", "Time steps of all runs of the lane"),
         Field("rotation", ("lane", "sample"), "rad", "Rotation", per_block=True),
+        Field(
+            "turn", ("lane", "sample"), "rad", "Rotation of a block of an assembly", per_block=True
+        ),
         Field(
             "slide",
             ("lane", "sample"),
@@ -297,11 +332,22 @@ TIE_FIELDS: tuple[str, ...] = (
     "tie_energy_lost",
 )
 """Fields that engines answer besides for blocks with ties."""
+ASSEMBLY_FIELDS: tuple[str, ...] = (
+    "peak_displacement",
+    "residual_displacement",
+    "peak_opening",
+    "opened_joints",
+    "slid_joints",
+    "collapse_time",
+    "collapse_load",
+    "solver_residual",
+)
+"""Fields that the engine of assemblies answers besides."""
 LANE_FIELDS: tuple[str, ...] = tuple(
     n
     for n, f in FIELDS.items()
     if f.dims == ("lane",)
-    and n not in (*ESTIMATE_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *TIE_FIELDS)
+    and n not in (*ESTIMATE_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *TIE_FIELDS, *ASSEMBLY_FIELDS)
     and not f.spatial
 )
 """Fields that every engine answers."""
@@ -315,6 +361,7 @@ rotations and the yaw only where places were asked for, too."""
 INTEGER_FIELDS: tuple[str, ...] = (
     *("outcome", "status", "impact_count", "step_count"),
     "broken_ties",
+    *("opened_joints", "slid_joints", "joint_state"),
 )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import enum
 
 import numpy as np
@@ -42,11 +43,42 @@ def tie_elongations(ties: Ties, width: float, height: float, pose: Array) -> Arr
     return np.asarray(-ties.side[0][:, None] * moved)
 
 
-def tie_states(ties: Ties, elongation: Array, times: Array, first_break: float) -> Codes:
-    """What the ties of one lane do at every sample, shape [tie, sample].
+@dataclasses.dataclass(frozen=True)
+class TieHistory:
+    """What the ties of one lane do over time.
+
+    Attributes:
+        states: What they do at every sample, shape [tie, sample].
+        force: Tension [N], shape [tie, sample].
+        free: Elongation at which each has no force after the last sample [m], shape [tie].
+    """
+
+    states: Codes
+    force: Array
+    free: Array
+
+    def worn(self, ties: Ties) -> Ties | None:
+        """The ties as the run leaves them; None where all broke.
+
+        Args:
+            ties: Ties of this one lane as it began, shape [1, tie].
+        """
+        whole = np.flatnonzero(self.states[:, -1] != TieState.BROKEN)
+        if not len(whole):
+            return None
+        kept = {each.name: getattr(ties, each.name)[:, whole] for each in dataclasses.fields(ties)}
+        free, longest = self.free[None, whole], kept["slack"] + kept["ultimate_elongation"]
+        slack = np.maximum(free, 0.0)
+        kept |= {"slack": slack, "ultimate_elongation": longest - slack}
+        return Ties(**kept | {"prestress": kept["stiffness"] * np.maximum(-free, 0.0)})
+
+
+def tie_history(ties: Ties, elongation: Array, times: Array, first_break: float) -> TieHistory:
+    """What the ties of one lane do at every sample.
 
     A tie is elastic and perfectly plastic; one that gives tension alone is slack below the
-    elongation at which it has no force, which grows by what it yields.
+    elongation at which it has no force, which grows by what it yields. What it yields between
+    samples is not seen.
 
     Args:
         ties: Ties of this one lane, shape [1, tie].
@@ -61,6 +93,7 @@ def tie_states(ties: Ties, elongation: Array, times: Array, first_break: float) 
         nearest = int(np.argmax(elongation.max(axis=1) / longest))
         broken[nearest] |= times >= first_break
     states = np.full(elongation.shape, TieState.TAUT, np.int8)
+    free_at = np.empty(elongation.shape)
     for tie, stretches in enumerate(elongation):
         reach = ties.yield_force[0, tie] / ties.stiffness[0, tie]
         free, pushes = ties.free_length[0, tie], bool(ties.pushes[0, tie])
@@ -72,5 +105,8 @@ def tie_states(ties: Ties, elongation: Array, times: Array, first_break: float) 
                 free, states[tie, sample] = stretch + reach, TieState.YIELDING
             elif not pushes and stretch < free - near:
                 states[tie, sample] = TieState.SLACK
+            free_at[tie, sample] = free
     states[broken] = TieState.BROKEN
-    return states
+    force = ties.stiffness[0][:, None] * (elongation - free_at)
+    force = np.where(ties.pushes[0][:, None], force, np.maximum(force, 0.0))
+    return TieHistory(states, np.where(broken, 0.0, force), free_at[:, -1])

@@ -65,7 +65,7 @@ def undecided(
     upright = np.isin(outcome, [Outcome.AT_REST, Outcome.ROCKING])
     rocks, cut = outcome == Outcome.ROCKING, cut_short(motions, duration)
     may_fall = rocks | cut
-    if not (lanes.stacked or lanes.spatial):
+    if not (lanes.stacked or lanes.spatial or lanes.assembly is not None):
         free = (duration - motions.end) * lanes.frequency_parameter
         may_fall = cut | (rocks & (free < SWUNG))
         if cut.any() and not springs and lanes.hold is None:

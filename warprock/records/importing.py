@@ -8,7 +8,7 @@ import os
 import pathlib
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from warprock.errors import InputError
@@ -119,6 +119,20 @@ def import_files(
         for target in targets:
             shutil.move(pathlib.Path(place) / target, folder / target)
     return [{**row, "file": str(folder / at)} for row, at in zip(rows, targets, strict=True)]
+
+
+def weighted_table(rows: Sequence[Mapping[str, Any]], weights: Sequence[float]) -> str:
+    """The table of a sweep over some records with their weights, as CSV.
+
+    Args:
+        rows: What `import_files` returned.
+        weights: Weight of each.
+    """
+    lines = ["record,label.weight"]
+    for row, weight in zip(rows, weights, strict=True):
+        path = pathlib.PurePath(row["file"])
+        lines.append(f"{path.parent.name}/{path.name},{weight!r}")
+    return "\n".join(lines) + "\n"
 
 
 def _targets(files: Sequence[str], folder: pathlib.Path) -> list[str]:

@@ -32,6 +32,7 @@ _RATES = dict.fromkeys(
     ("rate_per_year", "rate_p05_per_year", "rate_p95_per_year", "return_period_years", "median"),
     NUMBER,
 )
+_RATES |= dict.fromkeys(("rate_fit_p05_per_year", "rate_fit_p95_per_year"), NUMBER)
 _RATES |= dict.fromkeys(
     ("share_below", "share_beyond", "intensity_p05", "intensity_p50", "intensity_p95"), NUMBER
 )

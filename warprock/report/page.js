@@ -170,7 +170,7 @@
     });
     this.follow.closest("label").hidden = farthest === 0;
     // A base that drifts out of the picture takes the view with it.
-    this.follow.checked = farthest > 1.5 * lane.blocks.reduce((sum, block) => sum + block.h, 0);
+    this.follow.checked = farthest > 1.5 * (lane.tall || lane.blocks.reduce((sum, block) => sum + block.h, 0));
     // The largest rotation is the picture that says most while nothing plays.
     let peak = 0;
     let where = 0;
@@ -326,9 +326,10 @@
       box.x = [Math.min(box.x[0], at[0]), Math.max(box.x[1], at[0])];
       box.y = [Math.min(box.y[0], at[1]), Math.max(box.y[1], at[1])];
     };
-    this.tall = lane.blocks.reduce((sum, block) => sum + block.h, 0);
+    this.tall = lane.tall || lane.blocks.reduce((sum, block) => sum + block.h, 0);
     this.wide = Math.max(...lane.blocks.map((block) => Math.max(block.w, lane.spatial ? block.d : 0)));
-    this.plate = 0.5 * Math.max(2.2 * this.wide, 0.5 * this.tall);
+    // What is fixed of an assembly is drawn as it is.
+    this.plate = lane.assembly ? 0 : 0.5 * Math.max(2.2 * this.wide, 0.5 * this.tall);
     const span = lane.span || [0, 0];
     this.plates = [Math.min(-this.plate, span[0]), Math.max(this.plate, span[1])];
     this.thick = 0.07 * this.tall;
@@ -405,8 +406,8 @@
       if (!lane.spatial)
         [[top, "support"], [below, "ground"]].forEach(([at, name]) =>
           make("text", { x: at[0][0] + 6, y: (at[0][1] + at[3][1]) / 2 + 4 }, svg, name));
-    } else polygon(top, { class: "base" });
-    if (!lane.spatial) {
+    } else if (!lane.assembly) polygon(top, { class: "base" });
+    if (!lane.spatial && !lane.assembly) {
       const mark = [put([base[0], 0, base[2]]), put([base[0], 0, base[2] - this.thick])];
       make("line", { x1: mark[0][0], y1: mark[0][1], x2: mark[1][0], y2: mark[1][1], class: "mark" }, svg);
     }
@@ -423,6 +424,10 @@
       const points = corners.map(put);
       const color = COLORS[k % COLORS.length];
       if (lane.blocks[k].p) {
+        if (lane.assembly) {
+          polygon(points, lane.blocks[k].fixed ? { class: "base" } : { class: shape, fill: COLORS[0], stroke: COLORS[0] });
+          return;
+        }
         polygon(lane.spatial ? hull(points) : points, { class: shape, fill: color, stroke: color });
         const centre = put(["x", "y", "z"].map((axis) => this.at(lane.blocks[k][axis], lane.length)));
         make("circle", { cx: centre[0], cy: centre[1], r: 3, fill: color }, svg);
@@ -480,16 +485,18 @@
 
   Player.prototype.say = function (base) {
     const lane = this.lane;
-    const parts = lane.blocks.map((block, k) => {
+    const degrees = (r) => ((r * 180) / Math.PI).toFixed(2) + "°";
+    const turns = lane.blocks.map((block) => Math.abs(this.at(block.r, lane.angle)));
+    const parts = lane.assembly ? ["largest rotation of a block " + degrees(Math.max(...turns))] : lane.blocks.map((block, k) => {
       const r = this.at(block.r, lane.angle);
       const name = lane.blocks.length > 1 ? "block " + (k + 1) + ": " : "rotation ";
-      return name + ((r * 180) / Math.PI).toFixed(2) + "° (" + (r / block.alpha[r < 0 ? 0 : 1]).toFixed(3) + " of its slenderness angle)";
+      return name + degrees(r) + " (" + (r / block.alpha[r < 0 ? 0 : 1]).toFixed(3) + " of its slenderness angle)";
     });
     if (!this.follow.closest("label").hidden)
       parts.push((lane.ground ? "support" : "base") + " moved " + (1000 * base[0]).toFixed(1) + " mm, accelerated " + this.at(lane.acc, lane.rate).toFixed(2) + " m/s²");
     if (lane.ground) parts.push("ground moved " + (1000 * this.ground()[0]).toFixed(1) + " mm");
     const ties = (lane.parts || []).filter((part) => part.states).map((part) => this.doing(part));
-    if (ties.length) parts.push((ties.length > 1 ? "ties " : "tie ") + ties.join(", "));
+    if (ties.length) parts.push((ties.length > 1 ? "ties: " : "tie ") + ties.join(", "));
     if (lane.rise)
       parts.push("upwards " + (1000 * base[2]).toFixed(1) + " mm, " + this.at(lane.rise, lane.rate).toFixed(2) + " m/s²");
     if (this.ended()) parts.push(this.ended());
@@ -507,6 +514,11 @@
     const svg = this.plot;
     const shaken = lane.acc && lane.acc.some((value) => value !== 0);
     const panels = [{ title: "rotation / slenderness angle", curves: lane.blocks.map((block) => block.r.map((v) => (v * lane.angle) / block.alpha[v < 0 ? 0 : 1])), limit: 1 }];
+    if (lane.assembly) {
+      const moving = lane.blocks.filter((block) => !block.fixed);
+      const curves = moving.map((block) => block.r.map((v) => (v * lane.angle * 180) / Math.PI));
+      panels[0] = { title: "rotations of the blocks [deg]", curves: curves };
+    }
     const along = lane.rise ? "base acceleration along x [m/s²]" : "base acceleration [m/s²]";
     if (shaken) panels.push({ title: along, curves: [lane.acc.map((v) => v * lane.rate)] });
     if (lane.rise) panels.push({ title: "base acceleration upwards [m/s²]", curves: [lane.rise.map((v) => v * lane.rate)] });
@@ -549,7 +561,7 @@
       const cut = Math.max(most, 1e-12);
       const path = curve.map((v, i) => (i ? "L" : "M") + x(i * lane.dt).toFixed(1) + " " + y(Math.max(-cut, Math.min(cut, v))).toFixed(1));
       make("path", { d: path.join(""), fill: "none", stroke: plain ? "#555" : COLORS[k % COLORS.length], "stroke-width": 1.4 }, svg);
-      if (panel.curves.length > 1)
+      if (panel.curves.length > 1 && !lane.assembly)
         make("text", { x: this.right - 62 * (panel.curves.length - 1 - k), y: top + 13, "text-anchor": "end", style: "fill:" + COLORS[k % COLORS.length] }, svg, "block " + (k + 1));
     });
   };

@@ -20,7 +20,7 @@ from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.response import Response
 from warprock.model.tie_states import TieState
 from warprock.running.case_run import CaseRun, run_lanes
-from warprock.running.lane_table import history_table, lane_table
+from warprock.running.lane_table import first_break, history_table, lane_pose, lane_table
 from warprock.running.provenance import provenance
 from warprock.running.scene_motion import last_move
 from warprock.running.scene_parts import TIE_WORDS, Mover, Part, scene_parts, standing
@@ -29,12 +29,16 @@ Array = npt.NDArray[np.float64]
 
 ALL, SOME = 24, 8
 """Lanes up to which a page plays all of them, and how many it chooses of more."""
+FEW = 4
+"""How many of assemblies, of whose many blocks each has a history."""
 SAMPLES = 1500
 """Samples of a lane that a page holds at most: of a longer history every second, third, ..."""
 NUMBERS = 160_000
 """Numbers that a page holds at most; where all lanes would need more, some are chosen."""
 DIGITS = 20_000
 """Steps into which the largest value of a quantity is divided."""
+LEAST = 200
+"""Samples that an assembly of very many blocks has nevertheless."""
 INTERVAL = 0.01
 """Time between samples where the case says nothing of it [s]."""
 
@@ -71,6 +75,16 @@ def scenes_of(run: CaseRun) -> dict[str, Any]:
 
 def outlines_of(lanes: Lanes, lane: int) -> list[list[list[float]]] | None:
     """Corners of each block from its centre of mass [m]; None where all are boxes."""
+    if lanes.assembly is not None:
+        # Those that can move first, as histories have them, then what is fixed.
+        kind = lanes.assembly.of(lane)
+        found = [np.unique(c, axis=0, return_index=True)[1] for c in kind.corners]
+        arms = kind.corners - kind.centre[:, None]
+        order = np.argsort(kind.fixed, kind="stable")
+        return [
+            np.insert(np.round(arms[k][np.sort(found[k])], 6), 1, 0.0, axis=-1).tolist()
+            for k in order
+        ]
     one = as_stacks(lanes.take(np.array([lane])))
     if one.body is not None:
         corners = one.body.outline(one.height[:, 0])
@@ -79,8 +93,8 @@ def outlines_of(lanes: Lanes, lane: int) -> list[list[list[float]]] | None:
     else:
         return None
     across = corners if one.spatial else np.insert(corners, 1, 0.0, axis=-1)
-    found: list[list[list[float]]] = np.round(across, 6).tolist()
-    return found
+    rounded: list[list[list[float]]] = np.round(across, 6).tolist()
+    return rounded
 
 
 class Surroundings(NamedTuple):
@@ -89,10 +103,12 @@ class Surroundings(NamedTuple):
     Attributes:
         parts: What holds the block.
         ground: Displacement of the ground below a support [m], shape [sample, 3]; None without.
+        fixed: Centres of the blocks of an assembly that move with the base [m], shape [block, 2].
     """
 
     parts: Sequence[Part] = ()
     ground: Array | None = None
+    fixed: Array | None = None
 
 
 def surroundings_of(lane_set: LaneSet, lane: int, response: Response, row: int) -> Surroundings:
@@ -106,13 +122,14 @@ def surroundings_of(lane_set: LaneSet, lane: int, response: Response, row: int) 
     """
     ground = lane_set.ground
     below = None if ground is None else base_places(ground, lane, response.times)
+    if lane_set.lanes.assembly is not None:
+        kind = lane_set.lanes.assembly.of(lane)
+        return Surroundings(ground=below, fixed=kind.centre[kind.fixed])
     if lane_set.lanes.hold is None:
         return Surroundings(ground=below)
-    pose = np.stack([response[name][row] for name in ("x", "z", "rotation")])
-    broke = response.fields.get("tie_break_time")
-    first_break = math.nan if broke is None else float(broke[row])
+    pose, broke = lane_pose(response, row), first_break(response, row)
     alone = lane_set.lanes.take(np.array([lane]))
-    return Surroundings(scene_parts(alone, response.times, pose, first_break), below)
+    return Surroundings(scene_parts(alone, response.times, pose, broke), below)
 
 
 def sampled(case: Case) -> Case:
@@ -135,6 +152,8 @@ def _most(case: Case) -> int:
     besides = 2 * sum(each is not None for each in (tables.support, tables.frame))
     besides += 4 * (tables.top_load is not None)
     numbers = samples * (2 + 3 * tables.block_count + besides)
+    if tables.assembly is not None:
+        return FEW
     return ALL if min(case.lane_count, ALL) * numbers <= NUMBERS else SOME
 
 
@@ -151,7 +170,7 @@ def choose(table: pd.DataFrame, most: int) -> dict[int, str]:
     found: dict[int, str] = {}
 
     def add(lanes: Sequence[int] | npt.NDArray[np.intp], why: str) -> None:
-        if len(lanes) and len(found) < SOME:
+        if len(lanes) and len(found) < min(SOME, most):
             found.setdefault(int(lanes[0]), why)
 
     ranked = up[np.argsort(ratio[up], kind="stable")]
@@ -191,13 +210,20 @@ def scene(
             the plane; None of boxes.
         beside: What is shown besides blocks and base.
     """
-    stride = -(-(len(history) - 1) // SAMPLES) if len(history) > SAMPLES + 1 else 1
+    fixed = None if beside is None else beside.fixed
+    samples = SAMPLES
+    if fixed is not None and outlines is not None:
+        samples = max(min(SAMPLES, NUMBERS // (3 * len(outlines))), LEAST)
+    stride = -(-(len(history) - 1) // samples) if len(history) > samples + 1 else 1
     shown = history.iloc[::stride].reset_index(drop=True)
     blocks = [f"_{k}" for k in range(1, 10) if f"width_{k}_m" in row] or [""]
     base = {axis: _column(shown, f"base_{axis}_m") for axis in "xyz"}
     acceleration = _column(shown, "base_acceleration_m_s2")
     rise = _column(shown, "base_acceleration_z_m_s2")
-    parts = [_block(shown, row, number) for number in blocks]
+    if fixed is None or outlines is None:
+        parts = [_block(shown, row, number) for number in blocks]
+    else:
+        parts = _assembled(shown, outlines, fixed, base)
     held = () if beside is None else beside.parts
     below = None if beside is None or beside.ground is None else beside.ground[: len(history)]
     ground = {} if below is None else dict(zip("xyz", below[::stride].T, strict=True))
@@ -214,6 +240,9 @@ def scene(
     times = shown["time_s"].to_numpy()
     fell = len(parts) > 1 and row["outcome"] in ("overturned", "slid_off")
     end = float(times[last_move(np.stack([part["r"] for part in parts]))]) if fell else None
+    collapse = row.get("collapse_time_s", math.nan)
+    if fell and collapse == collapse:
+        end = float(collapse)
     if end is not None:
         about += f" The run ended at {end:.3g} s: what follows the fall is not modelled."
     spatial = any("q" in part for part in parts)
@@ -225,12 +254,13 @@ def scene(
         "dt": float(f"{times[1] - times[0]:.9g}") if len(times) > 1 else 1.0,
         "spatial": spatial,
         **({} if end is None else {"fell": end}),
+        **({} if fixed is None else _extent(parts)),
         "length": length,
         "angle": angle,
         "rate": rate,
         "attitude": 1.0 / DIGITS,
         "blocks": [
-            {name: part[name] for name in ("w", "h", "d", "alpha")}
+            {name: part[name] for name in ("w", "h", "d", "alpha", "fixed") if name in part}
             | ({} if outlines is None else {"p": outlines[k]})
             | {"r": _whole(part["r"], angle)}
             | {axis: _whole(part[axis], length) for axis in "xyz"}
@@ -287,6 +317,39 @@ def _held(parts: Sequence[Part], stride: int, length: float, samples: int) -> di
         "movers": [told(mover) for mover in movers],
         "parts": [drawn(part) for part in parts],
     }
+
+
+def _assembled(
+    history: pd.DataFrame,
+    outlines: list[list[list[float]]],
+    fixed: Array,
+    base: Mapping[str, Array],
+) -> list[dict[str, Any]]:
+    """The blocks of an assembly: their sizes and motions, those that move with the base last."""
+    parts, moving, still = [], len(outlines) - len(fixed), np.zeros(len(history))
+    for k, outline in enumerate(outlines):
+        width, _, height = np.ptp(np.array(outline), axis=0).tolist()
+        # No rotation of a single block says how near an assembly is to its collapse.
+        found: dict[str, Any] = {"w": width, "h": height, "d": 0.0, "alpha": [HALF_TURN] * 2}
+        if k < moving:
+            found["r"] = _column(history, f"turn_{k + 1}_rad")
+            found |= {axis: _column(history, f"{axis}_{k + 1}_m") for axis in "xz"}
+        else:
+            x, z = fixed[k - moving]
+            found |= {"r": still, "x": base["x"] + x, "z": base["z"] + z, "fixed": 1}
+        parts.append(found | {"y": still})
+    return parts
+
+
+HALF_TURN = 0.5 * math.pi
+
+
+def _extent(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Height of an assembly at the start, and where it begins and ends along its base [m]."""
+    places = np.array([[part["x"][0], part["z"][0]] for part in parts])
+    half = 0.5 * np.array([[part["w"], part["h"]] for part in parts])
+    low, high = (places - half).min(axis=0), (places + half).max(axis=0)
+    return {"assembly": 1, "tall": float(high[1] - low[1]), "span": [low[0], high[0]]}
 
 
 def _block(history: pd.DataFrame, row: pd.Series[Any], number: str) -> dict[str, Any]:

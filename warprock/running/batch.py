@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
-import warp as wp
 
 from warprock.arguments import at_the_door
 from warprock.engines import engine_class
@@ -160,6 +159,8 @@ def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotion
     Raises:
         InputError: The folder of the kernels cannot be written to.
     """
+    import warp as wp
+
     start_warp()
     with _WARMING_UP, keeping_kernels():
         names = {engine.module_of(lanes, motions).__name__ for engine, lanes, motions in batches}

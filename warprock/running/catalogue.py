@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import pathlib
-from typing import Any
-
-import pandas as pd
+import tomllib
+from typing import TYPE_CHECKING, Any
 
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
-from warprock.case.load import load_case
 from warprock.case.round_base import round_base_note
 from warprock.case.template import Start
-from warprock.case.text import case_names
+from warprock.case.text import case_names, find_case
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Target
 from warprock.errors import InputError
@@ -26,6 +24,9 @@ from warprock.running.engine_choice import choose_engine
 from warprock.running.files import replacing, require_writable_file
 from warprock.settings.engines import SETTINGS, declared_settings
 from warprock.unmodelled import UNMODELLED
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 JOINTS_SHOWN = 12
 """Joints of an assembly that are named."""
@@ -48,7 +49,9 @@ ESTIMATE = (
 
 def list_all() -> dict[str, Any]:
     """The shipped cases, the engines, and the programs beside them, ready for JSON."""
-    cases = [{"name": name, "title": load_case(name).title} for name in case_names()]
+    # A case file says its title itself; to build the case would read its tables and need pandas.
+    texts = [find_case(name) for name in case_names()]
+    cases = [{"name": each.name, "title": tomllib.loads(each.text)["title"]} for each in texts]
     return {
         "cases": cases,
         "engines": [_engine_row(name) for name in ENGINES],
@@ -226,6 +229,6 @@ def _spread(values: pd.Series[Any]) -> dict[str, Any]:
     distinct = values.drop_duplicates().tolist()
     if len(distinct) <= VALUES_SHOWN:
         return {"values": distinct}
-    if not pd.api.types.is_numeric_dtype(values):
+    if values.dtype.kind not in "biuf":
         return {"values": distinct[:WORDS_SHOWN], "count": len(distinct)}
     return {"from": float(values.min()), "to": float(values.max()), "count": len(distinct)}

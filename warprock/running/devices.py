@@ -10,8 +10,6 @@ import pathlib
 import sys
 from collections.abc import Iterator
 
-import warp as wp
-
 from warprock.errors import InputError
 from warprock.kernels.instance import FOLDER
 
@@ -52,6 +50,8 @@ def start_warp() -> None:
     Raises:
         InputError: The folder of the kernels cannot be written to.
     """
+    import warp as wp
+
     wp.config.log_level = max(wp.config.log_level, wp.LOG_WARNING)
     sys.stderr.flush()
     stderr = os.dup(STDERR)
@@ -67,6 +67,8 @@ def start_warp() -> None:
 
 def device_names() -> tuple[str, ...]:
     """Names of the devices, such as "cpu" and "cuda:0"."""
+    import warp as wp
+
     start_warp()
     return tuple(str(device.alias) for device in wp.get_devices())
 

@@ -2,6 +2,7 @@
 
 The rule, in this order:
 
+0. `assembly` for assemblies of many blocks.
 1. `event` for stacks and for blocks in space; for stacks that it declines `impulse`, or `dem`.
 2. `event` where a block slides before it rocks (friction < tan(slenderness angle)).
 3. `housner` where the case prescribes how much angular velocity an impact leaves: that is its law;
@@ -22,7 +23,7 @@ import numpy.typing as npt
 
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
-from warprock.engines import engine_class, preferred_engines, reference_engine
+from warprock.engines import ENGINES, engine_class, preferred_engines, reference_engine
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import SampleTimes, Status
@@ -84,8 +85,8 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     analytical = reference_engine()
     contact, *others = (each for each in preferred_engines() if engine_class(each).slides)
     if scene.assembly:
-        declined = engine_class(contact).supports(scene)
-        return EngineChoice(contact, str(declined), planar_block=False)
+        runs_it = next(name for name in ENGINES if engine_class(name).assemblies)
+        return EngineChoice(runs_it, "it is an assembly of many blocks", planar_block=False)
     if scene.spatial:
         return EngineChoice(contact, "the blocks move in space", planar_block=False)
     if scene.stacked:

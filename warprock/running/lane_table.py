@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 import pyarrow as pa
 
@@ -13,8 +16,10 @@ from warprock.arguments import at_the_door
 from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import LaneSet
 from warprock.model.base_path import base_places
+from warprock.model.lanes import Lanes
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import (
+    ASSEMBLY_FIELDS,
     BODY_FIELDS,
     ESTIMATE_FIELDS,
     FIELDS,
@@ -24,8 +29,10 @@ from warprock.model.response import (
     SPATIAL_FIELDS,
     TIE_FIELDS,
     Field,
+    JointState,
     Response,
 )
+from warprock.model.tie_states import tie_elongations, tie_history
 from warprock.model.undecided import UNDECIDED, UNDECIDED_TEXT, undecided
 from warprock.running.parts import FOOTER
 from warprock.settings.engines import on_springs
@@ -37,6 +44,14 @@ _ROUND_OFF = 1e-12
 """How far the last sample may lie after the end of a run, as a part of its length."""
 
 PEAK_RATIO = "peak_rotation_ratio"
+
+JOINT_COLUMNS = {
+    "opened_between": "Blocks between which joints opened",
+    "slid_between": "Blocks between which joints slid",
+}
+"""Columns of words of an assembly, and what they say."""
+BETWEEN, APART = " / ", ", "
+"""What stands between the two blocks of a joint, and between joints."""
 
 
 @at_the_door
@@ -60,7 +75,8 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     columns: dict[str, Any] = {"lane": lane_set.first + np.arange(response.lane_count)}
     columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
     meaning = {name: input_meaning(name) for name in columns}
-    optional = (*SPATIAL_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *TIE_FIELDS, *ESTIMATE_FIELDS)
+    more = (*MODEL_FIELDS, *BODY_FIELDS, *TIE_FIELDS, *ASSEMBLY_FIELDS)
+    optional = (*SPATIAL_FIELDS, *more, *ESTIMATE_FIELDS)
     besides = [name for name in optional if name in response.fields]
     for field in (FIELDS[name] for name in (*LANE_FIELDS, *besides)):
         values = response[field.name]
@@ -71,6 +87,9 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
             of_field = {field.block_column(k): v for k, v in enumerate(values.T, 1)}
         columns |= of_field
         meaning |= dict.fromkeys(of_field, (field.unit, field.text))
+    if "joint_state" in response.fields:
+        columns |= joint_columns(lane_set.lanes, response["joint_state"])
+        meaning |= {name: ("-", text) for name, text in JOINT_COLUMNS.items()}
     given = response, lane_set.lanes, lane_set.motions, lane_set.ends
     columns[UNDECIDED] = undecided(*given, springs=on_springs(response.engine))
     meaning[UNDECIDED] = ("-", UNDECIDED_TEXT)
@@ -83,6 +102,25 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
         name: {"unit": unit, "text": text} for name, (unit, text) in meaning.items()
     }
     return table
+
+
+def joint_columns(lanes: Lanes, state: npt.NDArray[np.int64]) -> dict[str, list[str]]:
+    """Names of the blocks between which joints opened, and slid, of every lane.
+
+    Args:
+        lanes: Assemblies.
+        state: What their joints did, shape [lane, joint].
+    """
+    assert lanes.assembly is not None
+    found: dict[str, list[str]] = {}
+    for name, flag in zip(JOINT_COLUMNS, JointState, strict=True):
+        found[name] = []
+        for lane, row in enumerate((state & flag) > 0):
+            kind = lanes.assembly.of(lane)
+            pairs = kind.joints.blocks[np.flatnonzero(row[: kind.joints.count])]
+            words = [f"{kind.names[a]}{BETWEEN}{kind.names[b]}" for a, b in pairs]
+            found[name].append(APART.join(words))
+    return found
 
 
 def peak_ratio_columns(lane_set: LaneSet) -> list[str]:
@@ -153,11 +191,70 @@ def history_table(response: Response, row: int, lane_set: LaneSet, lane: int) ->
             "m/s^2",
             f"Acceleration of the base along {name}, without the steps of its velocity",
         )
+    if lane_set.ground is not None:
+        below = base_places(lane_set.ground, lane, times)
+        parts = zip(lane_set.ground.axes, lane_set.ground.components, strict=True)
+        for name, motion in parts:
+            pulled = "ground_acceleration" + ("" if name == "x" else f"_{name}") + "_m_s2"
+            columns |= {
+                f"ground_{name}_m": below[:, "xyz".index(name)],
+                pulled: motion.acceleration(times, lane),
+            }
+            meaning[f"ground_{name}_m"] = (
+                "m",
+                f"Displacement of the ground below the support along {name}",
+            )
+            meaning[pulled] = ("m/s^2", f"Acceleration of the ground along {name}")
+    for number, (elongation, force) in enumerate(_ties_over_time(response, row, lane_set, lane), 1):
+        columns |= {
+            f"tie_elongation_{number}_m": elongation[: len(times)],
+            f"tie_force_{number}_N": force[: len(times)],
+        }
+        meaning[f"tie_elongation_{number}_m"] = (
+            "m",
+            "Elongation of the tie from the state in which the block rests",
+        )
+        meaning[f"tie_force_{number}_N"] = ("N", "Force of the tie, tension positive")
     table = pd.DataFrame(columns)
     table.attrs["columns"] = {
         name: {"unit": unit, "text": text} for name, (unit, text) in meaning.items()
     }
     return table
+
+
+def lane_pose(response: Response, row: int) -> npt.NDArray[np.float64]:
+    """Place of the middle of a single block beside its base along x and z [m], and its rotation.
+
+    Args:
+        response: A response with histories of places.
+        row: Row of the lane in it.
+
+    Returns:
+        Shape [3, sample].
+    """
+    return np.stack([response[name][row].reshape(-1) for name in ("x", "z", "rotation")])
+
+
+def first_break(response: Response, row: int) -> float:
+    """When the first tie of a lane broke [s]; NaN if none did."""
+    if "tie_break_time" not in response.fields:
+        return math.nan
+    return float(response["tie_break_time"][row])
+
+
+def _ties_over_time(
+    response: Response, row: int, lane_set: LaneSet, lane: int
+) -> Iterator[tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]]:
+    """Elongation [m] and force [N] of each tie of a lane, shape [sample]."""
+    lanes = lane_set.lanes
+    if lanes.hold is None or lanes.hold.ties is None or "x" not in response.fields:
+        return
+    ties = lanes.hold.take(np.array([lane])).ties
+    assert ties is not None
+    size = float(lanes.width[lane]), float(lanes.height[lane])
+    elongation = tie_elongations(ties, *size, lane_pose(response, row))
+    done = tie_history(ties, elongation, response.times, first_break(response, row))
+    yield from zip(elongation, done.force, strict=True)
 
 
 def words_of(field: Field) -> list[str]:

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from warprock.model.hold import Frame, Hold, TopLoad
 from warprock.model.lanes import Lanes
-from warprock.model.tie_states import TieState, tie_elongations, tie_states
+from warprock.model.tie_states import TieState, tie_elongations, tie_history
 
 Array = npt.NDArray[np.float64]
 
@@ -168,7 +168,8 @@ def _ties(
     ties = hold.ties
     if ties is None:
         return
-    states = tie_states(ties, tie_elongations(ties, *size, pose), times, first_break)
+    elongation = tie_elongations(ties, *size, pose)
+    states = tie_history(ties, elongation, times, first_break).states
     highest: dict[float, float] = {}
     for tie in range(ties.count):
         side, height = float(ties.side[0, tie]), float(ties.height[0, tie])

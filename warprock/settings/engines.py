@@ -295,6 +295,40 @@ class DemSettings:
         )
 
 
+@dataclasses.dataclass(frozen=True)
+class AssemblySettings:
+    """Settings of `assembly`."""
+
+    drawn: ClassVar[tuple[str, str]] = ("sky", "p")
+
+    time_step: Annotated[float, SettingKey("time step", 1e-6, 0.1, "s")] = 1e-3
+    settled: Annotated[
+        float,
+        SettingKey(
+            "a step is solved once a sweep over its contacts changes no velocity there by more "
+            "than this times gravity x time step",
+            1e-12,
+            1.0,
+        ),
+    ] = 1e-3
+    iterations: Annotated[
+        int,
+        SettingKey(
+            "most sweeps of a step; a lane that needs more ends there, with status iteration_limit",
+            1,
+            1_000_000,
+        ),
+    ] = 2000
+
+    def halved(self) -> Self:
+        """The same settings with half of the time step."""
+        return dataclasses.replace(self, time_step=0.5 * self.time_step)
+
+    def with_step_scaled(self, factor: float) -> Self:
+        """The same settings with the time step multiplied by a factor."""
+        return dataclasses.replace(self, time_step=factor * self.time_step)
+
+
 SETTINGS: dict[str, type[Any]] = {
     "housner": HousnerSettings,
     "impulse": ImpulseSettings,
@@ -303,6 +337,7 @@ SETTINGS: dict[str, type[Any]] = {
     "xpbd": XpbdSettings,
     "dem": DemSettings,
     "two-block": TwoBlockSettings,
+    "assembly": AssemblySettings,
 }
 """Engine name -> settings dataclass."""
 

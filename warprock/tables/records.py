@@ -65,13 +65,17 @@ def print_records(rows: Sequence[Mapping[str, Any]], console: Console | None = N
 
 
 def print_imported(
-    rows: Sequence[Mapping[str, Any]], folder: pathlib.Path, console: Console | None = None
+    rows: Sequence[Mapping[str, Any]],
+    folder: pathlib.Path,
+    table: pathlib.Path | None = None,
+    console: Console | None = None,
 ) -> None:
     """Prints what records were written to a folder.
 
     Args:
         rows: One a record, as of `records.importing.import_files`.
         folder: The folder.
+        table: A table for a sweep over them; None where none was written.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
@@ -84,8 +88,9 @@ def print_imported(
         values = [row[key] / size for row in rows]
         least, most = f"{min(values):.3g}", f"{max(values):.3g}"
         out.print(f"  {name}: {least if least == most else f'{least} to {most}'} {unit}")
+    swept = "" if table is None else f", and {table} is a table for a sweep over them"
     print_end(
-        f"{len(rows)} records were written to {folder}.",
+        f"{len(rows)} records were written to {folder}{swept}.",
         f"warprock records info {shlex.quote(rows[0]['file'])}",
         out,
     )

@@ -11,10 +11,12 @@ from typing import Any
 import pandas as pd
 
 from warprock.analysis.fragility import fragility_curves
+from warprock.analysis.groups import Weights
 from warprock.analysis.lane_tables import measure_named, read_lanes
 from warprock.analysis.limits import DEFAULT_LIMITS, read_limits
 from warprock.api.found import Found
 from warprock.api.names import python_names
+from warprock.api.weights import AnyWeights, weights_of
 from warprock.api.work import Column, Length, Share
 from warprock.arguments import at_the_door, require_within, several
 from warprock.figures.fragility import draw_curves, groups_of, plot_curves
@@ -34,6 +36,7 @@ def fragility(
     limit_slide: Length | Sequence[Length] = (),
     by: Column | Sequence[Column] = (),
     max_doubt: Share = 0.2,
+    weights: AnyWeights | None = None,
 ) -> Found:
     """Fragility functions: how likely a limit state is, over an intensity of the motion.
 
@@ -48,6 +51,8 @@ def fragility(
         limit_slide: Limit state: a peak slide, such as "10 mm"; or several.
         by: Column of groups; or several.
         max_doubt: Share of a group's lanes that may be left out or in doubt [-]; more is refused.
+        weights: Weights of records: a CSV file with the columns record and weight, or the column of
+            the lane table that has them.
 
     Returns:
         A `Found` whose table has one row a group and limit state; `found` are the curves.
@@ -73,7 +78,15 @@ def fragility(
         texts = [each if isinstance(each, str) else f"{each:g}" for each in several(limit)]
         play = functools.partial(_played_of_table, table, lanes)
         return fragility_of(
-            lanes, source, im, texts, several(limit_slide), several(by), max_doubt, play
+            lanes,
+            source,
+            im,
+            texts,
+            several(limit_slide),
+            several(by),
+            max_doubt,
+            play,
+            weights_of(weights),
         )
 
 
@@ -86,6 +99,7 @@ def fragility_of(
     by: Sequence[str],
     most_doubt: float,
     play: Callable[[str], Mapping[str, Any] | None],
+    weights: Weights | None = None,
 ) -> Found:
     """Fits fragility functions to a lane table.
 
@@ -98,12 +112,19 @@ def fragility_of(
         by: Columns that make groups of lanes.
         most_doubt: Share of a group's lanes that may be left out or in doubt [-].
         play: Lanes to play, of the column of the intensity measure; None where there are none.
+        weights: Weights by record, or the column that has them; None where all weigh the same.
     """
     require_within("--max-doubt", most_doubt, 0.0, 1.0)
     chosen = read_limits(limits or (() if slides else DEFAULT_LIMITS), slides)
     im = measure_named(im, lanes.columns.astype(str))
     curves = fragility_curves(
-        lanes, source=source, intensity=im, limits=chosen, by=by, most_doubt=most_doubt
+        lanes,
+        source=source,
+        intensity=im,
+        limits=chosen,
+        by=by,
+        most_doubt=most_doubt,
+        weights=weights,
     )
     return Found(
         f"fragility over {im}",

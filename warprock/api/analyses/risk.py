@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from warprock.analysis.groups import Weights
 from warprock.analysis.hazard import Hazard
 from warprock.analysis.hazard_files import parse_age, read_hazard, read_power_law
 from warprock.analysis.lane_tables import read_lanes
@@ -25,6 +26,7 @@ from warprock.analysis.risk_functions import (
 )
 from warprock.api.found import Found
 from warprock.api.names import python_names
+from warprock.api.weights import AnyWeights, weights_of
 from warprock.api.work import Age, Column, Length, Quantity, Share
 from warprock.arguments import at_the_door, require_within, several
 from warprock.errors import InputError
@@ -53,6 +55,7 @@ def risk(
     limit_slide: Length | Sequence[Length] = (),
     by: Column | Sequence[Column] = (),
     max_doubt: Share = 0.2,
+    weights: AnyWeights | None = None,
     years: float | Sequence[float] = (),
     survived: Age | None = None,
     unlikely: Share = 0.05,
@@ -79,6 +82,8 @@ def risk(
         limit_slide: Limit state: a peak slide, such as "10 mm"; or several.
         by: Column of groups; or several.
         max_doubt: Share of a group's lanes that may be left out or in doubt [-]; more is refused.
+        weights: Weights of records: a CSV file with the columns record and weight, or the column of
+            the lane table that has them.
         years: Within how many years the chance is told; or several [default: 1, 50].
         survived: Age of an object that still stands, such as "10 ka": what it allows the hazard to
             be.
@@ -114,6 +119,7 @@ def risk(
             slides=several(limit_slide),
             by=several(by),
             most_doubt=max_doubt,
+            weights=weights_of(weights),
             years=several(years),
             survived=survived,
             unlikely=unlikely,
@@ -156,6 +162,7 @@ def risk_of(
     slides: Sequence[str],
     by: Sequence[str],
     most_doubt: float,
+    weights: Weights | None,
     years: Sequence[float],
     survived: str | None,
     unlikely: float,
@@ -178,7 +185,13 @@ def risk_of(
             functions = functions_of_components(rows, hazard, source, asked)
         else:
             functions = functions_of(
-                rows, hazard, source=source, limits=chosen, by=by, most_doubt=most_doubt
+                rows,
+                hazard,
+                source=source,
+                limits=chosen,
+                by=by,
+                most_doubt=most_doubt,
+                weights=weights,
             )
         for each in functions:
             named = {"object": name, **each.name} if len(tables) > 1 else each.name

@@ -1,4 +1,4 @@
-"""Blocks that walls and ties hold, as kernels/housner/held_run.py takes them and answers."""
+"""Blocks that walls and ties hold, as the kernels `held_run` take them and answer."""
 
 from __future__ import annotations
 
@@ -62,33 +62,62 @@ def held_inputs(lanes: Lanes) -> dict[str, dict[str, npt.NDArray[Any]]]:
     Returns:
         Fields of the struct of each argument: of `blocks`, shape [lane]; of `ties`, [lane, tie].
     """
-    hold, ties = lanes.hold, _ties(lanes)
-    assert hold is not None
-    nothing = np.zeros(lanes.lane_count)
-    load = hold.load or no_load(lanes.lane_count)
     return {
         "blocks": {
-            "wall": nothing if hold.wall is None else hold.wall,
-            "rebound": nothing if hold.rebound is None else hold.rebound,
+            **wall_columns(lanes),
+            **load_columns(lanes),
             "half_width": 0.5 * lanes.width,
             "inertia": inertia_of(lanes),
             "mass": lanes.mass,
-            "load_weight": load.weight,
-            "load_thrust": load.thrust,
-            "load_place": load.eccentricity,
             "load_height": lanes.height,
-            "load_stays": load.stays.astype(np.int32),
         },
-        "ties": {
-            "side": ties.side,
-            "height": ties.height,
-            "stiffness": ties.stiffness,
-            "yield_force": np.minimum(ties.yield_force, NEVER),
-            "longest": np.minimum(ties.slack + ties.ultimate_elongation, NEVER),
-            "free_length": ties.free_length,
-            "pushes": ties.pushes.astype(np.int32),
-        },
+        "ties": tie_columns(lanes),
     }
+
+
+def tie_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
+    """Fields of the struct `Tie` of kernels/ties.py, shape [lane, tie] each."""
+    ties = _ties(lanes)
+    return {
+        "side": ties.side,
+        "height": ties.height,
+        "stiffness": ties.stiffness,
+        "yield_force": np.minimum(ties.yield_force, NEVER),
+        "longest": np.minimum(ties.slack + ties.ultimate_elongation, NEVER),
+        "free_length": ties.free_length,
+        "pushes": ties.pushes.astype(np.int32),
+    }
+
+
+def wall_columns(lanes: Lanes) -> dict[str, Array]:
+    """Side of the wall and rebound from it, as both schemes call them, shape [lane] each."""
+    hold, nothing = lanes.hold, np.zeros(lanes.lane_count)
+    assert hold is not None
+    return {
+        "wall": nothing if hold.wall is None else hold.wall,
+        "rebound": nothing if hold.rebound is None else hold.rebound,
+    }
+
+
+def load_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
+    """What lies on the tops of blocks, as both schemes call it, shape [lane] each."""
+    assert lanes.hold is not None
+    load = lanes.hold.load or no_load(lanes.lane_count)
+    return {
+        "load_weight": load.weight,
+        "load_thrust": load.thrust,
+        "load_place": load.eccentricity,
+        "load_stays": load.stays.astype(np.int32),
+    }
+
+
+def free_tie_rate(lanes: Lanes) -> Array:
+    """Angular frequency of blocks on their ties alone, free of their base [rad/s], shape [lane].
+
+    At most: every tie as far from the centre of mass as a corner is.
+    """
+    # Of 1 / m + r^2 / I at r = R, with I = m R^2 / 3.
+    return np.asarray(np.sqrt(4.0 * _ties(lanes).stiffness.sum(axis=1) / lanes.mass))
 
 
 def _ties(lanes: Lanes) -> Ties:

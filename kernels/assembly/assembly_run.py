@@ -1,0 +1,407 @@
+"""Runs of assemblies of blocks with dry joints, LANES lanes a thread side by side.
+
+The lanes of a pack have the same joints between the same blocks, of whatever sizes; `graph` says
+which, two rows a contact. Every lane has a clock of its own: one whose step is settled waits until
+enough others do (`PATIENCE`), and then they begin their next steps together, while the sweeps of
+the rest go on. So a pack does not wait for its slowest lane, and no lane depends on its neighbours.
+
+A run begins with SETTLING solves at the start, from velocities of zero. With one lane a thread the
+same text is the plain form. Matrices with a row a contact have an odd number of rows, POINTS: at a
+multiple of 4096 bytes all of them would lie on the same lines of the cache, three times slower.
+"""
+
+import warp as wp
+
+from warprock.kernels.account import Account, keep_account
+from warprock.kernels.assembly.block import (
+    Block,
+    Peak,
+    Pull,
+    Seen,
+    Track,
+    add_energy,
+    integrate,
+    observe_block,
+    observe_gap,
+    observe_slide,
+    start_seen,
+)
+from warprock.kernels.assembly.joint import (
+    Contact,
+    Edges,
+    Impulse,
+    Mass,
+    Pose,
+    Velocity,
+    find_contact,
+    push,
+    slip,
+)
+from warprock.kernels.assembly.solve import (
+    Solve,
+    Trail,
+    Way,
+    decide,
+    extrapolate,
+    start_solve,
+    sweep_contact,
+)
+from warprock.kernels.instance import ONE_VECTOR
+from warprock.kernels.modes import RUNNING, UNSOLVED
+from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.parting import CREEP, slack
+from warprock.kernels.rows import kernel, rows
+
+wp.set_module_options(ONE_VECTOR)
+
+SETTLING = 3
+"""Solves before the run."""
+
+PATIENCE = 2
+"""Sweeps that lanes lose, over the lanes that run, until those that wait begin their next steps:
+about what beginning costs all of them."""
+
+SAME = real(1.0e-6)
+"""Part of a step up to which the end of a step is a sample's time: round-off."""
+
+ROOM = 20
+"""Times the most sweeps of a step that a solve before the run may take: it starts from nothing."""
+
+
+@wp.struct
+class Knobs:
+    """Settings.
+
+    Attributes:
+        time_step: [s].
+        gravity: [m/s^2].
+        settled: Velocity below which a step is settled [m/s].
+        sweeps: Most sweeps of a step.
+    """
+
+    time_step: real
+    gravity: real
+    settled: real
+    sweeps: int
+
+
+@wp.struct
+class Clock:
+    """A lane in time.
+
+    Attributes:
+        count: Steps done, negative while contacts settle.
+        sample: Samples stored.
+        goes: 1 where it ends a step, if it had begun one, and begins the next; else 0.
+        ended: 1 where it ends one.
+        keeps: 1 where what it ends is a step of the run; 0 of a solve before it.
+        base: Velocity of its base [m/s].
+        gain: What that gained in the step.
+    """
+
+    count: int
+    sample: int
+    goes: int
+    ended: int
+    keeps: int
+    base: real
+    gain: real
+
+
+@wp.struct
+class Result:
+    """What a lane leaves behind."""
+
+    mode: int
+    steps: int
+    impacts: int
+    sweeps: int
+    astray: int
+    uplift_time: real
+    moved: real
+    deepest: real
+    peak: real
+    peak_time: real
+    collapse_time: real
+    still: real
+    residual: real
+    loss: real
+    supplied: real
+    returned: real
+
+
+@wp.struct
+class BlockResult:
+    """What a block leaves behind: its largest rotation [rad] and displacement [m], its last one."""
+
+    theta: real
+    moved: real
+    last: real
+
+
+@wp.struct
+class ContactResult:
+    """What a contact leaves behind: its widest gap, its largest |slide|, its last slide [m]."""
+
+    opening: real
+    most: real
+    slide: real
+
+
+@wp.struct
+class Found:
+    """Where the kernel leaves what it finds.
+
+    Attributes:
+        results: Of every lane, shape [lane].
+        blocks: Of every block, shape [block, lane].
+        contacts: Of every contact, shape [contact, lane].
+        rotations: At the samples [rad], positive counterclockwise, shape [sample, block, lane];
+            empty if not asked for.
+        places: Centres x and z at the samples [m], shape [sample, block, 2, lane]; likewise.
+    """
+
+    results: wp.array(dtype=Result)
+    blocks: wp.array2d(dtype=BlockResult)
+    contacts: wp.array2d(dtype=ContactResult)
+    rotations: wp.array3d(dtype=real)
+    places: wp.array4d(dtype=real)
+
+
+@kernel
+def run_lanes(
+    blocks: wp.array2d(dtype=Block), joints: wp.array2d(dtype=Edges), graph: wp.array2d(dtype=int),
+    motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
+    sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+):  # fmt: skip
+    """Runs LANES lanes a thread.
+
+    `graph` has a row a pack: how many blocks and joints it has, then the two blocks of each joint.
+    """
+    pack, _one = wp.tid()
+    first, dt, rate = pack * LANES, knobs.time_step, real(1.0) / knobs.time_step
+    block_count, contact_count = int(graph[pack, 0]), 2 * int(graph[pack, 1])
+    samples = sample_times.shape[0]
+    end = sample_times[samples - 1]
+    mass = rows(Mass, BLOCKS)
+    pose = rows(Pose, BLOCKS)
+    old = rows(Velocity, BLOCKS)
+    new = rows(Velocity, BLOCKS)
+    trail = rows(Trail, BLOCKS)
+    peak = rows(Peak, BLOCKS)
+    contact = rows(Contact, POINTS)
+    impulse = rows(Impulse, POINTS)
+    way = rows(Way, POINTS)
+    track = rows(Track, POINTS)
+    clock = rows(Clock)
+    solve = rows(Solve)
+    pull = rows(Pull)
+    account = rows(Account)
+    seen = rows(Seen)
+    for i in range(LANES):
+        seen[i] = start_seen()
+        clock[i].count = -SETTLING - 1
+    for k in range(block_count):
+        for i in range(LANES):
+            block = blocks[k, first + i]
+            mass[k, i] = Mass(block.inverse_mass, block.inverse_inertia)
+            pose[k, i] = Pose(block.x, block.z, real(0.0), real(0.0), real(1.0))
+    for q in range(contact_count):
+        for i in range(LANES):
+            track[q, i].since = NEVER
+    lost, busy = int(0), int(1)
+    while busy > 0:
+        busy, waiting = int(0), int(0)
+        for i in range(LANES):
+            time = real(clock[i].count) * dt
+            runs = wp.where(seen[i].mode == RUNNING and time < end, 1, 0)
+            waits = wp.where(solve[i].on > real(0.0), 0, runs)
+            clock[i].goes = waits
+            busy = busy + runs
+            waiting = waiting + waits
+        lost = lost + waiting
+        if busy > 0 and (waiting == busy or lost > PATIENCE * busy):
+            lost = int(0)
+            for i in range(LANES):
+                begins = clock[i].goes
+                started = wp.where(clock[i].count < -SETTLING, 0, begins)
+                over = solve[i].left > solve[i].loose and started > 0
+                clock[i].ended = started
+                clock[i].count = clock[i].count + begins
+                clock[i].keeps = wp.where(clock[i].count > 0, started, 0)
+                keeps = clock[i].keeps > 0
+                seen[i].steps = seen[i].steps + clock[i].keeps
+                seen[i].sweeps = seen[i].sweeps + started * solve[i].sweeps
+                left = larger(solve[i].left, seen[i].residual)
+                seen[i].residual = wp.where(started > 0, left, seen[i].residual)
+                seen[i].mode = wp.where(over, UNSOLVED, seen[i].mode)
+                seen[i].speed = wp.where(started > 0, real(0.0), seen[i].speed)
+                book = account[i]
+                book = keep_account(wp.where(keeps, clock[i].gain, real(0.0)), book)
+                account[i] = book
+            for q in range(contact_count):
+                a, b = int(graph[pack, 2 + 2 * (q // 2)]), int(graph[pack, 3 + 2 * (q // 2)])
+                for i in range(LANES):
+                    tracks = track[q, i]
+                    glides = slip(contact[q, i], new[a, i], new[b, i])
+                    observe_slide(clock[i].keeps > 0, dt, glides, impulse[q, i].n, tracks)
+                    track[q, i] = tracks
+            for k in range(block_count):
+                for i in range(LANES):
+                    keeps = clock[i].keeps > 0
+                    book = account[i]
+                    add_energy(
+                        keeps, pull[i], clock[i].gain, mass[k, i], old[k, i], new[k, i], book
+                    )
+                    account[i] = book
+                    pose[k, i] = wp.where(keeps, integrate(dt, new[k, i], pose[k, i]), pose[k, i])
+                    time = real(clock[i].count) * dt
+                    slow = CREEP * knobs.gravity * dt
+                    sees = seen[i]
+                    peaks = peak[k, i]
+                    observe_block(
+                        keeps, time, slow, blocks[k, first + i], pose[k, i], new[k, i], peaks, sees
+                    )
+                    peak[k, i] = peaks
+                    seen[i] = sees
+            for i in range(LANES):
+                time = real(clock[i].count) * dt
+                stays = clock[i].keeps > 0 and seen[i].speed <= CREEP * knobs.gravity * dt
+                seen[i].still = wp.where(stays, time, seen[i].still)
+            if found.rotations.shape[0] > 0:
+                for i in range(LANES):
+                    passed = fused(real(clock[i].count), dt, SAME * dt)
+                    sample = int(clock[i].sample)
+                    stores = clock[i].ended > 0 and clock[i].count >= 0
+                    while stores and sample < samples and sample_times[sample] <= passed:
+                        back = larger(passed - sample_times[sample], real(0.0))
+                        back = wp.where(clock[i].keeps > 0, back, real(0.0))
+                        for k in range(block_count):
+                            v = new[k, i]
+                            f = first + i
+                            found.rotations[sample, k, f] = fused_less(
+                                back, v.omega, pose[k, i].theta
+                            )
+                            if found.places.shape[0] > 0:
+                                found.places[sample, k, 0, f] = fused_less(back, v.x, pose[k, i].x)
+                                found.places[sample, k, 1, f] = fused_less(back, v.z, pose[k, i].z)
+                        sample += 1
+                    clock[i].sample = sample
+            for i in range(LANES):
+                goes = clock[i].goes > 0
+                half = larger((real(clock[i].count) + HALF) * dt, HALF * dt)
+                motion = motions[first + i]
+                line = sample_index(motion, sample_segment(motion, half))
+                moving = base_velocity(motion, half, pool[2, line], pool[0, line], pool[1, line])
+                acts = goes and clock[i].count >= 0
+                gain = wp.where(acts, moving - clock[i].base, real(0.0))
+                clock[i].gain = wp.where(goes, gain, clock[i].gain)
+                clock[i].base = clock[i].base + gain
+                pull[i] = wp.where(goes, Pull(-gain, -dt * knobs.gravity), pull[i])
+            for k in range(block_count):
+                for i in range(LANES):
+                    goes = clock[i].goes > 0
+                    free = wp.where(mass[k, i].m > real(0.0), real(1.0), real(0.0))
+                    kept = wp.where(clock[i].count > 0, real(1.0), real(0.0))
+                    v = Velocity(kept * new[k, i].x, kept * new[k, i].z, kept * new[k, i].omega)
+                    old[k, i] = wp.where(goes, v, old[k, i])
+                    after = Velocity(
+                        fused(free, pull[i].x, v.x), fused(free, pull[i].z, v.z), v.omega
+                    )
+                    new[k, i] = wp.where(goes, after, new[k, i])
+            for q in range(contact_count):
+                joint = q // 2
+                end_of = real(q % 2)
+                a, b = int(graph[pack, 2 + 2 * joint]), int(graph[pack, 3 + 2 * joint])
+                for i in range(LANES):
+                    goes = clock[i].goes > 0
+                    time = real(clock[i].count) * dt
+                    at, gap = find_contact(
+                        joints[joint, first + i], end_of, rate, pose[a, i], pose[b, i],
+                        mass[a, i], mass[b, i],
+                    )  # fmt: skip
+                    va = new[a, i]
+                    vb = new[b, i]
+                    reach = larger(size(at.ba), size(at.bb)) + size(at.aa) + size(at.ab)
+                    turning = fused(va.omega, va.omega, vb.omega * vb.omega)
+                    limit = slack(dt, knobs.gravity, reach, turning, real(0.0))
+                    sees = seen[i]
+                    tracks = track[q, i]
+                    keeps = goes and clock[i].count >= 0
+                    observe_gap(keeps, time, gap, limit, impulse[q, i], tracks, sees)
+                    seen[i] = sees
+                    track[q, i] = tracks
+                    contact[q, i] = wp.where(goes, at, contact[q, i])
+                    there = wp.where(gap < NEVER, real(1.0), real(0.0))
+                    n = wp.where(goes, there * impulse[q, i].n, real(0.0))
+                    t = wp.where(goes, there * impulse[q, i].t, real(0.0))
+                    impulse[q, i].n = wp.where(goes, n, impulse[q, i].n)
+                    impulse[q, i].t = wp.where(goes, t, impulse[q, i].t)
+                    push(contact[q, i], n, t, mass[a, i], mass[b, i], va, vb)
+                    new[a, i] = va
+                    new[b, i] = vb
+                    way[q, i] = wp.where(goes, Way(), way[q, i])
+            for k in range(block_count):
+                for i in range(LANES):
+                    goes = clock[i].goes > 0
+                    zero = real(0.0)
+                    v = new[k, i]
+                    trail[k, i] = wp.where(
+                        goes, Trail(zero, zero, zero, v.x, v.z, v.omega), trail[k, i]
+                    )
+            for i in range(LANES):
+                goes = clock[i].goes > 0
+                time = real(clock[i].count) * dt
+                on = wp.where(seen[i].mode == RUNNING and time < end, real(1.0), real(0.0))
+                solve[i] = wp.where(goes, start_solve(on, knobs.settled, seen[i].speed), solve[i])
+        for q in range(contact_count):
+            a, b = int(graph[pack, 2 + 2 * (q // 2)]), int(graph[pack, 3 + 2 * (q // 2)])
+            for i in range(LANES):
+                va = new[a, i]
+                vb = new[b, i]
+                one = impulse[q, i]
+                goes_on = way[q, i]
+                own = solve[i]
+                sweep_contact(own, contact[q, i], mass[a, i], mass[b, i], one, goes_on, va, vb)
+                impulse[q, i] = one
+                way[q, i] = goes_on
+                solve[i] = own
+                new[a, i] = va
+                new[b, i] = vb
+        for i in range(LANES):
+            most = wp.where(clock[i].count < 0, ROOM * knobs.sweeps, knobs.sweeps)
+            own = solve[i]
+            decide(knobs.settled, most, own)
+            solve[i] = own
+        for k in range(block_count):
+            for i in range(LANES):
+                v = new[k, i]
+                behind = trail[k, i]
+                extrapolate(solve[i].beta, v, behind)
+                new[k, i] = v
+                trail[k, i] = behind
+    if found.rotations.shape[0] > 0:
+        for i in range(LANES):
+            for sample in range(int(clock[i].sample), samples):
+                for k in range(block_count):
+                    f = first + i
+                    found.rotations[sample, k, f] = pose[k, i].theta
+                    if found.places.shape[0] > 0:
+                        found.places[sample, k, 0, f] = pose[k, i].x
+                        found.places[sample, k, 1, f] = pose[k, i].z
+    for i in range(LANES):
+        sees = seen[i]
+        book = account[i]
+        found.results[first + i] = Result(
+            sees.mode, sees.steps, sees.impacts, sees.sweeps, sees.astray, sees.uplift_time,
+            sees.moved, sees.deepest, sees.peak, sees.peak_time, sees.collapse_time, sees.still, sees.residual,
+            book.loss, book.supplied, book.returned,
+        )  # fmt: skip
+        for k in range(block_count):
+            dx, dz = pose[k, i].x - blocks[k, first + i].x, pose[k, i].z - blocks[k, first + i].z
+            last = wp.sqrt(dot(dx, dz, dx, dz))
+            found.blocks[k, first + i] = BlockResult(peak[k, i].theta, peak[k, i].moved, last)
+        for q in range(contact_count):
+            found.contacts[q, first + i] = ContactResult(
+                track[q, i].opening, track[q, i].most, track[q, i].slide
+            )

@@ -1,0 +1,352 @@
+"""Contact of a held block with base and wall: which points press, and with what.
+
+A block of mass m and inertia I may touch its base at two corners, with Coulomb's friction, and a
+wall at two points, without. A point that presses keeps its distance, and one that sticks its place:
+rates D v = t, by forces l along E, which need not be D where a corner slides:
+
+    D (v0 + M^-1 E l) = t,
+
+v0 being what the rates are without contact. Velocities in an impact and accelerations after it obey
+the same law, with impulses or forces l: those along a normal are not negative, those along the base
+within friction, and a point that does not press does not come nearer. At most three rates are
+independent, so that the sets of points are tried one by one: first those that stick, first those
+with both corners (Glocker 2001, ch. 5, has the law; tried are all of its cases).
+
+Where a block lies flat with its face on a wall, the forces are not known, but whether there are
+any that hold it: a push J of the wall anywhere up its face, a friction F <= friction N, N anywhere
+along the base. With H = J + F and M, the moment about the corner that base and wall share, known,
+
+    H + friction N >= 0,    M + 2 b N >= 0,    2 h (H + friction N) >= M,
+
+all counted away from the wall. Where the first fails the block slides off, where the second does it
+lifts about its other corner, where the third does its foot is thrust out.
+"""
+
+import warp as wp
+
+from warprock.kernels.event.held_state import (
+    ALL,
+    BASE,
+    FACE,
+    LOW,
+    RIGHT,
+    Block,
+    Point,
+    has,
+    point_of,
+    turned,
+)
+
+EPS = by_precision(1.0e-10, 1.0e-4)
+"""Relative round-off of a force or a rate that decides."""
+SINGULAR = by_precision(1.0e-9, 1.0e-4)
+"""Determinant over the product of the diagonal below which rates are not independent."""
+
+Three = wp.types.vector(length=3, dtype=real)
+"""Something of each of three constraints, or along x, along z and of the rotation."""
+Four = wp.types.vector(length=4, dtype=real)
+"""Something of each contact point."""
+Square = wp.types.matrix(shape=(3, 3), dtype=real)
+
+
+@wp.struct
+class Grip:
+    """A set of contact points that press, as constraints: points in order, what sticks last.
+
+    Attributes:
+        px, pz: Their points, on the block that does not lean [m].
+        dx, dz: Directions of their rates.
+        ex, ez: Directions of their forces.
+        count: How many there are.
+        points: The set.
+        holds: 1 if the base corner sticks.
+        slip: Direction in which it slides.
+    """
+
+    px: Three
+    pz: Three
+    dx: Three
+    dz: Three
+    ex: Three
+    ez: Three
+    count: int
+    points: int
+    holds: int
+    slip: real
+
+
+@wp.struct
+class Ask:
+    """What contacts have to bring about.
+
+    Attributes:
+        free: Rates without them: velocities or accelerations.
+        curve: omega^2 of accelerations, 0 of velocities.
+        back: Velocities with which points are to part after an impact [m/s].
+        near: Points that touch.
+        slip: Direction of sliding, of accelerations.
+        moves: 1 of velocities, 0 of accelerations.
+        s, c: Sine and cosine of the rotation.
+    """
+
+    free: Three
+    curve: real
+    back: Four
+    near: int
+    slip: real
+    moves: int
+    s: real
+    c: real
+
+
+@wp.struct
+class Choice:
+    """What contacts do.
+
+    Attributes:
+        points: Points that press.
+        holds: 1 if the base corner sticks, else 0.
+        slip: Direction in which it slides.
+        rate: Rates with them.
+        found: 1 if there is a set that obeys the law, else 0.
+    """
+
+    points: int
+    holds: int
+    slip: real
+    rate: Three
+    found: int
+
+
+@wp.func
+def grip_of(block: Block, points: int, holds: int, slip: real) -> Grip:
+    """A set of points that press as constraints."""
+    px, pz, dx, dz, ex, ez = Three(), Three(), Three(), Three(), Three(), Three()
+    n = int(0)
+    for k in range(4):
+        if has(points, k):
+            p = point_of(block, k)
+            px[n] = p.x
+            pz[n] = p.z
+            if k < 2:
+                dz[n] = real(1.0)
+                ez[n] = real(1.0)
+                ex[n] = -slip * block.friction
+            else:
+                dx[n] = -block.wall
+                ex[n] = -block.wall
+            n = n + 1
+    if holds > 0:
+        k = int(0)
+        if (points & RIGHT) > 0:
+            k = int(1)
+        p = point_of(block, k)
+        px[n] = p.x
+        pz[n] = p.z
+        dx[n] = real(1.0)
+        ex[n] = real(1.0)
+        n = n + 1
+    return Grip(px, pz, dx, dz, ex, ez, n, points, holds, slip)
+
+
+@wp.func
+def turning_rate(g: Grip, i: int, s: real, c: real) -> real:
+    """Rate of a constraint as the block turns by a radian a second [m]."""
+    p = turned(Point(g.px[i], g.pz[i]), s, c)
+    return g.dx[i] * p.z - g.dz[i] * p.x
+
+
+@wp.func
+def turning_moment(g: Grip, i: int, s: real, c: real) -> real:
+    """Moment of the force of a constraint about the centre of mass, over the force [m]."""
+    p = turned(Point(g.px[i], g.pz[i]), s, c)
+    return p.z * g.ex[i] - p.x * g.ez[i]
+
+
+@wp.func
+def mobility(block: Block, g: Grip, s: real, c: real) -> Square:
+    """The matrix D M^-1 E, with ones for constraints that there are not."""
+    a = Square()
+    for i in range(3):
+        a[i, i] = real(1.0)
+    for i in range(g.count):
+        for j in range(g.count):
+            along = (g.dx[i] * g.ex[j] + g.dz[i] * g.ez[j]) / block.mass
+            spin = turning_rate(g, i, s, c) * turning_moment(g, j, s, c) / block.inertia
+            a[i, j] = along + spin
+    return a
+
+
+@wp.func
+def answers(a: Square) -> bool:
+    """Whether forces have one answer: rates that are independent, and no corner that jams.
+
+    A corner jams where the friction of its sliding presses it the more on the base the harder that
+    pushes back (Painleve 1895). Where leaving obeys the law, too, it leaves.
+    """
+    diagonal = size(a[0, 0] * a[1, 1] * a[2, 2])
+    return wp.determinant(a) > SINGULAR * diagonal
+
+
+@wp.func
+def forces_of(block: Block, g: Grip, a: Square, ask: Ask) -> Three:
+    """The forces or impulses that bring the rates about."""
+    lacks = Three()
+    for i in range(g.count):
+        p = turned(Point(g.px[i], g.pz[i]), ask.s, ask.c)
+        spin = g.dx[i] * p.z - g.dz[i] * p.x
+        lacks[i] = ask.curve * (g.dx[i] * p.x + g.dz[i] * p.z)
+        lacks[i] = lacks[i] - g.dx[i] * ask.free[0] - g.dz[i] * ask.free[1] - spin * ask.free[2]
+    n = int(0)
+    for k in range(4):
+        if has(g.points, k):
+            lacks[n] = lacks[n] + ask.back[k]
+            n = n + 1
+    return wp.inverse(a) * lacks
+
+
+@wp.func
+def rates_with(block: Block, g: Grip, force: Three, ask: Ask) -> Three:
+    """The rates with those forces."""
+    x, z, o = real(ask.free[0]), real(ask.free[1]), real(ask.free[2])
+    for i in range(g.count):
+        x = x + g.ex[i] * force[i] / block.mass
+        z = z + g.ez[i] * force[i] / block.mass
+        o = o + turning_moment(g, i, ask.s, ask.c) * force[i] / block.inertia
+    return Three(x, z, o)
+
+
+@wp.func
+def presses(block: Block, g: Grip, force: Three, ask: Ask) -> bool:
+    """Whether no force pulls, and the one along the base is within friction."""
+    free = ask.free
+    reach = block.half_height + block.half_width
+    scale = block.mass * (size(free[0]) + size(free[1]) + reach * size(free[2]))
+    slack = EPS * scale + TINY
+    fits = bool(True)
+    n = int(0)
+    carried = real(0.0)
+    for k in range(4):
+        if has(g.points, k):
+            least = -slack
+            if k == 2 and g.holds == 0 and g.slip == real(0.0) and ask.moves > 0:
+                # Beside a wall friction may take the place of a pull at the foot.
+                least = least - block.friction * carried
+            if not (force[n] >= least):
+                fits = False
+            if k < 2:
+                carried = carried + force[n]
+            n = n + 1
+    if g.holds > 0 and size(force[n]) > block.friction * carried + slack:
+        fits = False
+    return fits
+
+
+@wp.func
+def parts(block: Block, g: Grip, rate: Three, ask: Ask) -> bool:
+    """Whether no other point comes nearer, and the base corner slides the way it does."""
+    reach = block.half_height + block.half_width
+    free = ask.free
+    scale = size(free[0]) + size(free[1]) + reach * (size(free[2]) + ask.curve)
+    slack = EPS * scale + TINY
+    fits = bool(True)
+    for k in range(4):
+        p = turned(point_of(block, k), ask.s, ask.c)
+        if has(ask.near, k) and not has(g.points, k):
+            moves = rate[1] - rate[2] * p.x - ask.curve * p.z
+            if k > 1:
+                moves = -block.wall * (rate[0] + rate[2] * p.z - ask.curve * p.x)
+            if not (moves - ask.back[k] >= -slack):
+                fits = False
+    starts = g.slip != real(0.0) and ask.slip == real(0.0)
+    if starts and (g.points & BASE) > 0:
+        k = int(0)
+        if (g.points & RIGHT) > 0:
+            k = int(1)
+        p = turned(point_of(block, k), ask.s, ask.c)
+        along = rate[0] + rate[2] * p.z - ask.curve * p.x
+        if not (g.slip * along >= -slack):
+            fits = False
+    return fits
+
+
+@wp.func
+def wall_reserve(block: Block, along: real, upwards: real, moment: real) -> Three:
+    """What is left until a block that lies flat with its face on a wall is let go.
+
+    Args:
+        block: The block.
+        along, upwards: Force or impulse that base and wall have to give.
+        moment: Its moment about the centre of mass.
+
+    Returns:
+        Until it slides off, until it lifts, until its foot is thrust out.
+    """
+    away = -block.wall
+    p = point_of(block, 2)
+    about = away * (moment - (p.z * along - p.x * upwards))
+    push = away * along + block.friction * upwards
+    b, h = block.half_width, block.half_height
+    return Three(push, about + TWO * b * upwards, TWO * h * push - about)
+
+
+@wp.func
+def wall_holds(block: Block, ask: Ask) -> bool:
+    """Whether base and wall bring a block to rest, or keep it there, that lies on both."""
+    free = ask.free
+    left = wall_reserve(
+        block, -block.mass * free[0], -block.mass * free[1], -block.inertia * free[2]
+    )
+    reach = block.half_height + block.half_width
+    scale = size(free[0]) + size(free[1]) + reach * size(free[2])
+    slack = EPS * block.mass * scale
+    bounces = ask.back[2] > real(0.0) or ask.back[3] > real(0.0)
+    rests = ask.near == ALL and ask.slip == real(0.0) and ask.curve == real(0.0)
+    held = left[0] >= -slack and left[1] >= -reach * slack and left[2] >= -reach * slack
+    return rests and held and not bounces
+
+
+@wp.func
+def choose(block: Block, ask: Ask) -> Choice:
+    """The points that press: the first set that obeys the law."""
+    zero = real(0.0)
+    found = Choice(0, 0, zero, ask.free, 0)
+    if wall_holds(block, ask):
+        found = Choice(ALL, 1, zero, Three(), 1)
+    first = real(block.wall)
+    if first == zero:
+        first = real(1.0)
+    for way in range(3):
+        slip = zero
+        if way > 0:
+            slip = first
+        if way > 1:
+            slip = -first
+        goes = ask.slip == zero or ask.slip == slip
+        for trial in range(16):
+            # Base corners from both to none, each with the points at the wall from none to both.
+            base = 3 - trial // 4
+            wall = (trial % 4) * LOW
+            points = base + wall
+            holds = int(0)
+            # A face on the wall holds the foot in its stead.
+            faced = base > 0 and wall == FACE
+            if way == 0 and base > 0 and not faced:
+                holds = int(1)
+            fits = found.found == 0 and goes and (points & ask.near) == points
+            # Without a corner at the base there is no friction: tried once.
+            if base == 0 and way > 0 and ask.slip == zero:
+                fits = False
+            if base == BASE and wall > 0:
+                fits = False
+            if faced and (way > 0 or ask.moves == 0):
+                fits = False
+            if fits:
+                g = grip_of(block, points, holds, slip)
+                a = mobility(block, g, ask.s, ask.c)
+                if answers(a):
+                    force = forces_of(block, g, a, ask)
+                    rate = rates_with(block, g, force, ask)
+                    if presses(block, g, force, ask) and parts(block, g, rate, ask):
+                        found = Choice(points, holds, slip, rate, 1)
+    return found

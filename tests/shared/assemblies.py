@@ -1,0 +1,80 @@
+"""Assemblies and pushes that several test files share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.model import patterns
+from warprock.model.assembly import Assemblies, Assembly, Piece, assemble
+from warprock.model.lanes import Lanes
+from warprock.model.record_motion import RecordMotions
+from warprock.units import GRAVITY
+
+NO_SLIDING = 100.0
+"""A friction coefficient at which nothing slides."""
+
+
+def built(pieces: list[Piece], friction: float) -> Assembly:
+    return assemble(pieces, depth=1.0, density=2000.0, friction=friction)
+
+
+def oppenheim(voussoirs: int = 7) -> Assembly:
+    """The arch of Oppenheim (1992), with a mean radius of 10 m."""
+    return built(patterns.arch(10.0, 1.5, np.radians(157.5), voussoirs), NO_SLIDING)
+
+
+def wall_1(friction: float = 0.65) -> Assembly:
+    """Wall 1 of Ferris and Tin-Loi (2001): running bond, 5 blocks wide, 6 courses."""
+    return built(patterns.wall(0.4, 0.175, 5, 6, whole_first=False), friction)
+
+
+def assembly_lanes(kinds: Sequence[Assembly], lane: Sequence[int] | None = None) -> Lanes:
+    """Lanes of assemblies; one of each where no places among them are given."""
+    places = np.arange(len(kinds)) if lane is None else np.asarray(lane)
+    own = [kinds[place] for place in places]
+    size = np.array([kind.size for kind in own])
+    mass = np.array([kind.mass[~kind.fixed].sum() for kind in own])
+    depth = np.array([kind.depth for kind in own])
+    nothing = np.zeros(len(own))
+    return Lanes(
+        width=size[:, 0],
+        height=size[:, 1],
+        depth=depth,
+        density=mass / (size.prod(axis=1) * depth),
+        friction=np.array([kind.joints.friction.max(initial=0.0) for kind in own]),
+        chamfer=nothing,
+        offset=nothing,
+        rotation_start=nothing,
+        angular_restitution=nothing,
+        assembly=Assemblies(tuple(kinds), places),
+    )
+
+
+def pushes(load: npt.ArrayLike, rise: float, end: float) -> RecordMotions:
+    """Bases whose acceleration to -x rises linearly to a load / g and stays, shape [lane].
+
+    The blocks feel it to +x.
+    """
+    scale = -GRAVITY * np.asarray(load, dtype=np.float64)
+    interval = rise
+    count = int(np.ceil(end / interval)) + 2
+    acceleration = np.minimum(np.arange(count, dtype=np.float64), 1.0)
+    slope = np.append(np.diff(acceleration) / interval, 0.0)
+    steps = 0.5 * interval * (acceleration[1:] + acceleration[:-1])
+    velocity = np.concatenate([[0.0], np.cumsum(steps)])
+    lanes = len(scale)
+    return RecordMotions(
+        start=np.zeros(lanes),
+        scale=scale,
+        offset=np.zeros(lanes, dtype=np.int32),
+        count=np.full(lanes, count, dtype=np.int32),
+        interval=np.full(lanes, interval),
+        velocity_step_start=np.zeros(lanes),
+        velocity_step_stop=np.zeros(lanes),
+        pool_acceleration=acceleration,
+        pool_slope=slope,
+        pool_velocity=velocity,
+    )
