@@ -46,6 +46,8 @@ HOP = 2e-3
 """Longest first step after something has happened [s]."""
 SCANS_PER_PERIOD = 64
 """Looks at what lies still in a period of the motion."""
+NOISE = 1e-12
+"""Penetration of a foot into its wall from which on it touches [m]."""
 SLACK = 1e-9
 """Part of a force, of an acceleration or of a velocity that counts as none."""
 TOUCHING = 1e-9
@@ -418,7 +420,11 @@ class SlidingRun:
                     _event(lambda t, y, n=name: self._answer(t, y).normal[n], "open", name)
                 )
             else:
-                found.append(_event(lambda _t, y, n=name: self._gap(n, y), "touch", name))
+                # A foot turns away from its wall with the square of the lean: round-off at first.
+                least = NOISE if name == "low" else 0.0
+                found.append(
+                    _event(lambda _t, y, n=name, e=least: self._gap(n, y) + e, "touch", name)
+                )
         if self.grip.sticks:
             for sign in (1, -1):
 
@@ -500,6 +506,9 @@ class SlidingRun:
 
     def _happen(self, event: Any) -> None:
         near, slip = set(self.grip.points), self.grip.slip
+        # Several ties may turn back at once.
+        for tie in self.ties:
+            tie.settle(self._stretch(tie, self.state))
         if event.kind == "fall":
             self.overturned = True
             self.peak = 0.5 * math.pi
@@ -517,9 +526,7 @@ class SlidingRun:
             row = self._row(event.what, self.state, along=True)[0]
             self.state[3] -= row @ self.state[3:6]
             slip = 0
-        elif event.kind == "turn":
-            event.what.settle(self._stretch(event.what, self.state))
-        elif event.what is not None:
+        elif event.kind == "corner" and event.what is not None:
             event.what.snap(self.time)
         self._decide(near, slip)
 
