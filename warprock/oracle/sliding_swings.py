@@ -47,7 +47,7 @@ HOP = 2e-3
 SCANS_PER_PERIOD = 64
 """Looks at what lies still in a period of the motion."""
 NOISE = 1e-12
-"""Penetration of a foot into its wall from which on it touches [m]."""
+"""Penetration from which on a point has come back that has just parted [m]."""
 SLACK = 1e-9
 """Part of a force, of an acceleration or of a velocity that counts as none."""
 TOUCHING = 1e-9
@@ -413,6 +413,7 @@ class SlidingRun:
     def _events(self) -> list[Any]:
         """What may end a way: each a function that falls to zero."""
         found = []
+        resting = self._resting()
         on_base = [name for name in self.grip.points if name in BASE]
         for name in self.points:
             if name in self.grip.points:
@@ -420,8 +421,9 @@ class SlidingRun:
                     _event(lambda t, y, n=name: self._answer(t, y).normal[n], "open", name)
                 )
             else:
-                # A foot turns away from its wall with the square of the lean: round-off at first.
-                least = NOISE if name == "low" else 0.0
+                # A foot turns away from its wall with the square of the lean, and what touches
+                # without speed parts with that of the time: round-off at first.
+                least = NOISE if name == "low" or name in resting else 0.0
                 found.append(
                     _event(lambda _t, y, n=name, e=least: self._gap(n, y) + e, "touch", name)
                 )
