@@ -335,6 +335,21 @@ def test_a_lane_does_not_depend_on_its_neighbours_or_on_histories():
     np.testing.assert_array_equal(whole["rotation"][few], found["rotation"][1:])
 
 
+def test_float32_is_the_same_motion():
+    lanes, motions = held_batch(60, 5, wall=True, ties=2)
+    friction = np.random.default_rng(2).uniform(0.05, 0.8, 60)
+    lanes = dataclasses.replace(lanes, friction=friction)
+    times = SampleTimes(3.0, 0.02)
+    fine = run(lanes, motions, times)
+    coarse = run_batch("event", lanes, motions, times, precision="float32", workers=1)
+    np.testing.assert_array_equal(coarse["status"], Status.OK)
+    np.testing.assert_array_equal(coarse["outcome"], fine["outcome"])
+    # Some hundred roundings of 6e-8, larger where a block comes close to its balance.
+    gaps = np.abs(coarse["rotation"] - fine["rotation"]).max(axis=1) / lanes.slenderness_angle
+    assert np.median(gaps) < 1e-5
+    assert gaps.max() < 1e-2
+
+
 EVENTS = {
     "slack": {"stiffness": 6e4, "slack": 0.02},
     "yield and unload": {"stiffness": 6e4, "yield_force": 1200.0},
