@@ -34,6 +34,14 @@ def test_a_support_hands_its_motion_on(write):
     stronger = row["support_peak_acceleration_m_s2"] / row["peak_acceleration_m_s2"]
     assert stronger[0] > 1.5
     assert stronger[1] < 0.2
+    # An isolator far below the frequency of the ground stays where it is: the ground goes from
+    # under it. A floor goes with the ground.
+    way, ground = (
+        row["support_peak_displacement_m"],
+        np.ptp(base_places(lane_set.ground, 0, np.linspace(0.0, 2.0, 500))[:, 0]),
+    )
+    assert 0.8 * ground < way[1] < 1.2 * ground
+    assert way[0] < way[1]
     # Peaks and groups of the ground remain those of the ground.
     np.testing.assert_allclose(row["peak_acceleration_m_s2"], 0.6 * 9.81)
     assert np.ptp(base_places(motions, 0, np.linspace(0.0, 2.0, 50))[:, 0]) > 0.0

@@ -49,6 +49,11 @@ _COMPUTED = (
         "m/s^2",
         "Largest acceleration of the floor or isolator under the block, velocity steps apart",
     ),
+    Column(
+        "support_peak_displacement",
+        "m",
+        "Largest displacement of the floor or isolator under the block against the ground",
+    ),
     Column("peak_velocity", "m/s", "Largest velocity of the base, PGV"),
     Column(SPECTRAL, "m/s^2", "Spectral acceleration of the motion, 5 % damping, at sa_period"),
     Column("member", text="Number of the member in its cell"),

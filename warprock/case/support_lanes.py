@@ -75,7 +75,7 @@ def on_support(
         )
         source = values.case.source_of(PLACE)
         raise InputError(source, PLACE, Said(f"{count:,} samples of supports"), allowed)
-    motions = floor_motions(ground, floors, duration)
+    motions, ways = floor_motions(ground, floors, duration)
     if rigid:
         return motions, {}
     columns: dict[str, object] = {}
@@ -83,4 +83,5 @@ def on_support(
         for name, numbers in given.items():
             columns |= key_column(f"{PLACE}.{name}", numbers)
     peaks = motions.acceleration_bound() if motions.lane_count else np.zeros(0)
-    return motions, columns | computed("support_peak_acceleration", peaks)
+    columns |= computed("support_peak_acceleration", peaks)
+    return motions, columns | computed("support_peak_displacement", ways)

@@ -66,25 +66,31 @@ def floor_sample_counts(
     return np.asarray(left / sample_intervals(motions, floors) * (1.0 + 1e-12), np.int64) + 1
 
 
-def floor_motions(motions: LaneMotions, floors: Floors, duration: Array) -> RecordMotions:
-    """The motions of floors on a base that moves.
+def floor_motions(
+    motions: LaneMotions, floors: Floors, duration: Array
+) -> tuple[RecordMotions, Array]:
+    """The motions of floors on a base that moves, and how far they move against it.
 
     Args:
         motions: Ground motions of lanes, without velocity steps at their stop where a height factor
             is not 1.
         floors: Their floors.
         duration: Of each run [s], shape [lane]; the motion ends there.
+
+    Returns:
+        The motions, and the largest displacement |c q| of each floor against the ground at its
+        samples [m], shape [lane]: between them it is larger by at most 5e-4 of it.
     """
     intervals = sample_intervals(motions, floors)
     counts = floor_sample_counts(motions, floors, duration)
-    parts = [
-        _floor(motions, floors, lane, float(intervals[lane]), int(counts[lane]))
-        for lane in range(motions.lane_count)
-    ]
+    parts, ways = [], np.zeros(motions.lane_count)
+    for lane in range(motions.lane_count):
+        part, ways[lane] = _floor(motions, floors, lane, float(intervals[lane]), int(counts[lane]))
+        parts.append(part)
     first, _ = motions.velocity_steps
     offset = np.concatenate([[0], np.cumsum(counts)[:-1]])
     acceleration, slope, velocity = np.concatenate(parts, axis=1)
-    return RecordMotions(
+    floor = RecordMotions(
         start=motions.start,
         scale=np.ones(motions.lane_count),
         offset=offset.astype(np.int32),
@@ -96,10 +102,17 @@ def floor_motions(motions: LaneMotions, floors: Floors, duration: Array) -> Reco
         pool_slope=slope,
         pool_velocity=velocity,
     )
+    return floor, ways
 
 
-def _floor(motions: LaneMotions, floors: Floors, lane: int, interval: float, count: int) -> Array:
-    """Acceleration, slope and velocity at the samples of one floor, shape [3, sample]."""
+def _floor(
+    motions: LaneMotions, floors: Floors, lane: int, interval: float, count: int
+) -> tuple[Array, float]:
+    """One floor at its samples.
+
+    Returns:
+        Acceleration, slope and velocity, shape [3, sample], and the largest |c q| [m].
+    """
     from scipy.signal import lfilter
 
     w, z = 2.0 * math.pi * float(floors.frequency[lane]), float(floors.damping[lane])
@@ -135,4 +148,5 @@ def _floor(motions: LaneMotions, floors: Floors, lane: int, interval: float, cou
     velocity = np.cumsum(moved)
     # The last sample starts no segment.
     slope = np.append((end - begin) / interval, 0.0)
-    return np.stack([np.append(begin, 0.0), slope, velocity])
+    way = c * float(np.abs(y.imag).max()) / damped
+    return np.stack([np.append(begin, 0.0), slope, velocity]), way
