@@ -156,7 +156,7 @@ class SlidingRun:
     def _pull(self, time: float, state: Array) -> Array:
         """Forces and moment of weight, inertia, load and ties, without contacts."""
         along, upwards = self.acceleration(time)
-        total = np.array([-along, -GRAVITY - upwards, 0.0]) * self.masses
+        total: Array = np.array([-along, -GRAVITY - upwards, 0.0]) * self.masses
         top = self._lever((self.load.point[0], self.half_height), state)
         total += _at(top, (self.load.thrust, 0.0))
         under = (self.load.point[0] - state[0], 0.0) if self.load.stays else top
@@ -265,7 +265,7 @@ class SlidingRun:
             row[-2:] = sign, 1.0
             rows.append(row)
         scale = float(self.masses[0]) * GRAVITY
-        found = linprog(
+        found: Any = linprog(
             np.eye(len(names) + 2)[-1] * -1.0,
             A_ub=np.array(rows),
             b_ub=np.zeros(len(rows)),
@@ -336,7 +336,7 @@ class SlidingRun:
         if flat and slip == 0 and not self.state[3:6].any():
             pull = self._pull(time, self.state)
             if near >= set(self.points) and self._reserve(-pull) >= 0.0:
-                self._lie(rested)
+                self._lie(rested, Grip(tuple(self.points), 0))
                 return
         free = self._pull(time, ahead) / self.masses
         found = self._choose(free, ahead, near, slip, {})
@@ -346,21 +346,21 @@ class SlidingRun:
         self.grip = found[0]
         full = len(self.grip.points) + self.grip.sticks >= 3 and not self.grip.slip
         if full and not np.abs(self.state[3:6]).max() > SLACK:
-            self._lie(rested)
+            self._lie(rested, self.grip)
             return
         self.still, self.rest_time = False, math.nan
         on_base = set(self.grip.points) & set(BASE)
         if math.isnan(self.uplift_time) and len(on_base) < 2:
             self.uplift_time = self.time
 
-    def _lie(self, rested: bool) -> None:
-        """Nothing moves from now on."""
+    def _lie(self, rested: bool, grip: Grip) -> None:
+        """Nothing moves from now on; the points that hold it."""
         self.state[3:6] = 0.0
         self.still = True
         if not rested:
             self.rest_time = self.time + self.tail
         self.tail = 0.0
-        self.grip = Grip(tuple(name for name in self.points if self._touches(name)), 0)
+        self.grip = grip
 
     def _touches(self, name: str) -> bool:
         return self._gap(name, self.state) <= TOUCHING
@@ -483,7 +483,7 @@ class SlidingRun:
         if self.hops:
             stop, self.hops = min(stop, self.time + self._hop()), False
         events = self._events()
-        found = solve_ivp(
+        found: Any = solve_ivp(
             self._derivative,
             (self.time, stop),
             self.state,
@@ -723,11 +723,11 @@ def _at(lever: Vector, force: Vector) -> Array:
     return np.array([force[0], force[1], lever[0] * force[1] - lever[1] * force[0]])
 
 
-def _event(function: Callable[[float, Array], float], kind: str, what: Any) -> Any:
+def _event(function: Any, kind: str, what: Any) -> Any:
     """An event of `solve_ivp` that ends it where a function falls to zero."""
 
     def event(time: float, state: Array) -> float:
-        return function(time, state)
+        return float(function(time, state))
 
     event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
     event.kind, event.what = kind, what  # type: ignore[attr-defined]
