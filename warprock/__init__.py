@@ -17,10 +17,11 @@
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Assembly`, `Contact`,
 `TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Strip`, `Ground`, `Start`, `Motion`, `Support`,
 `Times`, `Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`,
-`Study`, `with_unit`, `save_record`. Commands: `run`, `verdict`, `fragility`, `risk`, `measures`,
-`map`, `spectrum`, `ida`, `sensitivity`, `capacity`, `limit`, `sweep`, `compare`, `validate`,
-`study`, `body`, `identify`, `trade`, `stability`. Bad input is an `InputError`. Below them lie the
-functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
+`Study`, `with_unit`, `save_record`. Commands: `run`, `verdict`, `brief`, `fragility`, `predictors`,
+`risk`, `measures`, `map`, `spectrum`, `ida`, `sensitivity`, `capacity`, `limit`, `sweep`,
+`compare`, `validate`, `study`, `body`, `identify`, `trade`, `stability`. Bad input is an
+`InputError`. Below them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`,
+`lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
 """
@@ -35,10 +36,12 @@ if TYPE_CHECKING:
     from warprock.api.analyses.fragility import fragility as fragility
     from warprock.api.analyses.ida import ida as ida
     from warprock.api.analyses.map import map as map
+    from warprock.api.analyses.predictors import predictors as predictors
     from warprock.api.analyses.risk import risk as risk
     from warprock.api.analyses.sensitivity import sensitivity as sensitivity
     from warprock.api.analyses.spectrum import spectrum as spectrum
     from warprock.api.body import body as body
+    from warprock.api.brief import brief as brief
     from warprock.api.capacity import capacity as capacity
     from warprock.api.case import Case as Case
     from warprock.api.case import load_case as load_case
@@ -135,6 +138,7 @@ _HOME = {
     "TransverseWall": "api.parts",
     "Uniform": "api.parts",
     "body": "api.body",
+    "brief": "api.brief",
     "capacity": "api.capacity",
     "case_names": "case.text",
     "compare": "api.comparison",
@@ -147,6 +151,7 @@ _HOME = {
     "load_case": "api.case",
     "map": "api.analyses.map",
     "measures": "api.measures",
+    "predictors": "api.analyses.predictors",
     "risk": "api.analyses.risk",
     "run": "api.run",
     "run_batch": "running.batch",

@@ -117,9 +117,10 @@ def _bare(name: str) -> str:
 def did_you_mean(got: object, known: Iterable[str]) -> str:
     """A suggestion for the end of an error message; empty if nothing is near.
 
-    The last part of a dotted key counts more than the table in front of it.
+    The last part of a dotted key counts more than the table in front of it. Where a table is there
+    by itself, as `block`, keys of its numbered ones, as `block.N.friction`, are not meant.
     """
-    wanted = str(got)[:MOST_SHOWN]
+    wanted, known = str(got)[:MOST_SHOWN], list(known)
     tails: dict[str, list[str]] = {}
     for key in known:
         tails.setdefault(key.rpartition(".")[2], []).append(key)
@@ -128,8 +129,12 @@ def did_you_mean(got: object, known: Iterable[str]) -> str:
         return ""
     likeness = difflib.SequenceMatcher(b=wanted)
 
-    def alike(key: str) -> float:
+    table = wanted.partition(".")[0]
+    alone = any(key.startswith(f"{table}.") and ".N." not in key for key in known)
+
+    def alike(key: str) -> tuple[bool, float]:
         likeness.set_seq1(key)
-        return likeness.ratio()
+        numbered = alone and key.startswith(f"{table}.N.")
+        return not numbered, likeness.ratio()
 
     return f"; did you mean {max(tails[near[0]], key=alike)}?"

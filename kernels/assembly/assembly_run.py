@@ -30,7 +30,6 @@ from warprock.kernels.assembly.joint import (
     Contact,
     Edges,
     Impulse,
-    Margin,
     Mass,
     Pose,
     Velocity,
@@ -117,6 +116,7 @@ class Result:
     steps: int
     impacts: int
     sweeps: int
+    astray: int
     uplift_time: real
     moved: real
     deepest: real
@@ -179,8 +179,7 @@ def run_lanes(
     `graph` has a row a pack: how many blocks and joints it has, then the two blocks of each joint.
     """
     pack, _one = wp.tid()
-    first, dt = pack * LANES, knobs.time_step
-    margin = Margin(real(1.0) / dt, dt * dt * knobs.gravity, HALF * knobs.settled)
+    first, dt, rate = pack * LANES, knobs.time_step, real(1.0) / knobs.time_step
     block_count, contact_count = int(graph[pack, 0]), 2 * int(graph[pack, 1])
     samples = sample_times.shape[0]
     end = sample_times[samples - 1]
@@ -207,6 +206,9 @@ def run_lanes(
             block = blocks[k, first + i]
             mass[k, i] = Mass(block.inverse_mass, block.inverse_inertia)
             pose[k, i] = Pose(block.x, block.z, real(0.0), real(0.0), real(1.0))
+    for q in range(contact_count):
+        for i in range(LANES):
+            track[q, i].since = NEVER
     lost, busy = int(0), int(1)
     while busy > 0:
         busy, waiting = int(0), int(0)
@@ -315,7 +317,7 @@ def run_lanes(
                     goes = clock[i].goes > 0
                     time = real(clock[i].count) * dt
                     at, gap = find_contact(
-                        joints[joint, first + i], end_of, margin, pose[a, i], pose[b, i],
+                        joints[joint, first + i], end_of, rate, pose[a, i], pose[b, i],
                         mass[a, i], mass[b, i],
                     )  # fmt: skip
                     va = new[a, i]
@@ -391,9 +393,9 @@ def run_lanes(
         sees = seen[i]
         book = account[i]
         found.results[first + i] = Result(
-            sees.mode, sees.steps, sees.impacts, sees.sweeps, sees.uplift_time, sees.moved,
-            sees.deepest, sees.peak, sees.peak_time, sees.collapse_time, sees.still, sees.residual,
-            book.loss, book.supplied, book.returned,
+            sees.mode, sees.steps, sees.impacts, sees.sweeps, sees.astray, sees.uplift_time,
+            sees.moved, sees.deepest, sees.peak, sees.peak_time, sees.collapse_time, sees.still,
+            sees.residual, book.loss, book.supplied, book.returned,
         )  # fmt: skip
         for k in range(block_count):
             dx, dz = pose[k, i].x - blocks[k, first + i].x, pose[k, i].z - blocks[k, first + i].z

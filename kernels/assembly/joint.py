@@ -12,19 +12,22 @@ The law of a step of length h, with the gap g at its start and impulses N and T 
 Coulomb; impacts are plastic; Moreau 1988, Unilateral contact and dry friction in finite freedom
 dynamics, in *Nonsmooth Mechanics and Applications*):
 
-    0 <= N  perpendicular to  u_n + b >= 0,        b = g / h where g > 0
+    0 <= N  perpendicular to  u_n + b >= 0,        b = max(g, 0) / h
     |T| <= friction N,  and T = -friction N sign(u_t) where u_t is not zero
 
-So a gap may close within the step and no more. Corners that have sunk in by more than `sunk` are
-lifted out, but no faster than at `lift`, less than what a settled step leaves: blocks that wedge
-one another in cannot be lifted out at all, and their impulses would grow without bound. Angles are
-positive counterclockwise here.
+So a gap may close within the step and no more. Nothing lifts out corners that have sunk in, by
+what steps leave of their velocities, some micrometres a second at most: blocks that wedge one
+another in cannot be lifted out, and impulses that tried would grow from step to step without bound.
+Angles are positive counterclockwise here.
 """
 
 import warp as wp
 
-PUSHED = real(0.2)
-"""Part of a penetration that a step removes."""
+STRAY = real(0.1)
+"""How deep a corner may be below an edge, over the length of the edge: no step lets it through from
+above, so that one that is deeper has come from the side."""
+ASTRAY = real(2.0e30)
+"""The gap of such a corner, at which there is no contact."""
 
 
 @wp.struct
@@ -78,21 +81,6 @@ class Velocity:
 
 
 @wp.struct
-class Margin:
-    """How far corners may close gaps and sink in.
-
-    Attributes:
-        rate: 1 / time step [1/s].
-        sunk: Penetration that is left [m].
-        lift: Fastest velocity at which it is removed beyond that [m/s].
-    """
-
-    rate: real
-    sunk: real
-    lift: real
-
-
-@wp.struct
 class Contact:
     """A contact in a step; symbols as at the head of the file.
 
@@ -129,18 +117,19 @@ class Impulse:
 
 
 @wp.func
-def find_contact(edges: Edges, end: real, margin: Margin, a: Pose, b: Pose, ma: Mass, mb: Mass):
+def find_contact(edges: Edges, end: real, rate: real, a: Pose, b: Pose, ma: Mass, mb: Mass):
     """The contact at an end of a joint, where the blocks are at the start of a step.
 
     Args:
         edges: The joint.
         end: 0 for the end at which the tangent begins, 1 for the other.
-        margin: How far it may close and sink in.
+        rate: 1 / time step [1/s].
         a, b: Where the blocks are.
         ma, mb: Their masses.
 
     Returns:
-        The contact, and its gap [m]; NEVER where the corner has left the other edge.
+        The contact, and its gap [m]; NEVER where the corner has left the other edge, ASTRAY where
+        it came below that edge from its side.
     """
     zero, one = real(0.0), real(1.0)
     px, pz = fused(end, edges.a_along_x, edges.a_x), fused(end, edges.a_along_z, edges.a_z)
@@ -168,9 +157,10 @@ def find_contact(edges: Edges, end: real, margin: Margin, a: Pose, b: Pose, ma: 
     ab, bb = -wedge(rbx, rbz, nx, nz), -dot(rbx, rbz, nx, nz)
     kn = fused(mb.j, ab * ab, fused(ma.j, aa * aa, ma.m + mb.m))
     kt = fused(mb.j, bb * bb, fused(ma.j, ba * ba, ma.m + mb.m))
-    gap = wp.where(there, dot(sx, sz, nx, nz), NEVER)
-    lifted = larger(margin.rate * PUSHED * smaller(gap + margin.sunk, zero), -margin.lift)
-    closing = wp.where(gap > zero, margin.rate * gap, lifted)
+    gap = dot(sx, sz, nx, nz)
+    astray = there and gap * gap > STRAY * STRAY * square and gap < zero
+    gap = wp.where(there, wp.where(astray, ASTRAY, gap), NEVER)
+    closing = rate * larger(gap, zero)
     at = Contact(nx, nz, aa, ab, ba, bb, kn, kt, one / kn, one / kt, closing, edges.friction)
     return at, gap
 

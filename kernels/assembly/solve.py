@@ -10,7 +10,7 @@ Its change of the impulses, d, is the negative gradient of a conjugate-gradient 
 (Silcowitz, Niebe and Erleben 2010, A nonsmooth nonlinear conjugate gradient method for interactive
 contact force problems, *The Visual Computer* 26):
 
-    beta = |d|^2 / |d before|^2, 0 where that is 1 or more, with the kinetic energy as |.|^2
+    beta = |d|^2 / |d before|^2, at most 1, 0 from `GROWN` on, with the kinetic energy as |.|^2
     p = beta p + d,   impulses + beta p
 
 An arch of 27 blocks takes 10 such sweeps a step, and some 200 plain ones. What a lane has left is
@@ -23,13 +23,19 @@ import warp as wp
 
 from warprock.kernels.assembly.joint import Contact, Impulse, Mass, Velocity, approach, push
 
-ALONG, STRAIGHT = 24, 8
+GROWN = real(1.1)
+"""Growth of |d|^2 from which on the direction is dropped. Where blocks hold one another by forces
+that may be large or small alike, sweeps change these evenly for hundreds of sweeps. There |d|^2
+grows by parts in a million, and a direction is what ends it."""
+
+ALONG, STRAIGHT = 16, 4
 """Sweeps with a direction p, and plain ones after them: where contacts begin or end to slide in
 every sweep, directions alone may lead in circles."""
 
-LONG, SHARE = 200, real(1.0e-3)
+LONG, SHARE = 200, real(1.0e-2)
 """Sweeps after which a change by this share of the fastest corner's speed will do. Where blocks
-that fall wedge one another in, their impulses grow from sweep to sweep without end."""
+that slide and fall wedge one another in, sweeps go on in circles, or impulses grow without end. The
+length of the step is a larger error there: what touches late by a step has moved by all of it."""
 
 
 @wp.struct
@@ -145,9 +151,10 @@ def decide(bound: real, most: int, solve: wp.ref[Solve]):
     left = wp.where(solve.sweeps < LONG, bound, solve.loose)
     goes = live and worst > left and solve.sweeps + 1 < most
     plain = solve.sweeps % (ALONG + STRAIGHT) >= ALONG
-    shrinks = before > zero and square < before and not plain
+    shrinks = before > zero and square < GROWN * before and not plain
     solve.sweeps = solve.sweeps + wp.where(live, 1, 0)
-    solve.beta = wp.where(goes and shrinks, square / wp.where(shrinks, before, real(1.0)), zero)
+    kept = smaller(square / wp.where(shrinks, before, real(1.0)), real(1.0))
+    solve.beta = wp.where(goes and shrinks, kept, zero)
     solve.before = wp.where(live, square, before)
     solve.left = wp.where(live, worst, solve.left)
     solve.on = wp.where(goes, real(1.0), zero)

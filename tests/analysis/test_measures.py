@@ -124,7 +124,7 @@ def test_what_a_target_needs_is_said_where_an_engine_cannot_do_it():
     target = found.found.target
     assert 0.5 < target.width.high <= 1.01 * target.width.low
     assert "housner runs it" in target.tie.why
-    assert "Which straps bring it there is not known" in " ".join(found.finding.sentences)
+    assert "Which straps do so is not known" in " ".join(found.finding.sentences)
     met = wr.measures(
         CASE, "housner", overrides=ONE, measure="block.width=0.6 m", target=1.0, **LAW, **quick
     )

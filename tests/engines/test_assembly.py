@@ -64,8 +64,13 @@ def drums(count: int) -> Laid:
 
 @pytest.mark.parametrize(
     ("kind", "load"),
-    [(oppenheim(7), 0.3736), (oppenheim(27), 0.3538), (drums(12), 1.0 / 6.0)],
-    ids=["7 voussoirs", "27 voussoirs", "12 drums"],
+    [
+        (oppenheim(7), 0.3736),
+        (oppenheim(27), 0.3538),
+        (drums(12), 1.0 / 6.0),
+        pytest.param(drums(20), 0.1, marks=pytest.mark.thorough),
+    ],
+    ids=["7 voussoirs", "27 voussoirs", "12 drums", "20 drums"],
 )
 def test_what_does_not_slide_stands_below_its_limit_load_and_falls_above(kind: Laid, load: float):
     """Limit loads: Oppenheim (1992) by limit analysis; a column tips at its width over height."""
@@ -88,6 +93,19 @@ def test_a_wall_whose_joints_slide_falls_between_its_two_bounds():
     assert found["peak_displacement"][0] < CREEP
     assert found["outcome"][1] == Outcome.OVERTURNED
     assert found["slid_joints"][1] > 0
+
+
+def test_a_wall_with_an_opening_wedges_itself_in_and_settles():
+    """Its sweeps change forces that balance one another evenly, for hundreds of sweeps.
+
+    Limit analysis has .538 at most, as a bound, since joints slide.
+    """
+    opening = patterns.Opening(0.8, 0.4, 0.4, 0.6)
+    kind = built(patterns.wall(0.4, 0.2, 5, 8, whole_first=True, openings=[opening]), friction=0.6)
+    found = run(kind, pushes([0.4, 0.6], 1.0, 2.0), 2.0)
+    assert found["status"].tolist() == [Status.OK] * 2
+    assert found["peak_displacement"][0] < CREEP
+    assert found["outcome"][1] == Outcome.OVERTURNED
 
 
 def sine(lanes: int, amplitude: npt.ArrayLike, frequency: float, cycles: float) -> HarmonicMotions:
@@ -177,13 +195,13 @@ def test_both_forms_of_the_kernel_give_the_same_bits():
 
 def test_a_mirrored_motion_has_a_mirrored_answer():
     """An arch is its own mirror image; sweeps are not, and are solved to a bound of their own."""
-    sizes = np.array([0.42, 0.6, 1.0])
+    sizes = np.array([0.5, 0.6, 1.0])
     motions = sine(6, np.concatenate([sizes, -sizes]), 2.0, 1.0)
     found = run(oppenheim(7), motions, 2.0)
     assert (found["status"] == Status.OK).all()
     for name in ("peak_displacement", "peak_rotation"):
         there, back = np.split(found[name], 2)
-        assert there == pytest.approx(back, rel=0.02)
+        assert there == pytest.approx(back, rel=0.02, abs=CREEP)
     assert (np.split(found["outcome"], 2)[0] == np.split(found["outcome"], 2)[1]).all()
 
 
@@ -225,6 +243,27 @@ def test_a_tilting_table_brings_down_what_limit_analysis_says():
     assert there == {*ends, ("3", "4"), ("5", "6")}
     assert back == {*ends, ("4", "5"), ("2", "3")}
     assert column == {("ground", "1")}
+
+
+def test_walls_that_slide_and_fall_have_an_answer():
+    """Random walls under strong pulses: at most one in 32 has a step that does not settle.
+
+    A block that is thrown out of its bond may meet others from their sides (OUTSIDE_MODEL).
+    """
+    draw = np.random.default_rng(2)
+    kinds = [
+        built(patterns.wall(0.4, height, 5, 6, whole_first=False), friction)
+        for height, friction in zip(
+            draw.uniform(0.15, 0.3, 32), draw.uniform(0.3, 0.9, 32), strict=True
+        )
+    ]
+    found = run(kinds, sine(32, draw.uniform(0.2, 1.5, 32), 2.0, 1.0), 1.0)
+    sound = found["status"] == Status.OK
+    assert sound.sum() >= 29
+    assert (sound | (found["status"] == Status.OUTSIDE_MODEL)).sum() >= 31
+    assert (found["slid_joints"] > 0).sum() > 16
+    # What steps leave, some micrometres a second, of what stands, and more of what is in motion.
+    assert found["peak_penetration"].max() < 3e-4
 
 
 def test_too_few_sweeps_are_no_answer_but_a_status():

@@ -33,9 +33,15 @@ ASKED: dict[str, list[str]] = {
     "sensitivity": ["sensitivity", "sobol-single-block", "-s", "sample.lanes=16"],
     "validate": ["validate", "record-ridgecrest", *SHORT, "--observed", "SEEN"],
     "fragility": ["fragility", "RUN", "--max-doubt", "1"],
+    "predictors": ["predictors", "RUN", "--max-doubt", "1", "--limit", "0.39"],
     "risk": ["risk", "RUN", "--max-doubt", "1", "--k0", "1e-4", "--k", "2"],
     "measures": [
         *("measures", "fragility-five-blocks", "-e", "housner", "-s", "motion.scale=1"),
+        *("-s", "block.width=0.5 m", "-s", "run.duration=30 s", "--k0", "1e-3", "--k", "2"),
+        *("--count", "5", "--accuracy", "0.2", "--measure", "block.width=0.6 m"),
+    ],
+    "brief": [
+        *("brief", "fragility-five-blocks", "-e", "housner", "-s", "motion.scale=1"),
         *("-s", "block.width=0.5 m", "-s", "run.duration=30 s", "--k0", "1e-3", "--k", "2"),
         *("--count", "5", "--accuracy", "0.2", "--measure", "block.width=0.6 m"),
     ],

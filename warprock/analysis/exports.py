@@ -12,14 +12,14 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import pandas as pd
 
-from warprock.analysis.fragility import INTENSITY, Curve
+from warprock.analysis.fragility import INTENSITY
 from warprock.analysis.limits import Limit
-from warprock.analysis.lognormal import Verdict
+from warprock.analysis.lognormal import Fit, Verdict
 from warprock.case.input_columns import SPECTRAL
 from warprock.units import GRAVITY, split_unit
 
@@ -27,6 +27,22 @@ NRML = "http://openquake.org/xmlns/nrml/0.5"
 SCORES = 6.0
 """Standard scores of the intensities between which OpenQuake evaluates a function: beyond them the
 probability is within 1e-9 of 0 and 1."""
+
+
+class Exported(Protocol):
+    """A function with what tells it from others, and its limit state."""
+
+    @property
+    def group_text(self) -> str:
+        """What tells it from others."""
+
+    @property
+    def limit(self) -> Limit:
+        """Its limit state."""
+
+    @property
+    def fit(self) -> Fit:
+        """The function."""
 
 
 class Demand(NamedTuple):
@@ -81,7 +97,9 @@ def intensity_of(demand: str) -> str:
     return next((name for name, each in _DEMANDS.items() if each.component == demand), demand)
 
 
-def component_rows(curves: Sequence[Curve], intensity: str, period: float = np.nan) -> pd.DataFrame:
+def component_rows(
+    curves: Sequence[Exported], intensity: str, period: float = np.nan
+) -> pd.DataFrame:
     """One row a group in the layout of component tables, see the head of this file.
 
     Where one intensity parts what reaches a limit state from what does not, the function is
@@ -120,11 +138,11 @@ def component_rows(curves: Sequence[Curve], intensity: str, period: float = np.n
     return pd.DataFrame(list(rows.values()))
 
 
-def _is_fitted(curve: Curve) -> bool:
+def _is_fitted(curve: Exported) -> bool:
     return curve.fit.verdict is Verdict.FITTED
 
 
-def nrml_text(curves: Sequence[Curve], intensity: str, period: float = np.nan) -> str:
+def nrml_text(curves: Sequence[Exported], intensity: str, period: float = np.nan) -> str:
     """A fragility model of NRML 0.5, a function a group; empty where it could hold none.
 
     NRML knows PGA, PGV and spectral accelerations, and a function of it has all limit states. Limit
@@ -138,7 +156,7 @@ def nrml_text(curves: Sequence[Curve], intensity: str, period: float = np.nan) -
     """
     demand = demand_of(intensity, period)
     known = {curve.limit.name for curve in curves if _is_fitted(curve)}
-    groups: dict[str, list[Curve]] = {}
+    groups: dict[str, list[Exported]] = {}
     for curve in curves:
         mine = groups.setdefault(curve.group_text or "block", [])
         mine += [curve] if curve.limit.name in known else []

@@ -30,8 +30,10 @@ SECTIONS: dict[str, dict[str, str]] = {
     },
     "Analyse": {
         "verdict": "does it stand under this motion, and by how much",
+        "brief": "one page for a decision: chance, what it takes, what helps",
         "capacity": "what a block bears by statics: multiplier, displacement, work",
         "fragility": "fragility functions from the lanes of a run or a sweep",
+        "predictors": "which intensity measures predict best, alone and two together",
         "risk": "how often a year blocks fall, under a hazard curve of yours",
         "measures": "what lowers that rate most: wider, lower, tied, isolated",
         "ida": "the factor on a motion at which each lane first falls",

@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warprock.analysis.statics import EITHER, Statics
+from warprock.analysis.statics_beside import Beside
 from warprock.figures.drawing import Drawing
-from warprock.figures.palette import DARK, DASHES, GREY, SERIES
+from warprock.figures.palette import BLUE, DARK, DASHES, FALLEN, GREY, SERIES
+from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, legend_below, style, subplots
-from warprock.findings.numbers import even_selection
+from warprock.findings.capacity import capacity_table, weakest_sides
+from warprock.findings.numbers import counted, even_selection
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,6 +23,8 @@ CURVES = 8
 BEYOND = 1.1
 """Leans that are drawn, over the largest capacity; or twice the slenderness angle without one."""
 DEGREES = 180.0 / np.pi
+FELL_AT = 1.3
+"""Rotation over capacity at which lanes that overturn are drawn."""
 
 
 def draw_capacity(found: Statics, title: str) -> list[Drawing]:
@@ -53,6 +58,42 @@ def draw_capacity(found: Statics, title: str) -> list[Drawing]:
         drawn = f"{len(rows)} of {len(found.lane)} curves" if len(rows) > 1 else "one block"
         headline(figure, title, f"{found.case.title}; statics, {drawn}; dots: where it falls")
     return [Drawing("capacity", figure, title, f"Moment and capacity of blocks. {title}.")]
+
+
+def draw_beside(found: Statics, beside: Beside, title: str) -> Drawing:
+    """Draws what became of lanes over how strong their motions are to their statics.
+
+    Args:
+        found: What blocks bear.
+        beside: What became of them.
+        title: What it says.
+
+    Returns:
+        The drawing: of every lane the side to which it goes first.
+    """
+    lanes = weakest_sides(capacity_table(found, beside))
+    down = (lanes["outcome"] == "overturned").to_numpy()
+    lean = lanes["rotation_capacity_ratio"].to_numpy()
+    with style():
+        figure, panels = subplots(1, 2, (9.6, 3.6), sharey=True)
+        for axes, name, label in (
+            (panels[0, 0], "base_multiplier_ratio", "largest base acceleration / (multiplier g)"),
+            (panels[0, 1], "base_velocity_ratio", "largest base velocity / step that overturns"),
+        ):
+            across = lanes[name].to_numpy()
+            axes.axvline(1.0, color=DARK, linewidth=0.8, label="statics")
+            axes.plot(across[~down], lean[~down], "o", color=BLUE, label="stands", markersize=4.5)
+            axes.plot(
+                across[down], np.full(down.sum(), FELL_AT), "^", color=FALLEN, label="overturns"
+            )
+            logarithmic(axes.xaxis)
+            axes.set_xlabel(f"{label} [-]")
+        panels[0, 0].set_ylim(-0.05, FELL_AT + 0.1)
+        panels[0, 0].set_ylabel("largest rotation /\nrotation capacity [-]")
+        legend_below(figure, panels[0, 0])
+        about = f"{found.case.title}: {counted(len(lanes), 'lane')} under their motions; "
+        headline(figure, title, f"{about}rigid statics against dynamics (housner)")
+    return Drawing("capacity-dynamics", figure, title, f"Statics against dynamics. {title}.")
 
 
 def _draw_row(moments: Axes, spectra: Axes, found: Statics, row: int, number: int) -> None:

@@ -38,6 +38,17 @@ def draw_measures(found: Measures, title: str) -> list[Drawing]:
     return [Drawing("measures", figure, title, f"Factors on the yearly rate. {title}. {texts}.")]
 
 
+def bare_measures(found: Measures) -> Drawing | None:
+    """The same without its title, for a page that has one; None where no factor is known."""
+    known = [each for each in found.effects if np.isfinite(each.factor)]
+    if not known:
+        return None
+    with style():
+        figure, panels = subplots(1, 1, (7.2, 0.6 + 0.3 * len(known)))
+        plot_measures(panels[0, 0], found)
+    return Drawing("measures", figure, "Measures", "Factors of measures on the yearly rate.")
+
+
 def plot_measures(axes: Axes, found: Measures, group: int = 0) -> None:
     """Draws the factor of each measure.
 

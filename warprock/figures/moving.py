@@ -100,7 +100,7 @@ def _said(motion: SceneMotion, sample: int) -> str:
     ties = [part.states[sample] for part in motion.parts if part.states is not None]
     if ties:
         said = ", ".join(TIE_WORDS[TieState(state)] for state in ties)
-        parts.append(f"{'tie' if len(ties) == 1 else 'ties'} {said}")
+        parts.append(f"{'tie' if len(ties) == 1 else 'ties:'} {said}")
     if motion.end is not None and motion.times[sample] >= motion.end:
         parts.append(f"{motion.outcome} at {motion.end:.2f} s; what follows is not modelled")
     elif sample == len(motion.times) - 1:
@@ -110,9 +110,10 @@ def _said(motion: SceneMotion, sample: int) -> str:
 
 def _curves(axes: Axes, motion: SceneMotion) -> Any:
     """Rotations over time; returns the line that marks the time."""
-    for block, ratio in enumerate(motion.ratio):
+    for block, ratio in enumerate(motion.ratio[: len(motion.ratio) - motion.fixed]):
         axes.plot(motion.times, ratio, color=SERIES[block % len(SERIES)], linewidth=1.0)
-    axes.set_ylabel("rotation /\nslenderness", fontsize=8)
+    label = "rotations\n[deg]" if motion.fixed else "rotation /\nslenderness"
+    axes.set_ylabel(label, fontsize=8)
     axes.set_xlim(motion.times[0], max(motion.times[-1], 1e-9))
     axes.tick_params(labelbottom=False, labelsize=8)
     return axes.axvline(0.0, color=FALLEN, linewidth=1.2)
@@ -143,7 +144,7 @@ class _View:
         self.axes, self.motion = axes, motion
         corners = motion.corners_in_space() if motion.spatial else motion.corners()
         self.reach = motion.reach
-        self.slab = 0.06 * float(motion.sizes[:, 2].sum())
+        self.slab = 0.06 * motion.tall
         # Corners as seen from the base, where the view goes with it.
         drift = float(np.ptp(motion.base, axis=0).max())
         self.follows = drift > FAR * 2.0 * self.reach
@@ -166,6 +167,8 @@ class _View:
         ]
         for patch in (*self.slabs, *self.blocks):
             axes.add_patch(patch)
+        # What is fixed of an assembly stands in the place of a base.
+        self.slabs[0].set_visible(not motion.fixed)
         self.marks = axes.plot([], [], color=GREY, linewidth=0.8, zorder=0.5)[0]
         self.pin = axes.plot([], [], color=FALLEN, linewidth=1.6, zorder=1.5)[0]
         self.links = axes.plot([], [], color=DARK, linewidth=2.0, zorder=0.9)[0]
@@ -251,7 +254,7 @@ class _View:
         if not self.motion.spatial:
             for block, patch in enumerate(self.blocks):
                 patch.set_xy(self.corners[block, sample])
-                patch.set_facecolor(SERIES[block % len(SERIES)])
+                patch.set_facecolor(self._colour(block))
                 patch.set_zorder(2)
             return
         if self.motion.outline is not None:
@@ -271,6 +274,13 @@ class _View:
                 patch.set_xy(self._seen(points))
                 patch.set_facecolor(_shaded(SERIES[block % len(SERIES)], 0.55 + 0.45 * near))
                 patch.set_zorder(2.0 + 0.001 * float(self._depth(points.mean(axis=0))) + block)
+
+    def _colour(self, block: int) -> str:
+        """Of a block in the plane: of an assembly all that can move have one."""
+        motion = self.motion
+        if not motion.fixed:
+            return SERIES[block % len(SERIES)]
+        return PALE if block >= len(motion.sizes) - motion.fixed else SERIES[0]
 
     def _show_ground(self, sample: int) -> None:
         """Marks of the ground, every tenth or so of the picture, and how far the base has gone."""

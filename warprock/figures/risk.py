@@ -87,6 +87,18 @@ def draw_risk(
     return [Drawing("risk", figure, title, alt)]
 
 
+def bare_risk(risk: Risk) -> Drawing | None:
+    """Which motions make a rate, without a title, for a page that has one; None without a fit."""
+    if risk.function.fit.verdict is not Verdict.FITTED:
+        return None
+    with style():
+        figure, panels = subplots(1, 1, (7.2, 2.4))
+        plot_risk(panels[0, 0], [risk])
+        panels[0, 0].set_title("")
+        panels[0, 0].set_ylim(bottom=0.0)
+    return Drawing("motions", figure, "Motions", "Which motions make the yearly rate.")
+
+
 def plot_risk(axes: Axes, risks: Sequence[Risk], group: int = 0) -> None:
     """Draws which intensities make one of the rates.
 

@@ -8,12 +8,14 @@ import numpy as np
 import pandas as pd
 
 from warprock.analysis.statics import EITHER, Statics
+from warprock.analysis.statics_beside import Beside
 from warprock.findings.asked import naming_columns
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.lanes import lane_name
 from warprock.findings.numbers import counted, three
 from warprock.findings.plain import plain
 from warprock.findings.sheets import declared, sheet_of
+from warprock.model.response import Outcome
 from warprock.running.provenance import case_facts, surroundings
 from warprock.running.run_file import CASE
 
@@ -32,11 +34,24 @@ COLUMNS = {
     "work_J": ("J", "Work that it takes to lead the block there"),
     "velocity_step_m_s": ("m/s", "Step of the velocity of a base at rest that overturns the block"),
 }
+BESIDE_COLUMNS = {
+    "base_multiplier_ratio": ("-", "Largest base acceleration of the motion over multiplier g"),
+    "base_velocity_ratio": ("-", "Largest base velocity of the motion over the step of velocity"),
+    "rotation_capacity_ratio": ("-", "Largest rotation under the motion over the capacity"),
+    "outcome": ("", "What became of the lane under its motion"),
+    "usable": ("", "Whether the numbers under the motion may be used"),
+}
+"""Columns besides, where the lanes ran, too."""
 
 
-def find_capacity(found: Statics) -> Finding:
-    """What the statics of a case came to."""
-    table, bears = capacity_table(found), found.found
+def find_capacity(found: Statics, beside: Beside | None = None) -> Finding:
+    """What the statics of a case came to.
+
+    Args:
+        found: The statics.
+        beside: What became of the lanes under their motions; None where they did not run.
+    """
+    table, bears = capacity_table(found, beside), found.found
     facts = {
         "case": case_facts(found.case),
         **surroundings(found.case),
@@ -55,7 +70,7 @@ def _least(values: np.ndarray[Any, np.dtype[np.float64]]) -> float | None:
     return float(known.min()) if len(known) else None
 
 
-def capacity_table(found: Statics) -> pd.DataFrame:
+def capacity_table(found: Statics, beside: Beside | None = None) -> pd.DataFrame:
     """A row a lane and side: what sets it apart, and what it bears."""
     bears, inputs = found.found, found.lane_set.inputs.iloc[found.lane].reset_index(drop=True)
     results = {
@@ -72,7 +87,17 @@ def capacity_table(found: Statics) -> pd.DataFrame:
     apart = {name: inputs[name] for name in named if name != "lane"}
     table = pd.DataFrame({"lane": found.lane, **apart, "side": found.side, **results})
     table.attrs["columns"] = dict(found.lane_set.inputs.attrs.get("columns", {}))
-    return declared(table, COLUMNS)
+    if beside is None:
+        return declared(table, COLUMNS)
+    names = np.array([outcome.name.lower() for outcome in Outcome])
+    table = table.assign(
+        base_multiplier_ratio=beside.acceleration_ratio(found),
+        base_velocity_ratio=beside.velocity_ratio(found),
+        rotation_capacity_ratio=beside.rotation_ratio(found),
+        outcome=names[beside.outcome[found.lane]],
+        usable=beside.usable[found.lane],
+    )
+    return declared(table, COLUMNS | BESIDE_COLUMNS)
 
 
 def tell_capacity(facts: Facts, tables: Tables) -> Finding:
@@ -82,7 +107,7 @@ def tell_capacity(facts: Facts, tables: Tables) -> Finding:
         kind="Capacity",
         facts=facts,
         tables=tables,
-        sentences=_sentences(facts, table),
+        sentences=[*beside_sentences(table), *_sentences(facts, table)],
         sheets=[sheet_of("What blocks bear that are led outwards", table, file=f"{CAPACITY}.csv")],
         rows={"rows": CAPACITY},
         pictures=["capacity*.png"],
@@ -103,6 +128,35 @@ KIND = Kind(
         },
     },
 )
+
+
+def weakest_sides(table: pd.DataFrame) -> pd.DataFrame:
+    """A row a lane: the side to which statics lets it go first, without unusable numbers."""
+    usable = table[table["usable"]]
+    return usable.loc[usable.groupby("lane")["multiplier"].idxmin()]
+
+
+def beside_sentences(table: pd.DataFrame) -> list[str]:
+    """How far statics and dynamics are apart; nothing where the lanes did not run."""
+    if "base_multiplier_ratio" not in table or not table["usable"].any():
+        return []
+    lanes = weakest_sides(table)
+    fell, beyond = lanes["outcome"] == "overturned", lanes["base_multiplier_ratio"] > 1.0
+    said = [
+        f"In {int(beyond.sum())} of {counted(len(lanes), 'lane')} the base accelerates beyond the "
+        f"static multiplier, and {int((beyond & fell).sum())} of these overturn."
+    ]
+    if fell.any() and not fell.all():
+        for name, what in (
+            ("base_multiplier_ratio", "acceleration is {} times the multiplier"),
+            ("base_velocity_ratio", "velocity is {} times the step that overturns"),
+        ):
+            low, high = lanes.loc[fell, name].min(), lanes.loc[~fell, name].max()
+            said.append(
+                f"None overturns before the base's {what.format(three(float(low)))}; one still "
+                f"stands at {three(float(high))} times."
+            )
+    return said
 
 
 def _sentences(facts: Facts, table: pd.DataFrame) -> list[str]:

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from warprock.case.input_columns import input_meaning
-from warprock.units import GRAVITY
+from warprock.units import GRAVITY, split_unit
 
 _READABLE = {"m/s^2": ("g", 1.0 / GRAVITY), "rad": ("deg", 180.0 / np.pi), "m/s": ("cm/s", 100.0)}
 """Unit of a column -> unit of a figure, and how many of them it is."""
@@ -18,6 +18,7 @@ _NAMES = {
     "normalised_acceleration": "peak base acceleration / (g tan(slenderness angle))",
     "normalised_velocity": "p x peak base velocity / (g tan(slenderness angle))",
     "scale": "factor on the record",
+    "velocity_acceleration_ratio_s": "peak velocity / peak acceleration",
 }
 """Columns whose meaning is too long, or no name."""
 
@@ -52,5 +53,6 @@ def measure(column: str) -> Measure:
     unit, text = input_meaning(column)
     unknown = text == input_meaning("")[1]
     name = _NAMES.get(column, column if unknown else text[:1].lower() + text[1:].split(",")[0])
+    unit = unit or split_unit(column)[1]
     unit, size = _READABLE.get(unit, (unit, 1.0))
     return Measure(name, unit or "-", size)

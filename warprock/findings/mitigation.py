@@ -23,24 +23,30 @@ _NUMBER = (float, None)
 
 def find_measures(found: Measures, ladder: Ladder) -> Finding:
     """What measures do to a yearly rate."""
-    base, target = found.base, found.target
     facts: dict[str, Any] = {
         "case": case_facts(found.case),
         "engine": found.engine,
-        "measures": {
-            "rate_per_year": base.rate,
-            "rate_p05_per_year": _known(base.band[0]),
-            "rate_p95_per_year": _known(base.band[1]),
-            "intensity": base.hazard.measure,
-            "hazard": base.hazard.source,
-            "lowest_factor": ladder.lowest,
-            "highest_factor": ladder.highest,
-            "median": base.function.fit.median,
-        },
+        "measures": rate_facts(found, ladder),
         **surroundings(found.case),
     }
+    return tell_measures(facts, {TABLE: effect_rows(found)})
+
+
+def rate_facts(found: Measures, ladder: Ladder) -> dict[str, Any]:
+    """The rate of a block as it is, and what it takes to meet a target, as numbers."""
+    base, target = found.base, found.target
+    facts: dict[str, Any] = {
+        "rate_per_year": base.rate,
+        "rate_p05_per_year": _known(base.band[0]),
+        "rate_p95_per_year": _known(base.band[1]),
+        "intensity": base.hazard.measure,
+        "hazard": base.hazard.source,
+        "lowest_factor": ladder.lowest,
+        "highest_factor": ladder.highest,
+        "median": base.function.fit.median,
+    }
     if target is not None:
-        facts["measures"] |= {
+        facts |= {
             "target_per_year": target.rate,
             "width_m": target.own,
             "width_low_m": _known(target.width.low),
@@ -49,6 +55,11 @@ def find_measures(found: Measures, ladder: Ladder) -> Finding:
             "tie_high_share": _known(target.tie.high),
             "tie_why": target.tie.why,
         }
+    return facts
+
+
+def effect_rows(found: Measures) -> pd.DataFrame:
+    """One row a measure, the one that lowers the rate most first."""
     rows = [
         {
             "measure": each.measure.name,
@@ -65,7 +76,7 @@ def find_measures(found: Measures, ladder: Ladder) -> Finding:
         }
         for each in found.effects
     ]
-    return tell_measures(facts, {TABLE: pd.DataFrame(rows)})
+    return pd.DataFrame(rows)
 
 
 def _known(value: float) -> float | None:
@@ -80,8 +91,13 @@ def tell_measures(facts: Facts, tables: Tables) -> Finding:
         kind="Measures",
         facts=facts,
         tables=tables,
-        sentences=[_headline(rows, base), _as_it_is(base), *_rest(rows), *_target(base)],
-        sheets=[_sheet(rows)],
+        sentences=[
+            best_measure(rows, base),
+            _as_it_is(base),
+            *_rest(rows),
+            *target_sentences(base),
+        ],
+        sheets=[effect_sheet(rows)],
         rows={"rows": TABLE},
         said={**base, "engine": facts["engine"]},
         asked=[
@@ -93,23 +109,21 @@ def tell_measures(facts: Facts, tables: Tables) -> Finding:
     )
 
 
+RATE_SHAPE = {
+    **dict.fromkeys(("rate_per_year", "median", "lowest_factor", "highest_factor"), float),
+    **dict.fromkeys(("rate_p05_per_year", "rate_p95_per_year"), _NUMBER),
+    **dict.fromkeys(("intensity", "hazard"), str),
+    **dict.fromkeys(("target_per_year?", "width_m?"), float),
+    **dict.fromkeys(("width_low_m?", "width_high_m?"), _NUMBER),
+    **dict.fromkeys(("tie_low_share?", "tie_high_share?"), _NUMBER),
+    "tie_why?": str,
+}
+"""What `rate_facts` hold."""
 MEASURES = Kind(
     (TABLE,),
     tell_measures,
     "measures",
-    {
-        "case": CASE,
-        "engine": str,
-        "measures": {
-            **dict.fromkeys(("rate_per_year", "median", "lowest_factor", "highest_factor"), float),
-            **dict.fromkeys(("rate_p05_per_year", "rate_p95_per_year"), _NUMBER),
-            **dict.fromkeys(("intensity", "hazard"), str),
-            **dict.fromkeys(("target_per_year?", "width_m?"), float),
-            **dict.fromkeys(("width_low_m?", "width_high_m?"), _NUMBER),
-            **dict.fromkeys(("tie_low_share?", "tie_high_share?"), _NUMBER),
-            "tie_why?": str,
-        },
-    },
+    {"case": CASE, "engine": str, "measures": RATE_SHAPE},
 )
 
 
@@ -117,7 +131,7 @@ def _band(low: float, high: float) -> str:
     return f" (5 to 95 %: {three(low)} to {three(high)})" if np.isfinite(low) else ""
 
 
-def _headline(rows: pd.DataFrame, base: Facts) -> str:
+def best_measure(rows: pd.DataFrame, base: Facts) -> str:
     """The measure that lowers the rate most."""
     never = rows[rows["why"].astype(str).str.startswith("no lane falls")]
     if len(never):
@@ -154,37 +168,37 @@ def _rest(rows: pd.DataFrame) -> list[str]:
     return found
 
 
-def _target(base: Facts) -> list[str]:
+def target_sentences(base: Facts) -> list[str]:
     """The width and the straps that meet a rate."""
     if "target_per_year" not in base:
         return []
     own, low, high = (base[name] for name in ("width_m", "width_low_m", "width_high_m"))
-    rate = f"{three(base['target_per_year'])} times a year"
+    rate = once_in(1.0 / base["target_per_year"])
     if low is None:
         return [f"As wide as it is, and without straps, it falls no more often than {rate}."]
     found = (
-        f"No width up to {three(low)} m brings the rate to {rate}."
+        f"No width up to {three(low)} m brings its falls to {rate}."
         if high is None
         else f"A width between {low:.3f} m and {high:.3f} m, {high / own:.3g} times its own, "
-        f"brings the rate to {rate}."
+        f"brings its falls to {rate}."
     )
-    return [found, _straps(base, rate)]
+    return [found, _straps(base)]
 
 
-def _straps(base: Facts, rate: str) -> str:
+def _straps(base: Facts) -> str:
     """The straps that meet a rate."""
     if "tie_why" not in base:
         return "What straps would do was not looked for."
     if base["tie_why"]:
-        return f"Which straps bring it there is not known: {base['tie_why']}."
+        return f"Which straps do so is not known: {base['tie_why']}."
     low, high = base["tie_low_share"], base["tie_high_share"]
     if high is None:
-        return f"No straps that yield at up to {three(low)} of its weight bring the rate to {rate}."
+        return f"No straps that yield at up to {three(low)} of its weight do so."
     ends = f"at {high:.3g}" if low == 0.0 else f"between {low:.3g} and {high:.3g}"
-    return f"Two straps near its top that yield {ends} of its weight bring the rate to {rate}, too."
+    return f"Two straps near its top that yield {ends} of its weight do so, too."
 
 
-def _sheet(rows: pd.DataFrame) -> Sheet:
+def effect_sheet(rows: pd.DataFrame) -> Sheet:
     """Every measure, the one that lowers the rate most first."""
     cells = [
         [

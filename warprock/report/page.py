@@ -27,8 +27,7 @@ def render(page: Page) -> str:
     """
     from markupsafe import Markup
 
-    template = _environment().get_template("page.html")
-    text: str = template.render(
+    text: str = template("page.html").render(
         page=page,
         style=Markup(_shipped("page.css")),
         script=Markup(_shipped("page.js")),
@@ -61,6 +60,11 @@ def _scenes_json(scenes: Mapping[str, Any]) -> Any:
 
     text = json.dumps(scenes, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return Markup(text.replace("<", "\\u003c"))
+
+
+def template(name: str) -> Any:
+    """A template of this room."""
+    return _environment().get_template(name)
 
 
 @functools.cache

@@ -58,6 +58,12 @@ _FILES = {
     "risk-contributions.csv": "which intensities make the rates",
     "risk-hazard.csv": "the hazard as it was used",
     "risk-allowed.csv": "rates of exceedance that an age allows",
+    "predictors.csv": "intensity measures, the one that predicts best first",
+    "predictors-pairs.csv": "each intensity measure beside each other one",
+    "predictors.xml": "the best two as slices, a fragility model of OpenQuake's NRML",
+    "predictors-p58.csv": "the same as a component table after FEMA P-58",
+    "brief.html": "the page for a decision: two printed sheets",
+    "brief.pdf": "the same, printed",
     CELL_TABLE: "the distribution of every cell of the ensemble",
 }
 _ENDINGS = {

@@ -64,6 +64,8 @@ class SceneMotion:
         parts: What holds its block, as a picture shows it.
         ground: Displacement of the ground below the support of its base [m], shape [sample, 3];
             None without a support, where the base is the ground.
+        fixed: How many blocks of an assembly, the last ones, move with the base; 0 of all other
+            lanes. The ratios of an assembly are rotations in degrees.
     """
 
     name: str
@@ -79,6 +81,15 @@ class SceneMotion:
     outline: Array | None = None
     parts: tuple[Part, ...] = ()
     ground: Array | None = None
+    fixed: int = 0
+
+    @property
+    def tall(self) -> float:
+        """Height of its blocks at the start [m], one on the other."""
+        if not self.fixed:
+            return float(self.sizes[:, 2].sum())
+        middle, half = self.position[:, 0, 2], 0.5 * self.sizes[:, 2]
+        return float((middle + half).max() - (middle - half).min())
 
     @property
     def end(self) -> float | None:
@@ -133,7 +144,7 @@ class SceneMotion:
     @property
     def reach(self) -> float:
         """Half side of the base as pictures show it [m]: the middles of blocks stay above it."""
-        tall, wide = float(self.sizes[:, 2].sum()), float(self.sizes[:, :2].max())
+        tall, wide = self.tall, float(self.sizes[:, :2].max())
         usual = 0.75 * wide + 0.3 * tall
         away = float(np.nanmax(np.abs(self.position - self.base)[..., :2]))
         return usual if away <= usual else away + 0.5 * max(tall, wide)
@@ -141,6 +152,10 @@ class SceneMotion:
     @property
     def span(self) -> tuple[float, float]:
         """Where the base as pictures show it begins and ends along x, from its middle [m]."""
+        if self.fixed:
+            away = (self.position - self.base)[..., 0]
+            half = 0.5 * self.sizes[:, None, 0]
+            return float((away - half).min()), float((away + half).max())
         low, high = standing(self.parts)
         return min(-self.reach, low), max(self.reach, high)
 
@@ -198,6 +213,8 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
     """
     case = sampled_by(run.case, interval)
     response = run_lane(dataclasses.replace(run, case=case), lane)
+    if run.lane_set.lanes.assembly is not None:
+        return _assembled(run, case, lane, response)
     lanes = as_stacks(run.lane_set.lanes.take(np.array([lane])))
     spatial = run.lane_set.lanes.spatial
     shape = (lanes.block_count, len(response.times))
@@ -227,13 +244,9 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
         alone = run.lane_set.lanes.take(np.array([lane]))
         parts = scene_parts(alone, response.times, pose, first_break(response, 0))
     ground = run.lane_set.ground
-    pulled = np.zeros_like(base)
-    motions = run.lane_set.motions
-    for axis, motion in zip(motions.axes, motions.components, strict=True):
-        pulled[:, "xyz".index(axis)] = motion.acceleration(response.times, lane)
     return SceneMotion(
-        name=f"{case.name}, lane {run.lane_set.first + lane}, {response.engine}",
-        outcome=Outcome(int(response["outcome"][0])).name.lower().replace("_", " "),
+        name=_name(run, case, lane, response),
+        outcome=_outcome(response),
         spatial=spatial,
         times=response.times,
         sizes=sizes,
@@ -241,10 +254,59 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
         attitude=attitude,
         ratio=ratio,
         base=base,
-        acceleration=pulled,
+        acceleration=_pulled(run, lane, response.times),
         outline=outline,
         parts=parts,
         ground=None if ground is None else base_places(ground, lane, response.times),
+    )
+
+
+def _name(run: CaseRun, case: Case, lane: int, response: Response) -> str:
+    return f"{case.name}, lane {run.lane_set.first + lane}, {response.engine}"
+
+
+def _outcome(response: Response) -> str:
+    return Outcome(int(response["outcome"][0])).name.lower().replace("_", " ")
+
+
+def _pulled(run: CaseRun, lane: int, times: Array) -> Array:
+    """Acceleration of the base [m/s^2], shape [sample, 3]."""
+    pulled, motions = np.zeros((len(times), 3)), run.lane_set.motions
+    for axis, motion in zip(motions.axes, motions.components, strict=True):
+        pulled[:, "xyz".index(axis)] = motion.acceleration(times, lane)
+    return pulled
+
+
+def _assembled(run: CaseRun, case: Case, lane: int, response: Response) -> SceneMotion:
+    """The motion of an assembly: blocks that can move first, as histories have them."""
+    assert run.lane_set.lanes.assembly is not None
+    kind = run.lane_set.lanes.assembly.of(lane)
+    free, fixed = np.flatnonzero(~kind.fixed), np.flatnonzero(kind.fixed)
+    order = np.concatenate([free, fixed])
+    base = base_places(run.lane_set.motions, lane, response.times)
+    shape = (kind.count, len(response.times))
+    turn = np.zeros(shape)
+    x, z = (np.broadcast_to(each[order, None], shape).copy() for each in kind.centre.T)
+    for field, values in (("turn", turn), ("x", x), ("z", z)):
+        values[: len(free)] = response[field][0][: len(free)]
+    nothing = np.zeros(shape)
+    outline = (kind.corners - kind.centre[:, None])[order]
+    width, height = np.ptp(outline, axis=1).T
+    ground = run.lane_set.ground
+    return SceneMotion(
+        name=_name(run, case, lane, response),
+        outcome=_outcome(response),
+        spatial=False,
+        times=response.times,
+        sizes=np.stack([width, np.full(kind.count, kind.depth), height], axis=-1),
+        position=np.stack([x, nothing, z], axis=-1) + base,
+        attitude=quaternion(np.stack([nothing, turn, nothing], axis=-1)),
+        ratio=np.degrees(turn),
+        base=base,
+        acceleration=_pulled(run, lane, response.times),
+        outline=np.insert(outline, 1, 0.0, axis=-1),
+        ground=None if ground is None else base_places(ground, lane, response.times),
+        fixed=len(fixed),
     )
 
 

@@ -66,7 +66,7 @@ def write_gltf(path: pathlib.Path, motion: SceneMotion) -> None:
     file = _File()
     cube = _primitive(file, *_cube())
     times = file.add(motion.times, bounds=True)
-    tall = float(motion.sizes[:, 2].sum())
+    tall = motion.tall
     side = 2.0 * motion.reach
     low, high = motion.span
     size = np.array([high - low, side, 0.06 * tall])

@@ -128,7 +128,7 @@ def _look(viewer: Any, motion: SceneMotion) -> None:
     """Puts the camera where the whole scene is seen."""
     import warp as wp
 
-    size = float(motion.sizes[:, 2].sum() + motion.sizes[:, :2].max())
+    size = float(motion.tall + motion.sizes[:, :2].max())
     viewer.set_camera(wp.vec3(0.0, -2.2 * size, 0.9 * size), -12.0, 90.0)
 
 
@@ -172,7 +172,7 @@ def _shown(motion: SceneMotion) -> _Shown:
 
 def _thickness(motion: SceneMotion) -> float:
     """Thickness of the base as it is shown [m]."""
-    return 0.06 * float(motion.sizes[:, 2].sum())
+    return 0.06 * motion.tall
 
 
 def _show(viewer: Any, motion: SceneMotion, shown: _Shown, sample: int, at: float) -> None:

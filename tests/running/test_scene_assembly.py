@@ -1,0 +1,37 @@
+"""Assemblies as scenes: all blocks of a lane over time, those that move with the base last."""
+
+import numpy as np
+import pytest
+
+import warprock as wr
+from warprock.running.scene_motion import scene_motion
+
+CASE = {
+    "assembly": {
+        "pattern": "arch",
+        "mean_radius": "10 m",
+        "thickness": "1.5 m",
+        "embrace": "157.5 deg",
+        "voussoirs": 7,
+        "density": "2400 kg/m^3",
+    },
+    "contact": {"friction": 1.0},
+    "motion": {"waveform": "tilt", "tilt_rate": "4 deg/s"},
+    "run": {"duration": "7.5 s"},
+}
+
+
+def test_a_scene_shows_all_blocks_of_a_collapse():
+    run = wr.run(wr.Case.from_dict(CASE), progress=False)
+    kind = run.found.lane_set.lanes.assembly.of(0)
+    motion = scene_motion(run.found, 0, 0.1)
+    assert motion.fixed == 2
+    corners = motion.corners()
+    assert corners.shape[:2] == (9, len(motion.times))
+    order = np.argsort(kind.fixed, kind="stable")
+    assert corners[:, 0] == pytest.approx(kind.corners[order], abs=1e-4)
+    assert corners[-2:] == pytest.approx(np.repeat(corners[-2:, :1], len(motion.times), axis=1))
+    # Four hinges: three stretches of the arch turn, each as one.
+    turned = np.sort(np.round(motion.ratio[:7, -1]))
+    assert len(np.unique(turned)) == 3
+    assert motion.end == pytest.approx(run.table["collapse_time_s"].iloc[0], abs=0.1)
