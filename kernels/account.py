@@ -1,14 +1,14 @@
 """The energy account of a lane, in the frame of its base.
 
-In that frame energy changes in two ways. The base works on the blocks: in a step
-- mass x (change of the base velocity) x (mean velocity of the block). And the contacts work on
-them. A velocity step of the base is only a fast change: a block that it sets rocking about a
-corner that sticks loses no energy. (In an impact against the base, half of impulse x velocity step
-would be lost. That would hold if the base moved at its new velocity before the contacts pressed.)
+In that frame energy changes in two ways. The base does the work
+- mass x (change of the base velocity) x (mean velocity of the block) on a block in a step. And the
+contacts do work. A velocity step of the base is a fast change of this kind: if it makes a block
+rock about a sticking corner, no energy is lost. (If the base had its new velocity before the
+contacts pressed, half of impulse x velocity step would be lost in the impact.)
 
-Contacts only take energy. So the loss, the energy that they have taken so far, never falls, except
-by what springs hold for a while; and it never exceeds the energy at the start plus the work of the
-base. A run that breaks this has made energy out of nothing.
+Contacts only take energy. So the loss, the energy that they have taken so far, never decreases,
+except by the energy that springs store for a while. It never exceeds the energy at the start plus
+the work of the base. A run that breaks this has created energy.
 """
 
 import warp as wp
@@ -19,12 +19,12 @@ class Account:
     """The energy account of a lane.
 
     Attributes:
-        work: Of the base on the blocks so far [J].
-        loss: What the contacts have taken so far [J].
+        work: Work of the base on the blocks so far [J].
+        loss: Energy that the contacts have taken so far [J].
         jolt: Largest change of the base velocity in a step so far [m/s].
         supplied: Largest work so far [J].
         taken: Largest loss so far [J].
-        returned: The most that the contacts have given back of a loss [J].
+        returned: Largest decrease of the loss below its maximum so far [J].
     """
 
     work: real
@@ -39,7 +39,7 @@ class Account:
 def keep_account(dv: real, account: Account) -> Account:
     """The account after a step in which the base velocity changes by dv [m/s].
 
-    Its work and its loss are those after the step.
+    `account` holds the work and the loss after the step.
     """
     taken = larger(account.loss, account.taken)
     return Account(

@@ -9,14 +9,14 @@ gives to it before it runs:
     options of Warp's compiler; a file whose kernels need others sets them itself
 
 In a kernel file `from warprock.kernels.shape.stack import Rows` brings `Rows` from the instance of
-that file that has the same parameters. An instance has those parameters alone that its file, or
-one that it imports, names: so `Rows` is the same for every kind of ground motion. Every instance is
-a Warp module of its own, compiled and cached on its own.
+that file that has the same parameters. An instance depends only on the parameters that its file, or
+a file that it imports, mentions. So `Rows` is the same for every kind of ground motion. Every
+instance is a Warp module of its own, compiled and cached on its own.
 
-A thread of a packed kernel has two numbers (`pack, _one = wp.tid()`), of which the second is zero.
-Of a kernel with one number Warp 1.19 compiles two variants, one of them for arrays whose rows lie
-anyhow, which takes half as long again. Where a loop over lanes is vector code only if the compiler
-knows that rows lie side by side, the kernel makes such arrays of what it is given (`block_of`).
+A thread of a packed kernel has two indices (`pack, _one = wp.tid()`); the second is zero. For a
+kernel with one index Warp 1.19 compiles a second variant, for arrays with any strides, which takes
+half as long again. If a loop over lanes becomes vector code only when the compiler knows that rows
+are contiguous, the kernel makes contiguous arrays of its arguments (`block_of`).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ LANE_WIDTH = 32
 
 
 def _has_avx512() -> bool:
-    """Whether this processor has 512-bit vectors, as far as Linux tells."""
+    """Whether this processor has 512-bit vectors, by what Linux reports."""
     try:
         return " avx512f " in pathlib.Path("/proc/cpuinfo").read_text(encoding="ascii")
     except OSError:
@@ -54,27 +54,27 @@ CPU_FLAGS = (
 )
 """Flags that let the compiler turn the loop over the lanes of a pack into vector code.
 
-No product is fused with a sum, neither here nor on a GPU (`fuse_fp`), but where a kernel says
-`fused`: which one the compiler takes depends on what stands around it, on the vectors of the
-processor, and on what does not change from step to step; a lane would have other last bits in a
-kernel's other form, in another chunk, on another machine.
+The compiler fuses no product with a sum, neither on the CPU nor on a GPU (`fuse_fp`), unless a
+kernel says `fused`. Which product it would fuse depends on the code around it, on the vector length
+of the processor, and on loop invariants. The last bits of a lane would then differ between the two
+forms of a kernel, between chunks and between machines.
 
-Fields of structs are gathered one by one (`-enable-interleaved-mem-accesses`). Read side by side as
-a group, they would need a last turn of the loop in scalar code, so as not to read beyond their end,
-and with packs of four vectors that turn is the whole loop.
+Fields of structs are gathered one by one (`-enable-interleaved-mem-accesses`). A grouped read needs
+a scalar last iteration of the loop, so as not to read beyond the end. With packs of four vectors
+that iteration is the whole loop.
 
-The matrices that keep lanes begin at multiples of 64 bytes (`-mstackrealign`,
-`-mstack-alignment`). The stack comes at multiples of 16, and a vector of 64 bytes that does not lie
-in one line of the cache takes two reads, which costs up to a third of the speed."""
+The matrices that keep lanes are aligned to 64 bytes (`-mstackrealign`, `-mstack-alignment`). The
+stack is aligned to 16 bytes only, and a vector of 64 bytes across two cache lines takes two reads,
+which costs up to a third of the speed."""
 
 MAX_UNROLL = 15
-"""Longest loop that Warp writes out; must stay below LANE_WIDTH, whose loop is vectorised."""
+"""Longest loop that Warp unrolls. It must stay below LANE_WIDTH, whose loop is vectorised."""
 
 BYTES = {"float64": 8, "float32": 4}
-"""Length of a number by its precision, which is the name of Warp's scalar type, too."""
+"""Bytes of a number by its precision, which is the name of Warp's scalar type, too."""
 
 FOLDER = pathlib.Path(__file__).resolve().parent
-"""Folder of the kernel files, which is read and never written to."""
+"""Folder of the kernel files; never written to."""
 
 PARAMETERS = (
     "PRECISION",
@@ -102,9 +102,9 @@ _LOCK = threading.RLock()
 
 
 CAPTURES = "-mllvm=-capture-tracking-max-uses-to-explore=10000"
-"""Lets the compiler look at all uses of the matrices that keep lanes: where it has not seen that no
-pointer to them is handed on, it must think that arrays of the launch overlap them, and makes no
-vector code."""
+"""Lets the compiler look at all uses of the matrices that keep lanes. Otherwise it cannot prove
+that no pointer to them escapes, must assume that they overlap the arrays of the launch, and makes
+no vector code."""
 
 
 def module_options(interleave: int = INTERLEAVE, more_flags: str = "") -> dict[str, object]:
@@ -124,31 +124,31 @@ def module_options(interleave: int = INTERLEAVE, more_flags: str = "") -> dict[s
 
 
 def _interleave_of(precision: str) -> int:
-    """Vectors that a loop over lanes works on side by side: no more than a pack has.
+    """Vectors that a loop over lanes works on side by side: at most as many as a pack has.
 
-    Asked for more, the compiler takes shorter vectors, which in float32 and packs of two costs up
-    to two fifths of the speed.
+    If it is asked for more, the compiler takes shorter vectors. In float32 and packs of two that
+    costs up to two fifths of the speed.
     """
     return min(INTERLEAVE, LANE_WIDTH * BYTES[precision] // VECTOR_BYTES)
 
 
 TWO_VECTORS = module_options(interleave=2)
-"""For steps of middling length: more vectors would not find room in the registers."""
+"""For steps of medium length: more vectors would not fit into the registers."""
 
 ONE_VECTOR = module_options(interleave=1, more_flags=CAPTURES)
-"""For long steps: the values of a step fill the registers, and the processor overlaps the vectors
-of a pack by itself."""
+"""For long steps: one vector fills the registers, and the processor overlaps the vectors of a pack
+by itself."""
 
 LOOPS_STAY = {"max_unroll": 0}
-"""For a lane a thread: loops over blocks stay loops, since their bodies are long."""
+"""For one lane a thread: loops over blocks are not unrolled, since their bodies are long."""
 
 SHORT_LOOPS_GO = {"max_unroll": 3}
-"""For a lane a thread: loops over the rows of a matrix and over three blocks are written out, which
-is a quarter faster than loops and takes no longer to compile; longer ones stay."""
+"""For one lane a thread: loops over the rows of a matrix and over three blocks are unrolled, which
+is a quarter faster and takes no longer to compile. Longer loops are not."""
 
 BRANCHES = {"cpu_compiler_flags": "-march=native -ffp-contract=off", "max_unroll": 0}
-"""For a lane a thread whose steps take many ways: loops stay loops, and calls stay calls where the
-compiler sees fit. No vector code."""
+"""For one lane a thread and steps with many branches: loops are not unrolled, and the compiler may
+leave calls. No vector code."""
 
 
 def kernel_module(
@@ -172,8 +172,8 @@ def kernel_module(
         file: Path of the file in this folder without its ending, such as `housner/block`.
         precision: Key of `BYTES`.
         motion: Kind of ground motion: still, harmonic, ricker, modulated or record.
-        iterations: Sweeps of an iterative contact solver; as a constant the compiler unrolls
-            them, without which a loop over lanes is not vectorised.
+        iterations: Sweeps of an iterative contact solver. The compiler unrolls a constant number;
+            otherwise a loop over lanes is not vectorised.
         blocks: Blocks in a stack.
         lanes: Lanes that a thread of a stack's kernel runs side by side.
         friction: Law of friction where a block slides in two directions: cone or box.
@@ -195,7 +195,7 @@ def kernel_module(
 
 
 def _instance(file: str, given: dict[str, object]) -> ModuleType:
-    """The instance of a file for parameters, of which it takes those that matter to it."""
+    """The instance of a file for those of the given parameters that it mentions."""
     used = {name: value for name, value in given.items() if name in _needed(file)}
     module_name = "__".join((_PREFIX + file.replace("/", "."), *map(str, used.values())))
     if module_name in sys.modules:
@@ -220,13 +220,13 @@ def _instance(file: str, given: dict[str, object]) -> ModuleType:
 
 
 def public(module: ModuleType) -> dict[str, object]:
-    """What a kernel file defines itself, but for names that begin with an underscore."""
+    """The names that a kernel file defines itself, without those that begin with an underscore."""
     given = {"wp", "real", *PARAMETERS}
     return {k: v for k, v in vars(module).items() if not (k.startswith("_") or k in given)}
 
 
 def _importer(given: dict[str, object]) -> Callable[..., ModuleType]:
-    """An `import` statement that takes kernel files as they are for parameters."""
+    """An `import` function that gives the instances of kernel files for given parameters."""
 
     def load(name: str, *args: object, **kwargs: object) -> ModuleType:
         file = _kernel_file(name)
@@ -236,14 +236,14 @@ def _importer(given: dict[str, object]) -> Callable[..., ModuleType]:
 
 
 def _kernel_file(module: str) -> str:
-    """The kernel file that a file imports by this name; empty where Python does it."""
+    """The kernel file behind the name of a module; empty for an ordinary Python module."""
     file = module.removeprefix(_PREFIX).replace(".", "/") if module.startswith(_PREFIX) else ""
     return "" if file in HOST_FILES else file
 
 
 @functools.cache
 def _needed(file: str) -> frozenset[str]:
-    """Names of the parameters that a file names, or one that it imports."""
+    """Names of the parameters that a file, or a file that it imports, mentions."""
     names = _names(_code(file))
     found = {"PRECISION"} | names.intersection(PARAMETERS)
     imported = {_kernel_file(name) for name in names} - {""}
@@ -251,7 +251,7 @@ def _needed(file: str) -> frozenset[str]:
 
 
 def _names(code: CodeType) -> set[str]:
-    """All names in compiled code that are not local ones, those of imported modules included."""
+    """All global names in compiled code, and the names of the modules that it imports."""
     inner = (_names(each) for each in code.co_consts if isinstance(each, CodeType))
     return set(code.co_names).union(*inner)
 

@@ -1,10 +1,10 @@
-"""Modes of a lane: the number by which a kernel tells how a lane stands, the same in all schemes.
+"""Modes of a lane: numbers for how it stands, the same in all schemes.
 
-A lane runs as long as its mode is below OVERTURNED; every other mode is how it ended.
+A lane runs while its mode is below OVERTURNED. Every other mode says how it ended.
 """
 
 RUNNING = 0
-"""The lane runs, and its scheme tells no more of it."""
+"""The lane runs; for schemes that distinguish no more."""
 
 RESTING, ROCKING = 0, 1
 """Modes of a lane that runs, in Housner's model."""
@@ -14,10 +14,10 @@ FLYING, PIVOTING, FLAT = 0, 1, 2
 
 OVERTURNED = 3
 SLID_OFF = 4
-"""A block has no support below it any more."""
+"""A block no longer has a support below it."""
 BROKEN = 5
 """A number of the state is not finite."""
 STALLED = 6
-"""The lane took all the steps that it may take, and has not come to its end."""
+"""The lane has used all its steps before its end."""
 UNSOLVED = 7
-"""No contact forces were found that obey the law."""
+"""No contact forces that obey the contact law were found."""

@@ -1,13 +1,13 @@
 """Motion of the base.
 
-Each kind brings the same functions: `knot_time` and `knot_step` (when the motion changes its
-formula, and the velocity step there), `expand` (the acceleration about a time) and
-`base_velocity`. `segment` counts the knots passed: 0 before the motion starts. The struct `Motion`
-holds one lane; its fields are the attributes of the class of the same kind in
+Each kind defines the same functions: `knot_time` and `knot_step` (the time at which the motion
+changes its formula, and the velocity step there), `expand` (Taylor coefficients of the acceleration
+at a time) and `base_velocity`. `segment` counts the knots passed: 0 before the motion starts. The
+struct `Motion` holds one lane. Its fields are the attributes of the class of the same kind in
 warprock/model/motion.py.
+
 The last arguments of `expand` and `base_velocity` are the sample of a record (velocity,
-acceleration and its slope) that the kernel has looked up at `sample_index`; the other kinds ignore
-them.
+acceleration and its slope) that the kernel reads at `sample_index`. The other kinds ignore them.
 """
 
 from typing import Any
@@ -18,7 +18,7 @@ from warprock.kernels.pool import AHEAD
 
 TWO_PI = real(6.283185307179586)
 OVER_TWO_PI = real(0.5 / 3.141592653589793)
-"""Turns in a radian."""
+"""Turns per radian, 1 / (2 pi)."""
 FLAT = real(44.0)
 """Exponent beyond which a Gaussian is zero to round-off; `decay` takes no more."""
 
@@ -29,7 +29,7 @@ if MOTION != "record":
 
     @wp.func
     def undisturbed(m: Any, segment: int, strongest: real, bound: real):
-        """Whether samples may be passed at once: there are none. A time."""
+        """Whether samples may be passed at once: False without a record; a time without meaning."""
         return False, NEVER
 
     @wp.func
@@ -60,7 +60,7 @@ class Acceleration:
 
 @wp.struct
 class Ground:
-    """What a record says of the segment that one of its samples starts.
+    """The sample of a record at which a segment starts.
 
     Attributes:
         value: Acceleration at the sample [m/s^2].
@@ -141,7 +141,7 @@ if MOTION in ("harmonic", "modulated"):
     @wp.func
     def wave(w: real, a0: real, a1: real) -> Acceleration:
         """A harmonic acceleration, a'' = -w^2 a, from its first two Taylor coefficients."""
-        # The reciprocals first: of two constants the compiler makes one.
+        # The reciprocals come first: the compiler folds two constants into one.
         q = -w * w
         a2 = a0 * (q * OVER_2)
         a3 = a1 * (q * (OVER_2 * OVER_3))
@@ -179,7 +179,7 @@ if MOTION == "harmonic":
 
     @wp.func
     def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
-        """Velocity of the base just after a time, all velocity steps until then in it."""
+        """Velocity of the base just after a time, with all velocity steps up to then."""
         w = TWO_PI * m.frequency
         _s, c = cycle(fused(m.frequency, time - m.start, m.phase * OVER_TWO_PI))
         moving = fused_less(m.acceleration_amplitude / w, c, m.velocity_offset)
@@ -353,7 +353,7 @@ if MOTION == "record":
     @wp.func
     def between_samples(m: Motion, segment: int) -> bool:
         """Whether the segment lies between two samples and ends without a velocity step."""
-        # Read before an `and`, which would branch around it: no vector code then.
+        # Read before the `and`, which would branch around the read and prevent vector code.
         last = m.count - 1
         return segment > 0 and segment < last
 
@@ -361,7 +361,7 @@ if MOTION == "record":
     def undisturbed(m: Motion, segment: int, strongest: real, bound: real):
         """Whether the next AHEAD samples are all weaker than a bound, and the time of the last.
 
-        `strongest` is the largest of them, of the segment's sample as the record has it.
+        `strongest` is the largest |acceleration| of them, which the record holds at this sample.
         """
         last = segment + AHEAD - 1
         # Read before an `and`, as in `between_samples`.

@@ -1,18 +1,18 @@
 """When the ends of an interface have parted, landed or slid.
 
-An end is a corner of a block that stands on the ground, or one end of the stretch that two faces
-share. After each step it is known whether an end carries, how wide it gapes and how fast it slips.
-But even the ends of a block at rest gape and slip a little. Sweeps that stop before they have
-converged let ends hop by parts of g dt^2. And a corner that a block turns about hops by parts of
-R (omega dt)^2: the step follows the chord, not the arc. Therefore
+An end is a corner of a block on the ground, or one end of the overlap of two faces. After each step
+the scheme knows whether an end carries, its gap and its slip velocity. But even at rest ends have a
+small gap and a small slip. Sweeps that stop before convergence make ends hop by a part of g dt^2.
+A pivot hops by a part of R (omega dt)^2, since the step follows the chord and not the arc.
+Therefore
 
-    an end has *parted* once it gapes by more than `FALLS` g dt^2 + `ARCS` R (omega dt)^2;
+    an end has *parted* once its gap exceeds `FALLS` g dt^2 + `ARCS` R (omega dt)^2;
     it has *landed*, which is an impact, once it carries again after it had parted;
-    a block has *lifted* when an end parts; its uplift time is when that end last carried;
+    a block has *lifted* when an end parts; the uplift time is when that end last carried;
     it *moves* while an end is parted, or slips faster than `CREEP` g dt.
 
-All these bounds vanish with the step. A swing whose corners move slower than FALLS g dt does not
-count as a swing: it would end within a few steps.
+All these bounds vanish with the step. A swing whose corners move more slowly than FALLS g dt does
+not count as one: it would end within a few steps.
 """
 
 import warp as wp
@@ -20,35 +20,34 @@ import warp as wp
 from warprock.kernels.shape.stack_found import Seen
 
 FALLS = real(2.0)
-"""Gap of an end that may still stand, over g dt^2: what one step of falling makes of it, and what
-the one before left. Sweeps that end early leave less than half of g dt^2."""
+"""Largest gap of an end that still stands, over g dt^2: the fall of one step plus the gap left by
+the step before. Sweeps that end early leave less than half of g dt^2."""
 ARCS = real(8.0)
-"""Gap of an end that a block turns about, over the square of its step along the arc and its
-radius: the arc's chord rises by half of that, and falls back slowly where the block turns so fast
-that it is about to leave the ground."""
+"""Largest gap of a pivot, over R (omega dt)^2. The chord of the arc rises by half of that. It falls
+back slowly if the block turns so fast that it is about to leave the ground."""
 CREEP = real(0.1)
-"""Speed of an end that may still stick, over g dt: sweeps that end early leave less."""
+"""Largest slip velocity of an end that sticks, over g dt: sweeps that end early leave less."""
 GRAIN = by_precision(1.0e-14, 1.0e-6)
-"""Gap that is round-off, over the lengths that it is a difference of."""
+"""Round-off of a gap, over the lengths of which the gap is a difference."""
 
 
 @wp.func
 def slack(dt: real, gravity: real, reach: real, square: real, length: real) -> real:
-    """The widest gap of an end that has not parted [m].
+    """The largest gap of an end that has not parted [m].
 
     Args:
         dt: Time step [s].
         gravity: Acceleration of gravity [m/s^2].
         reach: At least the distance of an end from the centre of the block [m].
-        square: Square of the angular velocity [rad^2/s^2], of both bodies the sum.
-        length: Lengths that a gap is a difference of [m].
+        square: Square of the angular velocity [rad^2/s^2]; the sum of those of both bodies.
+        length: Lengths of which a gap is a difference [m].
     """
     return fused(dt * dt, fused(ARCS * reach, square, FALLS * gravity), GRAIN * length)
 
 
 @wp.struct
 class Bearing:
-    """What an end carries in a step, and how wide it gapes after it [m]."""
+    """Impulse that an end carries in a step, and its gap after the step [m]."""
 
     carried: real
     gap: real
@@ -59,8 +58,8 @@ class Parting:
     """The two ends of an interface, kept from step to step.
 
     Attributes:
-        since: Time since which the one or the other has carried nothing [s], or NEVER; 0 at first.
-        left, right: 1 where the end at -x, at +x has parted and not landed since, else 0.
+        since: Time since which at least one end carries nothing [s], or NEVER; 0 at first.
+        left, right: 1 if the end at -x, at +x has parted and not landed since, else 0.
     """
 
     since: real
@@ -73,7 +72,7 @@ def observe_ends(
     live: bool, time: real, limit: real, slips: bool, left: Bearing, right: Bearing,
     parting: wp.ref[Parting], seen: wp.ref[Seen],
 ):  # fmt: skip
-    """What a step shows of the two ends of an interface: uplift, motion and impacts of a lane.
+    """Updates uplift, motion and impacts of a lane by the two ends of an interface after a step.
 
     Args:
         live: Whether the lane still runs.
@@ -81,8 +80,8 @@ def observe_ends(
         limit: Gap beyond which an end has parted [m], see `slack`.
         slips: Whether the interface slides, see `slides`.
         left, right: The end at -x and the end at +x.
-        parting: The same two, before the step and then after it.
-        seen: What is seen of the lane.
+        parting: What is kept of both ends; updated.
+        seen: Observed response of the lane; updated.
     """
     zero = real(0.0)
     open1 = left.carried <= zero
@@ -104,5 +103,5 @@ def observe_ends(
 
 @wp.func
 def slides(way: real, dt: real, gravity: real) -> bool:
-    """Whether an interface that slips by a way [m] in a step slides."""
+    """Whether an interface slides that slips by a distance `way` [m] in a step."""
     return size(way) > CREEP * gravity * dt * dt

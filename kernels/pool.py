@@ -1,8 +1,8 @@
-"""The pool of samples of records, the same for kernels and for what launches them.
+"""The pool of samples of records, the same for kernels and for their launches.
 
 Its rows are the acceleration at a sample, its slope up to the next, the velocity, and the largest
 |acceleration| of the sample and the AHEAD after it.
 """
 
 AHEAD = 31
-"""Samples that a block at rest may pass at once which are all too weak to move it."""
+"""Number of samples that a block at rest may pass at once, if all are too weak to move it."""

@@ -8,20 +8,20 @@
     state[i] = after                  sets all fields
     state[i] = wp.where(live, after, state[i])    sets them where `live` holds
 
-A field that is a vector has a local variable a component; `state[i].place` reads or sets all of
-them, `state[i].place[2]` one, whose number is written out. A field that is a bool is kept as a
-whole number. Of an `if` on a parameter that is true or false, such as CHAINS, the branch that is
-taken is all that is written out: the other one may name structs that its instance does not have.
+A field that is a vector has one local variable a component: `state[i].place` reads or sets all of
+them, `state[i].place[2]` one, whose index must be a literal. A field that is a bool is kept as a
+whole number. Of an `if` on a parameter that is true or false, such as CHAINS, only the branch that
+is taken is written: the other one may mention structs that its instance does not have.
 
 The compiler makes vector code of a loop over lanes only if every field is a local variable of its
-own: an array of structs takes nine times as long, a struct of vectors up to 3.6 times. So `@kernel`
-writes the kernel again with those variables before Warp reads it: `state[i].theta` becomes
-`state_theta[i]`. `python -m tools.kernel_text FILE` prints what Warp reads, and a line of one of
-Warp's error messages is a line of that.
+own. An array of structs takes nine times as long, a struct of vectors up to 3.6 times. So `@kernel`
+rewrites the kernel with such variables before Warp reads it: `state[i].theta` becomes
+`state_theta[i]`. `python -m tools.kernel_text FILE` prints what Warp reads. The line numbers in
+Warp's error messages are those of that text.
 
-Rows exist in kernels alone. A func takes structs by value and returns one, or changes one that it
-takes as `wp.ref`. Two rules keep loops over lanes vector code: take a struct out of its rows where
-it is used, not at the head of a loop; and no struct has a field that nobody reads.
+Rows exist only in kernels. A func takes structs by value and returns one, or changes one that it
+takes as `wp.ref`. Two rules keep loops over lanes vector code: read a struct from its rows on the
+line that uses it, not at the head of a loop; and no struct has a field that nobody reads.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ TEXTS: dict[str, str] = {}
 
 
 def rows(struct: Any, count: int | None = None, *, lanes: int | None = None) -> Any:
-    """LANES structs, or `lanes`, or `count` times as many; only `@kernel` gives it a meaning."""
+    """Declares LANES structs, or `lanes`, or `count` times as many; only inside `@kernel`."""
     raise TypeError("rows() stands for local variables of a kernel that @kernel writes out")
 
 
 def kernel(function: Callable[..., None]) -> Any:
-    """`wp.kernel` of a function in whose text rows are written out.
+    """`wp.kernel` of a function, after its rows are replaced by local variables.
 
     Raises:
         SyntaxError: A row is used in a way that has no meaning; with its line.
@@ -66,22 +66,22 @@ def kernel(function: Callable[..., None]) -> Any:
 
 
 def _length(kind: Any) -> int:
-    """Components of a vector's type; 0 of any other."""
+    """Number of components of a vector type; 0 for any other type."""
     return int(kind._length_) if len(getattr(kind, "_shape_", ())) == 1 else 0
 
 
 def _is_bool(kind: Any) -> bool:
-    """Whether a type is that of truth values."""
+    """Whether a type is bool."""
     return kind in (bool, wp.bool)
 
 
 def _columns(field: str, kind: Any) -> list[str]:
-    """Names of the local variables of a field, each after the name of its row."""
+    """Names of the local variables of a field, without the name of the row before them."""
     return [f"{field}_{part}" for part in range(_length(kind))] or [field]
 
 
 class _WriteOut(ast.NodeTransformer):
-    """Puts a local variable a field in the place of every row."""
+    """Replaces every row by one local variable a field."""
 
     def __init__(self, names: dict[str, Any]) -> None:
         self.names = names
@@ -102,13 +102,13 @@ class _WriteOut(ast.NodeTransformer):
         return ast.Subscript(name, row.slice, ast.Load())
 
     def _parts(self, row: ast.Subscript, field: str) -> list[ast.Subscript]:
-        """The entries of a field: one, or one a component of a vector."""
+        """The entries of a field: one, or one for each component of a vector."""
         assert isinstance(row.value, ast.Name)
         kind = self.structs[row.value.id][1][field]
         return [self._entry(row, part) for part in _columns(field, kind)]
 
     def _value(self, row: ast.Subscript, field: str) -> ast.expr:
-        """A field of the struct of a lane."""
+        """An expression for one field of the struct of a lane."""
         assert isinstance(row.value, ast.Name)
         kind, parts = self.structs[row.value.id][1][field], self._parts(row, field)
         if _length(kind):
@@ -120,7 +120,7 @@ class _WriteOut(ast.NodeTransformer):
         return parts[0]
 
     def _stores(self, row: ast.Subscript, field: str, new: str, condition: str = "") -> list[str]:
-        """Lines that set a field of the struct of a lane, where a condition holds."""
+        """Lines that set a field of the struct of a lane, if a condition holds."""
         assert isinstance(row.value, ast.Name)
         kind, lines = self.structs[row.value.id][1][field], []
         for number, part in enumerate(self._parts(row, field)):
@@ -131,7 +131,7 @@ class _WriteOut(ast.NodeTransformer):
         return lines
 
     def _type(self, kind: Any, count: int | None, lanes: int | None) -> str:
-        """The name of the type of one field's variable, made where it is new."""
+        """The name of the type of a field's variable; a new type is created."""
         scalar = kind._wp_scalar_type_ if _length(kind) else kind
         whole = scalar in (int, wp.int32) or _is_bool(scalar)
         name = f"{'Whole' if whole else 'Real'}Rows{count or ''}{f'Of{lanes}' if lanes else ''}"
@@ -145,11 +145,11 @@ class _WriteOut(ast.NodeTransformer):
         return name
 
     def _number(self, value: ast.expr) -> int:
-        """A number that a declaration gives."""
+        """The value of a number in a declaration."""
         return int(eval(ast.unparse(value), self.names))
 
     def visit_Assign(self, node: ast.Assign) -> Any:
-        """A declaration of rows, an assignment to a row, or any other."""
+        """Rewrites a declaration of rows or an assignment to a row; leaves any other."""
         target, value = node.targets[0], node.value
         if isinstance(value, ast.Call) and ast.unparse(value.func) == "rows":
             return self._declared(target, value)
@@ -162,7 +162,7 @@ class _WriteOut(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_If(self, node: ast.If) -> Any:
-        """The branch that is taken of an `if` on a parameter, such as CHAINS; any other `if`."""
+        """Keeps the branch that is taken of an `if` on a parameter, such as CHAINS."""
         taken = self.names.get(node.test.id) if isinstance(node.test, ast.Name) else None
         if not isinstance(taken, bool):
             return self.generic_visit(node)
@@ -170,7 +170,7 @@ class _WriteOut(ast.NodeTransformer):
         return self.generic_visit(branch).body
 
     def _set_field(self, row: ast.Subscript, field: str, value: ast.expr) -> list[ast.stmt]:
-        """Sets a field of the struct of a lane that is not one number; else nothing."""
+        """Lines that set a field that is not one number; empty for a number."""
         assert isinstance(row.value, ast.Name)
         kind = self.structs[row.value.id][1].get(field)
         if not _length(kind) and not _is_bool(kind):
@@ -219,7 +219,7 @@ class _WriteOut(ast.NodeTransformer):
         return ast.parse(before + "\n".join(lines)).body
 
     def visit_Attribute(self, node: ast.Attribute) -> Any:
-        """A field of a row, or any other attribute."""
+        """Rewrites a field of a row; leaves any other attribute."""
         if self._is_row(node.value):
             row = self.generic_visit(node.value)
             assert isinstance(row, ast.Subscript)
@@ -230,7 +230,7 @@ class _WriteOut(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_Subscript(self, node: ast.Subscript) -> Any:
-        """The struct of a lane, a component of one of its vectors, or any other subscript."""
+        """Rewrites the struct of a lane or a component of one of its vectors."""
         held, number = node.value, node.slice
         if (
             isinstance(held, ast.Attribute)

@@ -1,21 +1,20 @@
 """Scalar functions that the compiler can turn into vector code.
 
-The C library's sine, cosine and exponential are calls, which keep a loop over lanes from being
-vectorised; these are polynomials (coefficients: tools/fit_polynomials.py). Comparisons are
-written with `wp.where`: one instruction, where `wp.min` and `wp.max` take several because they
-look for NaN.
+The C library's sine, cosine and exponential are calls, which prevent vector code of a loop over
+lanes. Here they are polynomials (coefficients: tools/fit_polynomials.py). Comparisons use
+`wp.where`, one instruction; `wp.min` and `wp.max` take several because they test for NaN.
 """
 
 import warp as wp
 
 
 def by_precision(float64: float, float32: float) -> real:
-    """A constant that depends on the round-off: the one of the scalar type of this instance."""
+    """A constant that depends on the round-off: the value for the scalar type of this instance."""
     return real({"float64": float64, "float32": float32}[PRECISION])
 
 
 FARTHEST = real(1.65)
-"""Largest |x| of which `sine` and `cosine` are right."""
+"""Largest |x| for which `sine` and `cosine` are exact to round-off."""
 
 # sin(x) = x P(x^2) on |x| <= 1.65, remainder below 3e-16.
 _S0, _S1, _S2, _S3, _S4, _S5, _S6, _S7 = (
@@ -73,11 +72,11 @@ HALF = real(0.5)
 TWO = real(2.0)
 HALF_PI = real(1.5707963267948966)
 TINY = real(1.0e-30)
-"""Keeps a quotient by zero finite; what is smaller has no direction."""
+"""Keeps a quotient by zero finite; a smaller vector has no direction."""
 NEVER = real(1.0e30)
-"""A time that has not come."""
+"""The time of an event that has not come."""
 
-# Reciprocals, divided here and not in a kernel: there 1.0 / 3.0 is a quotient of two float32.
+# Reciprocals are computed here: in a kernel 1.0 / 3.0 is a quotient of two float32.
 OVER_2, OVER_3, OVER_4, OVER_5, OVER_6, OVER_7, OVER_8, OVER_9, OVER_10 = (
     real(1.0 / count) for count in range(2, 11)
 )
@@ -90,9 +89,9 @@ _MULTIPLY_ADD = {"float64": "fma", "float32": "fmaf"}[PRECISION]
 def fused(a: real, b: real, c: real) -> real:
     """The sum a b + c by one instruction, rounded once.
 
-    The compiler fuses nothing by itself (kernels/instance.py): which product of a sum it
-    would fuse may depend on what stands around it and on the processor. So a sum has the same bits
-    in every form of a kernel, and is fused where its kernel is faster for it.
+    The compiler fuses nothing by itself (kernels/instance.py): its choice of a product would depend
+    on the code around it and on the processor. So a sum has the same bits in every form of a
+    kernel. A kernel says `fused` where that makes it faster.
     """
 
 
@@ -115,7 +114,7 @@ def wedge(ax: real, az: real, bx: real, bz: real) -> real:
 
 @wp.func
 def less_three(u: real, a1: real, x1: real, a2: real, x2: real, a3: real, x3: real) -> real:
-    """The difference u - a1 x1 - a2 x2 - a3 x3; in a chain what is known last goes last."""
+    """The difference u - a1 x1 - a2 x2 - a3 x3; the term that is known last comes last."""
     return fused_less(a3, x3, fused_less(a2, x2, fused_less(a1, x1, u)))
 
 
@@ -161,9 +160,9 @@ def cosine(x: real) -> real:
 
 @wp.func
 def in_range(x: real) -> real:
-    """The nearest number of which `sine` and `cosine` are right.
+    """The nearest number in the range of `sine` and `cosine`.
 
-    A rotation leaves their range in the step in which a block overturns, and by any angle.
+    In the step in which a block overturns its rotation leaves this range, by any angle.
     """
     return larger(smaller(x, FARTHEST), -FARTHEST)
 

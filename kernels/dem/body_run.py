@@ -36,7 +36,7 @@ from warprock.kernels.shape.above import Motions
 from warprock.kernels.shape.body import turned_x
 from warprock.kernels.shape.body_found import Found, Sides, observe_sides
 from warprock.kernels.shape.interface import Mass, Pose, Velocity
-from warprock.kernels.shape.rising import pulled
+from warprock.kernels.shape.rising import equivalent_gain
 from warprock.kernels.shape.stack_found import (
     Peaks,
     Seen,
@@ -154,7 +154,7 @@ def run_lanes(
                 place = sample_index(lane, sample_segment(lane, mid))
                 v = base_velocity(lane, mid, pool[2, place], pool[0, place], pool[1, place])
                 base[i] = move_base(v, climb, pace[i].live, base[i])
-                pull = pulled(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
+                pull = equivalent_gain(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
                 account[i] = keep_account(pull, account[i])
                 step[i].lift = rise(pose[i].s, pose[i].c)
                 step[i].held = 0
@@ -219,7 +219,7 @@ def run_lanes(
                 found.places[sample, 0, 1, first + i] = pose[i].z - past * velocity[i].z
     for i in range(LANES):
         account[i].loss = lost_so_far(energy[i])
-        pull = pulled(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
+        pull = equivalent_gain(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
         account[i] = keep_account(pull, account[i])
         seen[i].steps = pace[i].steps
         found.results[first + i] = result_of(seen[i], account[i])

@@ -9,7 +9,7 @@ that comes into view has opened before.
 import warp as wp
 
 from warprock.kernels.dem.stack import FAILED, Knobs, Load, Pace, Spring, solve_spring
-from warprock.kernels.shape.body_seen import moved_along
+from warprock.kernels.shape.body_seen import shift_corners
 from warprock.kernels.shape.interface import Point, Pose, Velocity
 from warprock.kernels.shape.stack_body import Top, Window, find_foot
 
@@ -84,8 +84,8 @@ def move_springs(
     way: int, one: wp.ref[Spring], two: wp.ref[Spring], three: wp.ref[Spring]
 ):  # fmt: skip
     """Moves the springs of three points from -x to +x along with their window."""
-    a, b, d = moved_along(way, one.u, two.u, three.u)
-    e, f, g = moved_along(way, one.slip, two.slip, three.slip)
+    a, b, d = shift_corners(way, one.u, two.u, three.u)
+    e, f, g = shift_corners(way, one.slip, two.slip, three.slip)
     one.u = a
     two.u = b
     three.u = d

@@ -38,7 +38,7 @@ from warprock.kernels.motion import base_velocity, sample_index, sample_segment
 from warprock.kernels.rows import kernel, rows
 from warprock.kernels.shape.above import Motions
 from warprock.kernels.shape.interface import Mass, Pose, Velocity
-from warprock.kernels.shape.rising import pulled
+from warprock.kernels.shape.rising import equivalent_gain
 from warprock.kernels.shape.stack_body import Foot
 from warprock.kernels.shape.stack_found import (
     Found,
@@ -184,7 +184,7 @@ def run_lanes(
                 place = sample_index(lane, sample_segment(lane, mid))
                 v = base_velocity(lane, mid, pool[2, place], pool[0, place], pool[1, place])
                 base[i] = move_base(v, rise, pace[i].live, base[i])
-                pull = pulled(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
+                pull = equivalent_gain(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
                 account[i] = keep_account(pull, account[i])
             for k in range(1, bodies):
                 low = k - 1
@@ -257,13 +257,10 @@ def run_lanes(
                         away = SPACING * real(2 * p + 1 - ODD)
                         share = SPACING * wp.where(p == pairs - 1 or p < ODD, HALF, real(1.0))
                         for i in range(LANES):
-                            # Each spring is kept before the next is found: a lane a thread is
-                            # 5 to 8 % faster so.
                             mu = interface[k, i].friction
-                            one = spring[row + 2 * p, i]
+                            one, two = spring[row + 2 * p, i], spring[row + 2 * p + 1, i]
                             first_end = press(knobs, pace[i], mu, -away, meeting[i], one)
                             spring[row + 2 * p, i] = one
-                            two = spring[row + 2 * p + 1, i]
                             second_end = press(knobs, pace[i], mu, away, meeting[i], two)
                             spring[row + 2 * p + 1, i] = two
                             sums[i] = add_pair(share, away, first_end, second_end, sums[i])
@@ -315,7 +312,7 @@ def run_lanes(
                     found.places[sample, k - 1, 1, first + i] = z
     for i in range(LANES):
         account[i].loss = lost_so_far(energy[i])
-        pull = pulled(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
+        pull = equivalent_gain(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
         account[i] = keep_account(pull, account[i])
         seen[i].steps = pace[i].steps
         found.results[first + i] = result_of(seen[i], account[i])

@@ -8,9 +8,9 @@ push only. Backward Euler over a step h, with a velocity after the step v+ and a
     n = -h (k gap+ + c v+),  gap+ = gap + h v+   while the corner touches, or, solved for v+,
     v+ + ERP gap / h + CFM n = 0,   CFM = 1 / (h (h k + c)),   ERP = h k / (h k + c)    (Eq. 13).
 
-A corner touches where its gap is not wider than 2 g h^2, what one step of falling can make. Of
-such a gap that is still open all is to close, v+ + gap / h + CFM n = 0: the spring and the
-dashpot work on the penetration. A step solves
+A corner touches if its gap is at most 2 g h^2, the fall that one step can make. An open gap of this
+kind closes as a whole, v+ + gap / h + CFM n = 0; the spring and the dashpot act on the penetration.
+A step solves
 
     1. u = v + h (0, -g) - (dv_base, 0), dv_base the change of the base velocity between the half
        steps at which velocities are kept, so that a velocity step of the base is carried exactly;
@@ -20,21 +20,22 @@ dashpot work on the penetration. A step solves
        n_2), the exact cone of a planar contact, or friction times that sum of the last step (box);
     3. v+ = u + M^-1 J^T (n_1, n_2, f), q+ = q + h v+.
 
-One friction for the face and not one for each corner: of two corners on one face of a rigid block
-the shares could not be told apart, and their levers differ by 2 b sin(theta) while both touch.
+There is one friction for the face and not one for each corner. The shares of two corners on one
+face of a rigid block are not unique, and their levers differ by only 2 b sin(theta) while both
+touch.
 
-The solve is exact: it takes each way to touch in turn (no corner; either one or both, sticking or
+The solve is exact. It takes each contact state in turn (no corner; either one or both, sticking or
 sliding to either side), solves its linear equations, and keeps the one whose residual in step 2 is
-round-off. With a box the matrix is positive definite and there is no other solution. With a cone
-there is always one (Anitescu and Potra 1997); where there are more (Painleve), the first is taken.
+round-off. With a box the matrix is positive definite and the solution unique. With a cone there is
+always a solution (Anitescu and Potra 1997); if there are several (Painleve), the first is taken.
 
-What keeps the error of impacts small: a corner lands in the middle of a step and is noticed at
-its end, so that on average over many impacts the weight turns the block the right time before and
-after (a corner that was kept from landing would start to brake a step early, and the block would
-lose an angular velocity of the order of h with every impact). It is then through by up to h times
-its velocity V. With ERP = 1 that would come back as a velocity V, an impact with energy to spare
-however short the step; with a relaxation time c / k of many steps it comes back slowly, as a
-velocity V h k / c that vanishes with h.
+Two things keep the error of impacts small. First, a corner lands inside a step, and contact begins
+at its end. On average over many impacts, gravity then turns the block for the right time before
+and after. (If the corner were kept from landing, it would brake a step too early, and the block
+would lose an angular velocity of the order of h in every impact.) Second, the penetration of that
+step, up to h times the velocity V of the corner, comes back slowly. With ERP = 1 it would come back
+as a velocity V, an impact that adds energy however short the step. With a relaxation time c / k of
+many steps it comes back as a velocity V h k / c, which vanishes with h.
 
 Impulses and energies are per unit mass.
 """
@@ -44,12 +45,12 @@ import warp as wp
 from warprock.kernels.shape.block import Gaps, State
 
 ROUND_OFF = by_precision(1.0e-12, 1.0e-4)
-"""Residual that counts as none, over the velocities that the solve starts from."""
+"""Residual that counts as round-off, over the velocities at the start of the solve."""
 
 
 @wp.struct
 class Block:
-    """What a step needs to know of one lane's block; stiffness [1/s^2] for unit mass."""
+    """The block of one lane; stiffness [1/s^2] for unit mass."""
 
     half_width: real
     half_height: real
@@ -62,7 +63,7 @@ class Block:
 
 @wp.struct
 class Knobs:
-    """What a step needs to know of the settings.
+    """Settings of a step.
 
     `rate` is the inverse of the time step [1/s], `margin` the gap up to which a corner touches
     [m], `box` 1 for the box, 0 for the cone.
@@ -88,9 +89,9 @@ class Impulses:
     """Impulses that may solve a `Problem` [m/s].
 
     Attributes:
-        n1, n2: Normal ones, of corners 1 and 2.
-        f: Friction of the face.
-        miss: By how much they miss the laws of step 2, beyond round-off.
+        n1, n2: Normal impulses of corners 1 and 2.
+        f: Friction impulse of the face.
+        miss: Residual of the laws of step 2, beyond round-off.
     """
 
     n1: real
@@ -108,7 +109,7 @@ class Problem:
         bound: Largest friction of the box [m/s], 0 with a cone.
         k11, k12, k22, k13, k23, k33: J M^-1 J^T, the CFM in the diagonal of the corners; 3 is the
             friction.
-        q1, q2: Velocities of corners 1 and 2 above their wishes, without contact [m/s].
+        q1, q2: Velocities of corners 1 and 2 without contact, plus `allowed_closing` [m/s].
         q3: Slip without contact [m/s].
     """
 
@@ -135,14 +136,14 @@ class Friction:
 
 
 @wp.func
-def wish(gap: real, erp: real, rate: real) -> real:
-    """ERP gap / h of a corner [m/s]."""
+def allowed_closing(gap: real, erp: real, rate: real) -> real:
+    """Velocity at which a corner may close, ERP gap / h; of an open gap, gap / h [m/s]."""
     return rate * gap * wp.where(gap > real(0.0), real(1.0), erp)
 
 
 @wp.func
 def residual_of(c: Problem, n1: real, n2: real, f: real) -> real:
-    """By how much impulses miss the laws of step 2 [m/s]."""
+    """Residual of the laws of step 2 for given impulses [m/s]."""
     w1 = fused(c.k13, f, fused(c.k12, n2, fused(c.k11, n1, c.q1)))
     w2 = fused(c.k23, f, fused(c.k22, n2, fused(c.k12, n1, c.q2)))
     slip = fused(c.k33, f, fused(c.k23, n2, fused(c.k13, n1, c.q3)))
@@ -154,13 +155,13 @@ def residual_of(c: Problem, n1: real, n2: real, f: real) -> real:
 
 @wp.func
 def impulses_of(c: Problem, round_off: real, n1: real, n2: real, f: real) -> Impulses:
-    """Impulses and what they miss beyond round-off [m/s]."""
+    """Impulses with their residual beyond round-off [m/s]."""
     return Impulses(n1, n2, f, larger(residual_of(c, n1, n2, f) - round_off, real(0.0)))
 
 
 @wp.func
-def better(one: Impulses, two: Impulses) -> Impulses:
-    """Those of the impulses that miss less; the second ones if they miss as much."""
+def better_of(one: Impulses, two: Impulses) -> Impulses:
+    """The impulses with the smaller residual; the second ones if both are equal."""
     first = one.miss < two.miss
     return Impulses(
         wp.where(first, one.n1, two.n1), wp.where(first, one.n2, two.n2),
@@ -170,7 +171,7 @@ def better(one: Impulses, two: Impulses) -> Impulses:
 
 @wp.func
 def try_friction(c: Problem, law: Friction, round_off: real, best: Impulses) -> Impulses:
-    """The best of the impulses so far and of three ways to touch: corner 1, corner 2, both."""
+    """The best of the impulses so far and of three contact states: corner 1, corner 2, both."""
     zero = real(0.0)
     a11 = fused(c.k13, law.b1, c.k11)
     a12 = fused(c.k13, law.b2, c.k12)
@@ -186,7 +187,7 @@ def try_friction(c: Problem, law: Friction, round_off: real, best: Impulses) -> 
     m1 = scale * fused_less(a22, p1, a12 * p2)
     m2 = scale * fused_less(a11, p2, a21 * p1)
     both = impulses_of(c, round_off, m1, m2, fused(law.b2, m2, fused(law.b1, m1, law.a)))
-    return better(both, better(two, better(one, best)))
+    return better_of(both, better_of(two, better_of(one, best)))
 
 
 @wp.func
@@ -206,7 +207,7 @@ def solve_contacts(c: Problem) -> Impulses:
 
 @wp.func
 def corners(block: Block, s: real, c: real):
-    """Where the -x and the +x corner are from the centre of mass: x, z, x, z [m]."""
+    """Levers from the centre of mass to the -x and the +x corner: x, z, x, z [m]."""
     b, deep, aside = block.half_width, block.half_height * c, block.half_height * s
     return (
         fused_less(b, c, -aside), fused(b, s, -deep), fused(b, c, -aside), fused_less(b, s, -deep),
@@ -219,13 +220,13 @@ def step(
 ):  # fmt: skip
     """One step of one lane, in which the base velocity changes by dv [m/s].
 
-    `before` is what the corners carried in the last step; the step adds to the loss what its
-    contacts take from the energy [J/kg]. Returns the state, what the corners carry, the gaps, and
-    what the solve missed [m/s].
+    `before` has the impulses of the last step. The step adds the energy that its contacts take to
+    the loss [J/kg]. Returns the state, the impulses of the corners, the gaps, and the residual of
+    the solve [m/s].
     """
     zero, one = real(0.0), real(1.0)
     w, dt = block.inverse_inertia, knobs.time_step
-    # Seen so that the block leans to +x: a mirrored scene is solved by the same numbers.
+    # Reflected so that the block leans to +x: a mirrored scene has the same numbers.
     lean = wp.where(
         state.theta != zero, state.theta, wp.where(state.omega != zero, state.omega, -dv)
     )
@@ -249,19 +250,19 @@ def step(
         fused(w * x1, x1, one + block.cfm), on1 * on2 * fused(w * x1, x2, one),
         fused(w * x2, x2, one + block.cfm),
         -on1 * w * x1 * z2, -on2 * w * x2 * z2, fused(w * z2, z2, one),
-        on1 * fused_less(uo, x1, uz + wish(gap1, block.erp, knobs.rate)),
-        on2 * fused_less(uo, x2, uz + wish(gap2, block.erp, knobs.rate)),
+        on1 * fused_less(uo, x1, uz + allowed_closing(gap1, block.erp, knobs.rate)),
+        on2 * fused_less(uo, x2, uz + allowed_closing(gap2, block.erp, knobs.rate)),
         fused(uo, z2, ux),
     ))  # fmt: skip
     vx1 = ux + p.f
     vz1 = uz + p.n1 + p.n2
     vo1 = fused(w, fused(p.f, z2, fused_less(p.n1, x1, -p.n2 * x2)), uo)
-    # Work of the contact impulses on the mean velocities where they act, a loss.
+    # Loss: minus the work of the contact impulses on the mean velocities of their points.
     mx, mz, mo = HALF * (m * state.vx + vx1), HALF * (state.vz + vz1), HALF * (uo + vo1)
     pressed = fused(p.n1, fused_less(mo, x1, mz), p.n2 * fused_less(mo, x2, mz))
     work = fused(p.f, fused(mo, z2, mx), pressed)
-    # A height that is too coarse to take up what the velocity adds, as at rest in float32, has not
-    # won its weight; without round-off this is nothing.
+    # If the height is too coarse to change by the velocity, as at rest in float32, the block gains
+    # no potential energy. Without round-off this term is zero.
     risen = fused(dt, vz1, state.z)
     loss = loss - fused(knobs.gravity, fused_less(dt, vz1, risen - state.z), work)
     ahead1 = fused(dt, fused_less(vo1, x1, vz1), gap1)

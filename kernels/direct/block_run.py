@@ -1,6 +1,6 @@
 """Runs of the direct step over lanes, LANES lanes a thread: a pack on the CPU, one on any device.
 
-A block rocks while one of its corners has parted from the base, see parting.py. A flat one
+A block rocks while one of its corners has parted from the base, see parting.py. A flat block
 starts at rest on its springs, a leaning one with its corner at the base.
 
 With one lane a thread the same text is the plain form.
@@ -39,9 +39,9 @@ from warprock.kernels.shape.stack_found import (
 
 @wp.func
 def start(block: Block, knobs: Knobs, theta: real):
-    """A block where it starts, and what its corners carried in the step before.
+    """State of a block at its start, and the impulses of its corners in the step before.
 
-    Velocities are those of half a step before the start: at rest, or about to begin to fall.
+    Velocities are those of half a step before the start: zero, or those of the coming fall.
     """
     zero = real(0.0)
     flat = theta == zero
@@ -59,8 +59,8 @@ def start(block: Block, knobs: Knobs, theta: real):
 def before_start(k: int) -> real:
     """Weight of the starting velocity in the contact work: 1/2 in step 1, then 0.
 
-    The work of a step's contacts takes the mean of the velocities before and after. Before step 1
-    there is only the fall that it starts from, see `start`.
+    The contact work of a step uses the mean of the velocities before and after it. The velocity
+    before step 1 is only the fall of half a step, see `start`.
     """
     return wp.where(k == 1, HALF, real(0.0))
 

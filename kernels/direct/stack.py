@@ -7,16 +7,21 @@ velocities of an interface, upper and lower, W the inverse masses, they become
 
     w = q + D p + E_below^T p_below + E p_above,   D = J W J^T + CFM,   E = J_upper W J_lower'^T,
 
-q being what there is without contact and the wishes of the ends (`wish` in direct/block.py). The
-laws are those of direct/block.py, interface by interface. Given a state of all interfaces (which
-ends carry, whether each sticks or to which side it slides) they are linear equations, block
-tridiagonal, and solved by elimination from below; the states of the last step are tried first.
-Where the solution breaks a law, a sweep over the interfaces from there (block Gauss-Seidel, each by
-`solve_contacts`) proposes other states; if some sweeps do not find it, principal pivoting turns the
-rows that break their law, all of them while they become fewer, else the first alone (Judice and
-Pires 1994; finite with a box, whose matrix is positive definite). The first solution that keeps all
-laws to round-off is taken, so the result is exact however it was found. A stack for which none is
-found ends as UNSOLVED.
+q the velocities without contact plus the allowed closing of the ends (`allowed_closing` in
+direct/block.py). The laws are those of direct/block.py, interface by interface. A state says which
+ends carry, and whether each interface sticks or to which side it slides. For a given state the laws
+are linear equations, block tridiagonal, solved by elimination from below. States are tried in this
+order, until a solution keeps all laws to round-off, so the result is exact however it is found:
+
+    1. the states of the last step;
+    2. states proposed by sweeps over the interfaces from there (block Gauss-Seidel, each interface
+       by `solve_contacts`);
+    3. principal pivoting, which changes the state of the rows that break their law: of all while
+       their number falls, else of the first one (Judice and Pires 1994; finite with a box, whose
+       matrix is positive definite);
+    4. Lemke's path (direct/stack_pivot.py).
+
+A stack without a solution ends as UNSOLVED.
 """
 
 import warp as wp
@@ -28,20 +33,20 @@ from warprock.kernels.shape.stack import Matrix, Rows, Three, Triples, Values, m
 from warprock.kernels.shape.stack_run import ground
 
 TRIES = 50
-"""Tries of states before Lemke's path is taken."""
+"""Number of states that are tried before Lemke's path."""
 SWEPT_TRIES = 6
-"""First tries, from sweeps."""
+"""Number of these that sweeps propose, the first ones."""
 PATIENCE = 10
-"""Tries that turn all rows that break their law without there being fewer of them."""
+"""Number of pivots in all rows that break their law without their number falling."""
 ROUND_OFF = by_precision(1.0e-10, 1.0e-4)
-"""Residual that counts as none, over the velocities that add up to it."""
+"""Residual that counts as round-off, over the velocities of which it is a sum."""
 BARELY = real(1.0 - 1.0e-9)
-"""Part of its bound from which on a friction counts as sliding."""
+"""Friction above this part of its bound counts as sliding."""
 
 
 @wp.struct
 class Shapes:
-    """What the blocks of one lane are; CFM in 1/kg."""
+    """Sizes, masses and contact properties of the blocks of one lane; CFM in 1/kg."""
 
     half_width: Values
     half_height: Values
@@ -52,7 +57,7 @@ class Shapes:
 
 @wp.struct
 class Poses:
-    """Where the blocks of one lane are, see `Pose` in shape/interface.py."""
+    """Poses of the blocks of one lane, see `Pose` in shape/interface.py."""
 
     x: Values
     z: Values
@@ -71,7 +76,7 @@ def box_of(shapes: Shapes, k: int) -> Box:
 
 @wp.func
 def pose_of(poses: Poses, k: int) -> Pose:
-    """Where block k is; block -1 is the ground."""
+    """Pose of block k; block -1 is the ground."""
     zero = real(0.0)
     if k < 0:
         return Pose(zero, zero, zero, zero, real(1.0))
@@ -100,15 +105,15 @@ def interface_rows(shapes: Shapes, poses: Poses, k: int, lean: real):
 
 
 @wp.func
-def weighted(rows: Matrix, shapes: Shapes, k: int) -> Matrix:
+def times_inverse_mass(rows: Matrix, shapes: Shapes, k: int) -> Matrix:
     """Rows of an interface times the inverse masses of block k."""
     m = shapes.inverse_mass[k]
     return rows * wp.diag(Three(m, m, shapes.inverse_inertia[k]))
 
 
 @wp.func
-def with_rows(rows: Rows, k: int, m: Matrix) -> Rows:
-    """Rows with the matrix of one interface put in."""
+def set_rows(rows: Rows, k: int, m: Matrix) -> Rows:
+    """Rows with the matrix of one interface replaced."""
     found = rows
     for i in range(3):
         for j in range(3):
@@ -117,8 +122,8 @@ def with_rows(rows: Rows, k: int, m: Matrix) -> Rows:
 
 
 @wp.func
-def with_three(values: Triples, k: int, t: Three) -> Triples:
-    """Numbers with those of one interface put in."""
+def set_three(values: Triples, k: int, t: Three) -> Triples:
+    """Numbers with those of one interface replaced."""
     found = values
     for i in range(3):
         found[3 * k + i] = t[i]
@@ -127,7 +132,7 @@ def with_three(values: Triples, k: int, t: Three) -> Triples:
 
 @wp.func
 def velocities_without(system: Equations, p: Triples, k: int) -> Three:
-    """Relative velocities at interface k above the wishes, without its own impulses."""
+    """Relative velocities at interface k plus the allowed closing, without its own impulses."""
     q = three_of(system.free, k)
     if k > 0:
         q = q + wp.transpose(matrix_of(system.above, k - 1)) * three_of(p, k - 1)
@@ -167,13 +172,13 @@ def sweep(system: Equations, p: Triples) -> Triples:
     found = p
     for k in range(BLOCKS):
         own = solve_contacts(problem_of(system, found, k))
-        found = with_three(found, k, Three(own.n1, own.n2, own.f))
+        found = set_three(found, k, Three(own.n1, own.n2, own.f))
     return found
 
 
 @wp.func
 def states_of(system: Equations, p: Triples) -> States:
-    """The states that impulses are in."""
+    """States of the rows, from impulses."""
     found = States()
     for k in range(BLOCKS):
         f = p[3 * k + 2]
@@ -187,13 +192,13 @@ def states_of(system: Equations, p: Triples) -> States:
 
 @wp.func
 def pivot(system: Equations, states: States, p: Triples, first_only: bool):
-    """States with those rows turned that break their law, all or the first one alone.
+    """States after a principal pivot in all rows that break their law, or in the first one.
 
     Args:
         system: The problem.
         states: States of the rows.
         p: Their solution.
-        first_only: Whether to turn but one.
+        first_only: Whether to pivot in one row only.
 
     Returns:
         States; rows that break their law.
@@ -223,7 +228,7 @@ def pivot(system: Equations, states: States, p: Triples, first_only: bool):
 
 @wp.func
 def solve_states(system: Equations, states: States) -> Triples:
-    """Solution of the linear equations of given states."""
+    """Solution of the linear equations for given states."""
     zero = real(0.0)
     one = real(1.0)
     reach = Rows()
@@ -246,12 +251,12 @@ def solve_states(system: Equations, states: States) -> Triples:
             matrix = matrix - down * matrix_of(reach, k - 1)
             right = right - down * three_of(part, k - 1)
         inverse = wp.inverse(matrix)
-        part = with_three(part, k, inverse * right)
-        reach = with_rows(reach, k, inverse * (keep * matrix_of(system.above, k)))
+        part = set_three(part, k, inverse * right)
+        reach = set_rows(reach, k, inverse * (keep * matrix_of(system.above, k)))
     for step in range(1, BLOCKS):
         k = BLOCKS - 1 - step
         last = three_of(part, k) - matrix_of(reach, k) * three_of(part, k + 1)
-        part = with_three(part, k, last)
+        part = set_three(part, k, last)
     return part
 
 
@@ -261,10 +266,10 @@ def solve(system: Equations, guess: Triples):
 
     Args:
         system: The problem.
-        guess: Impulses in whose states the solution is sought first.
+        guess: Impulses whose states are tried first.
 
     Returns:
-        Impulses; whether they are a solution; tries that it took.
+        Impulses; whether they are a solution; number of states tried.
     """
     states = states_of(system, guess)
     found = guess

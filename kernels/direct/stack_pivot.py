@@ -1,13 +1,16 @@
 """Lemke's pivoting for the contacts of a stack.
 
-The laws of direct/stack.py as one linear complementarity problem y = M x + q, y >= 0, x >= 0,
-y x = 0, with five pairs an interface: the normal impulses of its ends and their velocities above
-the wish; the friction to either side, f = f+ - f-, and the slip against it above -lambda; lambda,
-the size of the slip, and what the friction leaves of its bound (Stewart and Trinkle 1996). M is
-copositive, so the path that starts from a large z on every row ends at a solution (Anitescu and
-Potra 1997). Bounds of zero would make ties, at which the path can end or go in circles, so they
-are widened a little here, each by a different amount; only the states at the end are used. The
-table is dense and the path starts without a guess, so this is the last resort.
+The laws of direct/stack.py are one linear complementarity problem y = M x + q, y >= 0, x >= 0,
+y x = 0, with five pairs an interface (Stewart and Trinkle 1996):
+
+- for each of both ends, its normal impulse and its velocity plus the allowed closing;
+- for each side, the friction to that side, f = f+ - f-, and the slip against it plus lambda;
+- lambda, the size of the slip, and the margin of the friction to its bound.
+
+M is copositive, so the path that starts from a large z on every row ends at a solution (Anitescu
+and Potra 1997). Bounds of zero would make ties, at which the path can end or cycle. So bounds are
+widened a little here, each by a different amount, and only the states at the end are used. The
+table is dense and the path starts without a guess: this is the last resort.
 """
 
 import warp as wp
@@ -20,12 +23,12 @@ PIVOTS = 20 * COUNT
 """Pivots before the path is given up."""
 FAR = real(1.0e30)
 TILT = by_precision(1.0e-8, 1.0e-5)
-"""What bounds are wider by, over the friction that the velocities without contact ask for."""
+"""Widening of the bounds, over the friction that would stop the velocities without contact."""
 APART = real(1.25)
-"""How the bounds of one interface are wider than those of the one below it."""
+"""Ratio of the widening of an interface to that of the one below it."""
 
 States = wp.types.vector(length=3 * BLOCKS, dtype=int)
-"""State of every row: an end carries (1) or not (0); a face sticks (0) or slides (-1, 1: the side
+"""State of every row: an end carries (1) or not (0); a face sticks (0) or slides (-1 or 1, the side
 of its friction)."""
 Names = wp.types.vector(length=COUNT + 1, dtype=int)
 """Variables by number: i is y_i, COUNT + i is x_i, 2 COUNT is z."""
@@ -45,8 +48,8 @@ class Equations:
 
 
 @wp.func
-def with_block(table: Table, k: int, other: int, m: Matrix) -> Table:
-    """The table with what the impulses of one interface do at another."""
+def set_block(table: Table, k: int, other: int, m: Matrix) -> Table:
+    """The table with the block of the impulses of one interface at another set."""
     found = table
     for i in range(4):
         low = wp.where(i == 3, 2, i)
@@ -67,11 +70,11 @@ def table_of(system: Equations) -> Table:
         skew += TILT * size(system.free[i])
     for k in range(BLOCKS):
         d = matrix_of(system.own, k)
-        table = with_block(table, k, k, d)
+        table = set_block(table, k, k, d)
         if k > 0:
-            table = with_block(table, k, k - 1, wp.transpose(matrix_of(system.above, k - 1)))
+            table = set_block(table, k, k - 1, wp.transpose(matrix_of(system.above, k - 1)))
         if k < BLOCKS - 1:
-            table = with_block(table, k, k + 1, matrix_of(system.above, k))
+            table = set_block(table, k, k + 1, matrix_of(system.above, k))
         last = 5 * k + 4
         for i in range(2):
             table[5 * k + 2 + i, last] = one
@@ -89,7 +92,7 @@ def table_of(system: Equations) -> Table:
 
 
 @wp.func
-def exchanged(table: Table, row: int, column: int) -> Table:
+def exchange(table: Table, row: int, column: int) -> Table:
     """The table after a pivot: the basic variable of a row and the one of a column swap."""
     found = table
     scale = real(1.0) / table[row, column]
@@ -106,7 +109,7 @@ def exchanged(table: Table, row: int, column: int) -> Table:
 
 
 @wp.func
-def leaving(table: Table, basic: Names, column: int) -> int:
+def leaving_row(table: Table, basic: Names, column: int) -> int:
     """Ratio test: the leaving row for an entering column; z wins ties; -1 if there is none."""
     row = int(-1)
     least = FAR
@@ -135,7 +138,7 @@ def first_row(table: Table) -> int:
 
 @wp.func
 def states_of(basic: Names) -> States:
-    """States of the rows from the variables that are not zero."""
+    """States of the rows, from the variables that are not zero."""
     used = States()
     slips = States()
     states = States()
@@ -153,7 +156,7 @@ def states_of(basic: Names) -> States:
             if part == 4:
                 slips[k] = 1
     for k in range(BLOCKS):
-        # Friction to both sides is friction below its bound; none to either, a bound of zero.
+        # Friction to both sides is below its bound; friction to none has a bound of zero.
         side = wp.where(used[3 * k] == 1, -1, 1)
         sticks = used[3 * k] == 1 and used[3 * k + 1] == 1
         states[3 * k + 2] = wp.where(sticks, 0, slips[k] * side)
@@ -162,7 +165,7 @@ def states_of(basic: Names) -> States:
 
 @wp.func
 def lemke(system: Equations) -> States:
-    """States of a solution; if the path does not end, those in which nothing carries."""
+    """States of a solution; if the path does not end, those in which no contact carries."""
     table = table_of(system)
     basic = Names()
     other = Names()
@@ -175,7 +178,7 @@ def lemke(system: Equations) -> States:
     pivots = int(0)
     while row >= 0 and pivots < PIVOTS:
         pivots += 1
-        table = exchanged(table, row, column)
+        table = exchange(table, row, column)
         left = basic[row]
         basic[row] = other[column]
         other[column] = left
@@ -185,5 +188,5 @@ def lemke(system: Equations) -> States:
             for j in range(COUNT + 1):
                 if other[j] == entering:
                     column = j
-            row = leaving(table, basic, column)
+            row = leaving_row(table, basic, column)
     return states_of(basic)

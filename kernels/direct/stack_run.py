@@ -1,24 +1,24 @@
 """Runs of the direct step over stacks of blocks, one lane a thread on any device.
 
 A run begins with a solve at the start, from velocities of zero, which gives the accelerations.
-Velocities belong to half steps, so the first step starts from velocities half a step back: -dt/2
+Velocities belong to half steps, so the first step starts with those of half a step earlier, -dt/2
 times the acceleration. An interface rocks while one of its ends has parted, see parting.py.
 """
 
 import warp as wp
 
 from warprock.kernels.account import Account, keep_account
-from warprock.kernels.direct.block import wish
+from warprock.kernels.direct.block import allowed_closing
 from warprock.kernels.direct.stack import (
     Poses,
     Shapes,
     box_of,
     interface_rows,
     pose_of,
+    set_rows,
+    set_three,
     solve,
-    weighted,
-    with_rows,
-    with_three,
+    times_inverse_mass,
 )
 from warprock.kernels.direct.stack_pivot import Equations
 from warprock.kernels.instance import LOOPS_STAY
@@ -48,7 +48,7 @@ LANES = 1
 
 @wp.struct
 class Knobs:
-    """What the lanes have in common; as in direct/block.py, CFM in 1/kg."""
+    """Settings that all lanes share; as in direct/block.py, CFM in 1/kg."""
 
     time_step: real
     rate: real
@@ -63,8 +63,8 @@ class Knobs:
 class State:
     """One lane: velocities of its blocks, relative to the base.
 
-    Of its interfaces: the side to which they lean, and the last impulses at their ends at -x and
-    at +x and along them towards +x [N s].
+    For its interfaces: the side to which they lean, and the last impulses at their ends at -x and
+    at +x, and along them towards +x [N s].
     """
 
     velocity: Triples
@@ -76,7 +76,7 @@ class State:
 
 @wp.struct
 class Jacobian:
-    """Relative velocities at all interfaces from those of their upper and of their lower blocks."""
+    """Matrices of the relative velocities at all interfaces, of upper and of lower blocks."""
 
     upper: Rows
     lower: Rows
@@ -84,7 +84,7 @@ class Jacobian:
 
 @wp.func
 def leaning(poses: Poses, state: State, k: int, hint: real) -> real:
-    """Side to which interface k leans; `hint` tells which way the base is about to move [m/s]."""
+    """Side to which interface k leans; `hint` is the coming gain of the base velocity [m/s]."""
     zero = real(0.0)
     turn = poses.theta[k]
     rate = state.velocity[3 * k + 2]
@@ -114,35 +114,37 @@ def equations(shapes: Shapes, poses: Poses, state: State, knobs: Knobs, free: Tr
         lowest = smaller(smaller(gap1, gap2), lowest)
         on1 = wp.where(gap1 <= knobs.margin, one, zero)
         on2 = wp.where(gap2 <= knobs.margin, one, zero)
-        # Rows of an end that does not touch vanish.
+        # The rows of an open end are zero.
         keep = wp.diag(Three(on1, on2, one))
         up = keep * up
         down = keep * down
-        d = weighted(up, shapes, k) * wp.transpose(up)
+        d = times_inverse_mass(up, shapes, k) * wp.transpose(up)
         q = up * three_of(free, k)
         if k > 0:
-            d = d + weighted(down, shapes, k - 1) * wp.transpose(down)
+            d = d + times_inverse_mass(down, shapes, k - 1) * wp.transpose(down)
             q = q + down * three_of(free, k - 1)
-            above = weighted(matrix_of(jacobian.upper, k - 1), shapes, k - 1) * wp.transpose(down)
-            system.above = with_rows(system.above, k - 1, above)
+            above = times_inverse_mass(
+                matrix_of(jacobian.upper, k - 1), shapes, k - 1
+            ) * wp.transpose(down)
+            system.above = set_rows(system.above, k - 1, above)
         m = shapes.inverse_mass[k]
         d = d + wp.diag(Three(knobs.cfm + m * (one - on1), knobs.cfm + m * (one - on2), zero))
         q = q + Three(
-            on1 * wish(gap1, knobs.erp, knobs.rate),
-            on2 * wish(gap2, knobs.erp, knobs.rate),
+            on1 * allowed_closing(gap1, knobs.erp, knobs.rate),
+            on2 * allowed_closing(gap2, knobs.erp, knobs.rate),
             zero,
         )
         mu = shapes.friction[k]
         last = knobs.box * larger(on1, on2) * (state.left[k] + state.right[k])
-        system.own = with_rows(system.own, k, d)
-        system.free = with_three(system.free, k, q)
+        system.own = set_rows(system.own, k, d)
+        system.free = set_three(system.free, k, q)
         system.friction[k] = (one - knobs.box) * mu
         system.bound[k] = mu * last
-        jacobian.upper = with_rows(jacobian.upper, k, up)
-        jacobian.lower = with_rows(jacobian.lower, k, down)
+        jacobian.upper = set_rows(jacobian.upper, k, up)
+        jacobian.lower = set_rows(jacobian.lower, k, down)
         n1 = wp.where(lean > zero, state.left[k], state.right[k])
         n2 = wp.where(lean > zero, state.right[k], state.left[k])
-        guess = with_three(guess, k, Three(on1 * n1, on2 * n2, lean * state.along[k]))
+        guess = set_three(guess, k, Three(on1 * n1, on2 * n2, lean * state.along[k]))
     return system, jacobian, guess, lowest
 
 
@@ -151,12 +153,14 @@ def push(shapes: Shapes, jacobian: Jacobian, free: Triples, p: Triples) -> Tripl
     """Velocities of all blocks after the impulses of all interfaces."""
     v = free
     for k in range(BLOCKS):
-        kick = wp.transpose(weighted(matrix_of(jacobian.upper, k), shapes, k)) * three_of(p, k)
-        v = with_three(v, k, three_of(v, k) + kick)
+        kick = wp.transpose(times_inverse_mass(matrix_of(jacobian.upper, k), shapes, k)) * three_of(
+            p, k
+        )
+        v = set_three(v, k, three_of(v, k) + kick)
         if k > 0:
-            below = weighted(matrix_of(jacobian.lower, k), shapes, k - 1)
+            below = times_inverse_mass(matrix_of(jacobian.lower, k), shapes, k - 1)
             back = wp.transpose(below) * three_of(p, k)
-            v = with_three(v, k - 1, three_of(v, k - 1) + back)
+            v = set_three(v, k - 1, three_of(v, k - 1) + back)
     return v
 
 
@@ -165,8 +169,8 @@ def step(shapes: Shapes, poses: Poses, state: State, knobs: Knobs, dv: real, hin
     """Velocities and impulses after a step in which the base velocity changes by dv [m/s].
 
     Returns:
-        The state, its rotations as before; work of the contacts on it [J]; the smallest gap at the
-        start, if below zero [m]; whether it was solved.
+        The state, with the rotations before the step; work of the contacts on it [J]; the smallest
+        gap at the start, if negative [m]; whether the contact problem was solved.
     """
     after = state
     free = state.velocity
@@ -188,7 +192,7 @@ def step(shapes: Shapes, poses: Poses, state: State, knobs: Knobs, dv: real, hin
             done += (v[a] - free[a]) * (v[a] + state.velocity[a]) / weight
         work += HALF * done
         to_right = after.lean[k] > real(0.0)
-        # What carries next to nothing may be below zero by round-off.
+        # Impulses near zero may be negative by round-off.
         n1, n2 = larger(p[3 * k], real(0.0)), larger(p[3 * k + 1], real(0.0))
         after.left[k] = wp.where(to_right, n1, n2)
         after.right[k] = wp.where(to_right, n2, n1)
@@ -199,7 +203,7 @@ def step(shapes: Shapes, poses: Poses, state: State, knobs: Knobs, dv: real, hin
 
 @wp.func
 def integrate(poses: Poses, state: State, dt: real) -> Poses:
-    """Where the blocks are after a time at their velocities."""
+    """Poses of the blocks after a time dt at their velocities."""
     moved = poses
     for k in range(BLOCKS):
         moved.x[k] = poses.x[k] + dt * state.velocity[3 * k]
@@ -214,9 +218,9 @@ def integrate(poses: Poses, state: State, dt: real) -> Poses:
 def energy_not_lifted(
     shapes: Shapes, before: Poses, poses: Poses, state: State, knobs: Knobs
 ) -> real:
-    """Energy that velocities have and heights have not taken up [J], as at rest in float32.
+    """Potential energy that velocities imply and heights do not gain [J], as at rest in float32.
 
-    Without round-off this is nothing.
+    Without round-off it is zero.
     """
     total = real(0.0)
     for k in range(BLOCKS):
@@ -227,7 +231,7 @@ def energy_not_lifted(
 
 @wp.func
 def gap_at(side: real, shapes: Shapes, poses: Poses, k: int) -> real:
-    """How wide the end of interface k at -x (side -1) or at +x (1) gapes [m]."""
+    """Gap of interface k at its end at -x (side -1) or at +x (1) [m]."""
     box, at = box_of(shapes, k), pose_of(poses, k)
     return gap_of_end(side, box, at, box_of(shapes, k - 1), pose_of(poses, k - 1))
 
@@ -245,7 +249,7 @@ def limit_of(shapes: Shapes, poses: Poses, state: State, knobs: Knobs, k: int) -
 
 @wp.func
 def mode_of(state: State, solved: bool) -> int:
-    """How a lane goes on after a step."""
+    """Mode of a lane after a step."""
     total = real(0.0)
     for i in range(3 * BLOCKS):
         total += state.velocity[i]
@@ -296,7 +300,7 @@ def run_lanes(
             v = base_velocity(motion, half, pool[2, place], pool[0, place], pool[1, place])
             old = state
             if count == 0:
-                # The velocities half a step before the start.
+                # Velocities half a step before the start.
                 state, _work, _gap, solved = step(shapes, poses, old, knobs, zero, v)
                 state.velocity = -HALF * state.velocity
                 seen.mode = mode_of(state, solved)

@@ -18,19 +18,20 @@ of length d:
 
 In a plane this is event/block.py, step by step. What holds beyond it:
 
-- Corners within `TOGETHER` of the base at an impact take part in it, and its law decides among
-  them: a corner, an edge, the face. Corners of an edge that are apart by more land one after the
-  other, often by turns, and the smaller their distance, the closer the outcome is to the blow on
-  the edge: what `TOGETHER` saves is events, not a choice between two answers.
-- A corner that after an impact would rise by less than its part of `rest_gap` before it comes back
-  is closed at once, so that blows that follow one another ever faster end.
-- Where an edge lets go of one end, which slides or opens, the friction across the edge jumps to
-  zero. So that event is located. Where corners open or start to slide otherwise, forces do not
-  jump, and these events are not located.
-- Second order holds while corners stick, and where they slide, on curved ways, too, unless they
-  come nearly to a stand. There the way turns ever faster. Steps are cut down to a hundredth of the
-  longest one; the error that is left falls with the step, but not always with its square.
-- Friction as a box has a law, and an order, of its own (event_space/block_box_friction.py).
+- All corners with a gap below `TOGETHER` take part in an impact. The contact law decides whether
+  the impact acts on a corner, an edge or the face. Corners of an edge with larger gaps land one
+  after the other, often alternately. The smaller their gaps, the closer the outcome is to that of
+  an impact on the edge, so `TOGETHER` saves events and does not choose between two answers.
+- A corner that would rise by less than its part of `rest_gap` after an impact is closed at once.
+  This ends sequences of ever faster impacts.
+- Where one end of an edge starts to slide or opens, the friction across the edge jumps to zero.
+  This event is located. Where corners open or start to slide otherwise, forces do not jump, and
+  these events are not located.
+- The order is 2 while corners stick and while they slide, on curved paths too. It is lower where a
+  sliding corner nearly stops, since its path turns ever faster there. Steps are then cut down to a
+  hundredth of the longest one. The remaining error falls with the step, but not always with its
+  square.
+- Friction as a box has a law and an order of its own (event_space/block_box_friction.py).
 """
 
 import warp as wp
@@ -50,23 +51,23 @@ from warprock.kernels.event_space.block_contact import (
 from warprock.kernels.event_space.block_moves import (
     GRAIN,
     Course,
+    block_axis,
     body_at,
     corner_event,
     cut_to,
-    flown,
     foot,
     least_lack,
-    levelled,
-    placed,
-    turned,
-    upright,
+    level_attitude,
+    place_on_base,
+    rotate_attitude,
+    rotate_freely,
 )
 from warprock.kernels.event_space.block_trial import (
     Base,
     Moment,
     State,
+    find_release,
     kinetic_energy,
-    let_go,
     next_step,
     state_at,
 )
@@ -80,7 +81,7 @@ if FRICTION == "box":
         directions,
         holds_both_ends,
         moving_bits,
-        projected,
+        project,
         sliding_bits,
         slip_after,
         solve,
@@ -90,47 +91,47 @@ else:
         directions,
         holds_both_ends,
         moving_bits,
-        projected,
+        project,
         sliding_bits,
         slip_after,
         solve,
     )  # fmt: skip
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
-"""Part of the longest step by which the time of an event may be missed."""
+"""Tolerance of the time of an event, as a part of the longest step."""
 TOGETHER = by_precision(1.0e-7, 1.0e-4)
 """Gap, as a part of the half height, up to which corners take part in an impact elsewhere."""
 DUST = by_precision(1.0e-12, 1.0e-5)
 """Round-off of a velocity, as a part of the largest."""
 LAST = real(100.0)
-"""Speed at which a flat block's sliding ends, as a multiple of what gravity gives in the time by
-which events may be missed."""
+"""Speed at which a flat block stops sliding, over the speed that gravity gives in the tolerance of
+the time of an event."""
 SOON = real(1.0e-3)
-"""Part of a step by which an uplift may be missed: the error is of its square."""
+"""Tolerance of the time of an uplift, as a part of a step; the error is of its square."""
 
 
 @wp.func(inline=False)
-def closed(block: Block, s: State, body: Body, closes: int, slow: real) -> State:
-    """Closes corners that hardly rise, at once.
+def close_corners(block: Block, s: State, body: Body, closes: int, slow: real) -> State:
+    """Closes the corners `closes`, which hardly rise.
 
-    Those that move along the base faster than `slow` [m/s] go on to slide.
+    Those that move along the base faster than `slow` [m/s] slide on.
     """
     n = s
     mask = mask_of(s.stance) | closes
     n.stance = stance_of(mask)
-    n.q = levelled(s.q, n.stance)
+    n.q = level_attitude(s.q, n.stance)
     now = body_at(block, n.q)
     pinned = mask_of(s.stance)
-    n.x = placed(now, mask_of(n.stance), s.x + foot(body, pinned) - foot(now, pinned))
+    n.x = place_on_base(now, mask_of(n.stance), s.x + foot(body, pinned) - foot(now, pinned))
     for k in range(4):
         if (closes & (1 << k)) != 0:
             n.slip = n.slip | moving_bits(k, corner_velocity(body, s.v, s.w, k), slow)
     if n.slip != 0 and (s.slip != 0 or n.stance == FLAT):
         n.slip = sliding_bits(mask_of(n.stance))
     smooth = now
-    # What closes without an impact closes without friction: no energy comes of it.
+    # Without an impact a corner closes without friction, so that it adds no energy.
     smooth.friction = real(0.0)
-    v1, w1 = projected(smooth, n.stance, n.slip, s.v, s.w)
+    v1, w1 = project(smooth, n.stance, n.slip, s.v, s.w)
     n.v = v1
     n.w = w1
     n.lost = s.lost + kinetic_energy(body, s.v, s.w) - kinetic_energy(now, n.v, n.w)
@@ -142,7 +143,7 @@ def closed(block: Block, s: State, body: Body, closes: int, slow: real) -> State
 
 
 @wp.func
-def end_of_step(
+def end_step(
     block: Block, s: State, reached: State, body: Body, base: Base, lands: int, grain: real
 ) -> State:
     """The state at the end of a step: velocities after its impact, or projected on the contacts."""
@@ -151,7 +152,7 @@ def end_of_step(
     struck = lands != 0
     for axis in range(3):
         struck = struck or (base.kick[axis] != real(0.0) and mask != 0)
-    v1, w1 = projected(body, n.stance, n.slip, n.v, n.w)
+    v1, w1 = project(body, n.stance, n.slip, n.v, n.w)
     v = v1 - base.kick
     n.v = v
     n.w = w1
@@ -162,9 +163,9 @@ def end_of_step(
                 mask = mask | (1 << k)
         touch = stance_of(mask)
         pinned = mask_of(n.stance)
-        n.q = levelled(n.q, touch)
+        n.q = level_attitude(n.q, touch)
         now = body_at(block, n.q)
-        n.x = placed(now, mask_of(touch), n.x + foot(body, pinned) - foot(now, pinned))
+        n.x = place_on_base(now, mask_of(touch), n.x + foot(body, pinned) - foot(now, pinned))
         h = solve(now, touch, 0, Corners(), v, n.w, grain)
         n.lost = n.lost + kinetic_energy(now, v, n.w) - kinetic_energy(now, h.v, h.w)
         # The base's work on the block is at the mean of both velocities: see account.py.
@@ -179,8 +180,8 @@ def end_of_step(
 
 
 @wp.func
-def repeated(s: State, cut: real, d: real, near: real) -> State:
-    """The old state, its next step cut at an event inside the step."""
+def retry_step(s: State, cut: real, d: real, near: real) -> State:
+    """The state before the step; its next step ends at the event inside this one."""
     n = s
     n.cap = cut_to(cut, d, near)
     n.taken = False
@@ -192,9 +193,10 @@ def later_event(
     block: Block, limits: Limits, begins: wp.ref[Moment], ends: wp.ref[Moment], base: Base, h: Held,
     known: real, lands: int,
 ) -> real:  # fmt: skip
-    """Length of the step to where a resting block lifts, an edge lets go, or the block overturns.
+    """Length of the step to the first event, of those that are not landings or stops.
 
-    To the first of these; to what is known already, `known`, where that comes before them.
+    These are: a resting block lifts, an edge lets go of an end, the block overturns. `known` is the
+    length to the events found so far.
     """
     near = NEARLY * limits.longest_step
     cut = known
@@ -205,19 +207,19 @@ def later_event(
             cut = smaller(cut, first_root(e0, (e1 - e0) / base.d, e1, base.d))
     on_edge = s.stance >= EDGE and s.stance < FLAT and holds_both_ends(s.stance, s.slip)
     if on_edge and lands == 0 and cut >= NEVER:
-        cut = let_go(block, limits, begins, ends, base, h)
-    axis = upright(reached.q)
+        cut = find_release(block, limits, begins, ends, base, h)
+    axis = block_axis(reached.q)
     fall = wp.cross(reached.w, axis)[2]
     left = axis[2] - near * size(fall)
     if left < -near * size(fall) and base.d > near:
-        axis0 = upright(s.q)
+        axis0 = block_axis(s.q)
         e0 = larger(axis0[2] - near * size(fall), real(0.0))
         cut = smaller(cut, first_root(e0, wp.cross(s.w, axis0)[2], left, base.d))
     return cut
 
 
 @wp.func
-def after_events(
+def apply_events(
     block: Block,
     limits: Limits,
     begins: wp.ref[Moment],
@@ -226,9 +228,9 @@ def after_events(
     h: Held,
     grain: real,
 ) -> State:
-    """The state after the events of a step, or the old one if one of them lay inside.
+    """The state after the events at the end of a step, or the old one if an event lay inside.
 
-    `ends` is told which corners no longer slide.
+    The corners that no longer slide are added to `ends`.
     """
     near = NEARLY * limits.longest_step
     dust = GRAIN * block.half_height
@@ -265,7 +267,7 @@ def after_events(
             n.slip = left
         fastest = larger(fastest, wp.sqrt(u1[0] * u1[0] + u1[1] * u1[1]))
         faster = larger(faster, wp.sqrt(u0[0] * u0[0] + u0[1] * u0[1]))
-    # A flat block that slows down to next to nothing stops as a whole.
+    # A flat block that is almost at a stop stops with all corners at once.
     slows = fastest <= slow and fastest <= faster
     if n.stance == FLAT and s.slip != 0 and slows:
         n.slip = 0
@@ -273,27 +275,27 @@ def after_events(
     cut = later_event(block, limits, begins, ends, base, h, cut, lands)
     inside = closes == 0 and cut < NEVER and base.d > near
     if closes != 0:
-        n = closed(block, s, body0, closes, slow)
+        n = close_corners(block, s, body0, closes, slow)
     if inside:
-        n = repeated(s, cut, base.d, near)
+        n = retry_step(s, cut, base.d, near)
     if closes == 0 and not inside:
-        axis = upright(n.q)
+        axis = block_axis(n.q)
         over = axis[2] <= TWO * near * size(wp.cross(n.w, axis)[2])
-        n = end_of_step(block, s, n, body, base, lands, grain)
+        n = end_step(block, s, n, body, base, lands, grain)
         n.mode = wp.where(over, OVERTURNED, n.mode)
     return n
 
 
 @wp.func
 def integrate(block: Block, begins: wp.ref[Moment], b: Base, middle: Body, h: Held) -> Moment:
-    """Where a step's mean motion leads, what touches back on the base; no events, no impacts."""
+    """The end of a step by its mean motion, contacts put back on the base; before events."""
     s, body0, d = begins.state, begins.body, b.d
     n = s
-    n.q = turned(s.q, d * h.w)
+    n.q = rotate_attitude(s.q, d * h.w)
     momentum = body0.inertia * s.w
     if s.stance == FLYING:
-        n.q = flown(block, s.q, momentum, d)
-    n.q = levelled(n.q, h.stance)
+        n.q = rotate_freely(block, s.q, momentum, d)
+    n.q = level_attitude(n.q, h.stance)
     body = body_at(block, n.q)
     held = mask_of(h.stance)
     n.stance = h.stance
@@ -303,7 +305,7 @@ def integrate(block: Block, begins: wp.ref[Moment], b: Base, middle: Body, h: He
     if h.slip == 0 and held != 0:
         pinned = foot(body0, held) - foot(body, held)
         n.x = Vector(s.x[0] + pinned[0], s.x[1] + pinned[1], raw)
-    n.x = placed(body, held, n.x)
+    n.x = place_on_base(body, held, n.x)
     n.v = TWO * h.v - s.v
     n.w = body.inverse * (TWO * (middle.inertia * h.w) - momentum)
     if h.stance == FLAT and h.slip == 0:
@@ -329,16 +331,16 @@ def integrate(block: Block, begins: wp.ref[Moment], b: Base, middle: Body, h: He
 def step(block: Block, limits: Limits, motion: BaseMotion, end: real, s: State) -> State:
     """One trial step of one lane, at most to its next knot or to `end`.
 
-    The state after it, unchanged but for `cap` where an event lay inside.
+    Returns the state after it. If an event lies inside, that is the old state with a new `cap`.
     """
     b = next_step(limits, motion, end, s)
     d = b.d
     body0 = body_at(block, s.q)
     momentum = body0.inertia * s.w
     flying = s.stance == FLYING
-    q = turned(s.q, s.w * (HALF * d))
+    q = rotate_attitude(s.q, s.w * (HALF * d))
     if flying:
-        q = flown(block, s.q, momentum, HALF * d)
+        q = rotate_freely(block, s.q, momentum, HALF * d)
     middle = body_at(block, q)
     v = s.v - HALF * b.change - Vector(real(0.0), real(0.0), HALF * d * limits.gravity)
     w = middle.inverse * momentum
@@ -360,7 +362,7 @@ def step(block: Block, limits: Limits, motion: BaseMotion, end: real, s: State) 
         h = solve(middle, s.stance, s.slip, dirs, v, w, grain)
     begins = Moment(s, body0)
     ends = integrate(block, begins, b, middle, h)
-    n = after_events(block, limits, begins, ends, b, h, grain)
+    n = apply_events(block, limits, begins, ends, b, h, grain)
     if n.time == s.time:
         n.deepest = s.deepest
     sound = wp.length(n.x) + wp.length(n.q) + wp.length(n.v) + wp.length(n.w) + n.time

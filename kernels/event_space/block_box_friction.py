@@ -1,37 +1,37 @@
 """The contact law of one block in space with friction as a box along x and y.
 
-At a corner |p_x| and |p_y| are at most friction n; where it slides along x, p_x is all of that and
-against the slip, likewise along y. `slip` has the bit k where corner k slides along x, 4 + k where
-it slides along y. What is tried, in this order:
+At a corner |p_x| and |p_y| are at most friction n. If it slides along x, |p_x| is friction n, and
+p_x is against the slip; likewise along y. Bit k of `slip` says that corner k slides along x, bit
+4 + k that it slides along y. States are tried in this order:
 
-    1. all that touch stick (event_space/block_contact.py); where some slide, an edge or a corner
-       goes on as before, along x and along y;
-    2. the face or an edge sticks, but for corners that slide already;
-    3. a flat block slides: what presses its corners is spread as where it sticks;
-    4. nothing pushes;
-    5. an edge, else a corner, does along x and y of each end what it may: stick, slide to one side
-       or to the other. These are tried one by one, see event_space/block_box_friction_slide.py:
-       both ends of an edge alike first, then a corner that sticks.
+    1. all touching corners stick (event_space/block_contact.py); if some slide already, an edge or
+       a corner keeps its state along x and along y;
+    2. the face or an edge sticks, except for corners that slide already;
+    3. a flat block slides, with the normal impulses spread as if it stuck;
+    4. no contact pushes;
+    5. an edge, else a corner, takes each combination of sticking and sliding to either side, along
+       x and y of each end (event_space/block_box_friction_slide.py). Both ends of an edge alike
+       come first, then a corner that sticks.
 
-Where one end of an edge alone would sink without contact, that corner is tried before 2, see
+If exactly one end of an edge would sink without contact, that corner is tried before 2, see
 event_space/block_contact.py.
 
-Steps end where the slip of a corner along x or y ends, so that second order holds through that.
-Other changes at the ends of an edge that slides are not located. So the errors of blocks that rock
-and slide scatter: their mean over eight blocks falls with the step to the power 1.4 to 2.
+Steps end where the slip of a corner along x or y ends, which keeps the order at 2. Other changes
+at the ends of a sliding edge are not located. So the errors of blocks that rock and slide scatter:
+their mean over eight blocks falls with the step to the power 1.4 to 2.
 """
 
 import warp as wp
 
 from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.event_space.block_box_friction_slide import (
-    dragged,
+    apply_impulses,
     ends_of,
-    obeying,
-    pushed,
     side_of,
-    sliding,
-    told,
+    solve_corners,
+    solve_flat_friction,
+    try_flat_sliding,
+    try_sides,
 )
 from warprock.kernels.event_space.block_contact import (
     ALL,
@@ -44,18 +44,18 @@ from warprock.kernels.event_space.block_contact import (
     corner_velocity,
     mask_of,
     sinks,
-    sticking,
-    sticking_end,
-    stuck,
+    stick,
+    try_sticking,
+    try_sticking_end,
 )
 from warprock.kernels.event_space.block_moves import Course
 from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.vectors import Vector
 
 WAYS = 9
-"""Ways of one end: three along x, stick and slide to either side, times three along y."""
+"""States of one end: sticks or slides to either side along x (3), times the same along y (3)."""
 LOOSELY = by_precision(1.0e6, 10.0)
-"""Multiple of round-off within which the law counts as obeyed where nothing else is found."""
+"""Multiple of round-off by which the last candidate may break the law."""
 
 
 @wp.func
@@ -69,8 +69,8 @@ def directions(body: Body, v: Vector, w: Vector) -> Corners:
 
 
 @wp.func
-def kept(slip: int, dirs: Corners) -> Corners:
-    """Sides to which the corners slide already, 0 along x or y where they stick."""
+def kept_sides(slip: int, dirs: Corners) -> Corners:
+    """Sides to which corners already slide along x and y; 0 where they stick."""
     sides = Corners()
     for k in range(4):
         sides[k, 0] = wp.where((slip & (1 << k)) != 0, dirs[k, 0], real(0.0))
@@ -82,24 +82,24 @@ def kept(slip: int, dirs: Corners) -> Corners:
 def solve_as_before(
     body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
-    """The motion if nothing changes in what touches and slides; whether it obeys the law.
+    """The motion if all contacts keep their state; `fits` says whether it obeys the law.
 
-    It finds none for a flat block that slides.
+    It never fits for a flat block that slides.
     """
     mask = mask_of(stance)
     h = Held()
     if stance != FLYING and slip == 0:
-        h = sticking(body, stance, mask, v, w, dust)
+        h = try_sticking(body, stance, mask, v, w, dust)
     elif stance < FLAT:
-        h = obeying(body, stance, mask, kept(slip, start), v, w, dust)
+        h = try_sides(body, stance, mask, kept_sides(slip, start), v, w, dust)
     return h
 
 
 @wp.func(inline=False)
 def solve_any_corner(body: Body, mask: int, v: Vector, w: Vector, dust: real) -> Held:
-    """The motion if some edge, or some corner, holds on in any way; whether it obeys the law.
+    """The motion if an edge or a corner carries, in any state; `fits` says if it obeys the law.
 
-    Both ends of an edge alike come first, then a corner that sticks, then all other ways.
+    Both ends of an edge alike come first, then a corner that sticks, then all other states.
     """
     best = Held()
     for turn in range(2):
@@ -111,15 +111,15 @@ def solve_any_corner(body: Body, mask: int, v: Vector, w: Vector, dust: real) ->
                 alike = way % (WAYS + 1) == 0
                 if not best.fits and (part & mask) == part and alike == (turn == 0):
                     sides = Corners()
-                    sides[j] = side_by(way // WAYS)
-                    sides[i] = side_by(way % WAYS)
-                    best = obeying(body, c, mask, sides, v, w, dust)
+                    sides[j] = side_of_way(way // WAYS)
+                    sides[i] = side_of_way(way % WAYS)
+                    best = try_sides(body, c, mask, sides, v, w, dust)
     return best
 
 
 @wp.func
-def side_by(number: int) -> Vector:
-    """One of nine ways to stick or to slide along x and y, to stick first."""
+def side_of_way(number: int) -> Vector:
+    """One of the nine states of an end as sides along x and y; number 0 sticks along both."""
     x, y = number % 3, number // 3
     return Vector(real(x - 3 * (x // 2)), real(y - 3 * (y // 2)), real(0.0))
 
@@ -134,14 +134,14 @@ def solve(
     first = solve_as_before(body, stance, slip, start, v, w, dust)
     best = first
     if not best.fits and stance >= EDGE and stance < FLAT and slip == 0:
-        best = sticking_end(body, stance, v, w, dust)
+        best = try_sticking_end(body, stance, v, w, dust)
     for number in range(FLAT - EDGE + 1):
         c = FLAT - number
         part = mask_of(c)
         if not best.fits and c != stance and (part & mask) == part and (part & slides) == 0:
-            best = sticking(body, c, mask, v, w, dust)
+            best = try_sticking(body, c, mask, v, w, dust)
     if not best.fits and stance == FLAT:
-        best = sliding(body, v, w, dust)
+        best = try_flat_sliding(body, v, w, dust)
     if not best.fits:
         best = Held()
         best.v = v
@@ -158,13 +158,13 @@ def solve(
 
 
 @wp.func(inline=False)
-def projected(body: Body, stance: int, slip: int, v: Vector, w: Vector):
+def project(body: Body, stance: int, slip: int, v: Vector, w: Vector):
     """Velocities projected on the contacts, along their force."""
     v1 = v
     w1 = w
     dirs = directions(body, v, w)
     if stance != FLYING and slip == 0:
-        v1, w1 = stuck(body, stance, v, w)
+        v1, w1 = stick(body, stance, v, w)
     elif stance == FLAT:
         most = Corners()
         enough = TWO * (wp.length(v) + size(w[2]) * wp.length(body.corners[0]))
@@ -172,30 +172,32 @@ def projected(body: Body, stance: int, slip: int, v: Vector, w: Vector):
             x = wp.where((slip & (1 << k)) != 0, real(0.0), enough)
             y = wp.where((slip & (16 << k)) != 0, real(0.0), enough)
             most[k] = Vector(x, y, real(0.0))
-        z, _f = dragged(body, most, Vector(v[0], v[1], w[2]))
+        z, _f = solve_flat_friction(body, most, Vector(v[0], v[1], w[2]))
         v1 = Vector(z[0], z[1], real(0.0))
         w1 = Vector(real(0.0), real(0.0), z[2])
     elif stance < FLAT:
         i, j = ends_of(stance)
-        v1, w1 = pushed(body, i, j, told(body, i, j, kept(slip, dirs), v, w), v, w)
+        v1, w1 = apply_impulses(
+            body, i, j, solve_corners(body, i, j, kept_sides(slip, dirs), v, w), v, w
+        )
     return v1, w1
 
 
 @wp.func
 def sliding_bits(mask: int) -> int:
-    """`slip` where all that some corners can do is slide."""
+    """`slip` if all corners of a mask slide."""
     return mask | (mask << 4)
 
 
 @wp.func
 def moving_bits(k: int, u: Vector, slow: real) -> int:
-    """`slip` of a corner of a velocity, see event_space/block_law.py."""
+    """Bits of `slip` of corner k at a velocity, see event_space/block_law.py."""
     return wp.where(size(u[0]) > slow, 1 << k, 0) | wp.where(size(u[1]) > slow, 16 << k, 0)
 
 
 @wp.func
 def holds_both_ends(stance: int, slip: int) -> bool:
-    """Whether an edge holds both of its ends."""
+    """Whether both ends of an edge stick."""
     return slip == 0
 
 
@@ -203,10 +205,10 @@ def holds_both_ends(stance: int, slip: int) -> bool:
 def slip_after(
     k: int, mu: real, limits: Limits, course: Course, before: int, during: int, stance: int
 ):
-    """What becomes of a touching corner's slip in a step; see event_space/block_law.py.
+    """Slip of a touching corner after a step; see event_space/block_law.py.
 
-    Slip along x or y that the start of the step has, and its mean has not, ends inside the step at
-    an unknown time: half of the step is tried.
+    If it slips along x or y at the start but not in the mean of the step, the slip ends inside at
+    an unknown time. Then half of the step is tried.
     """
     cut = NEVER
     slip = during

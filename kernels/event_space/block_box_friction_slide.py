@@ -1,12 +1,12 @@
 """How one block in space slides with friction as a box.
 
-Along x and along y each corner is assumed to stick, or to slide to one side. Friction that slides
-is the whole bound, against the slip. Then the impulses of a corner, or of both corners of an edge,
-solve a linear system. Opposite impulses of both ends along an edge move nothing: a stiffness of
-the part `SOFT` makes them unique, and `AGAIN` corrections remove what it changes in the motion.
+Each corner is assumed to stick or to slide to one side, along x and along y. Where it slides, the
+friction is at its bound, against the slip. The impulses of a corner, or of both corners of an edge,
+then solve a linear system. Opposite impulses of both ends along an edge do not change the motion.
+A relative stiffness `SOFT` makes them unique; `AGAIN` corrections remove its effect on the motion.
 
-The friction of a flat block, whose corners carry given parts of its weight, makes a convex function
-of its motion (v_x, v_y, w_z) least. See event_space/block_box_friction.py.
+A flat block, whose corners carry given parts of its weight, takes the motion (v_x, v_y, w_z) that
+minimises a convex function. See event_space/block_box_friction.py.
 """
 
 import warp as wp
@@ -18,25 +18,25 @@ from warprock.kernels.event_space.block_contact import (
     Corners,
     Held,
     Shares,
-    answer,
     corner_velocity,
     face_shares,
     inside,
     mask_of,
     sinks,
+    velocity_by_impulse,
 )
 from warprock.kernels.vectors import Vector
 
 ROUNDS = 200
-"""Rounds in which the pressure under a face follows its friction..."""
+"""Rounds of the iteration between the pressure under a face and its friction..."""
 STRAIGHT = 10
-"""...of which the first take the whole step, the others half of it."""
+"""...the first of which take the whole change of the pressure, the others half of it."""
 AGAIN = 4
 SOFT = by_precision(1.0e-9, 1.0e-3)
 ALIKE = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a velocity, as a part of the largest."""
 FULL = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-4)
-"""Part of its bound from which friction counts as used up."""
+"""Part of its bound above which friction counts as used up."""
 OVER = by_precision(1.0 + 1.0e-12, 1.0 + 1.0e-5)
 """Part of its bound up to which friction counts as within it."""
 
@@ -47,14 +47,14 @@ Gains = wp.types.matrix(shape=(6, 6), dtype=real)
 
 @wp.func
 def side_of(u: real) -> real:
-    """-1, 0 or 1 as a velocity is negative, none or positive."""
+    """Sign of a velocity: -1, 0 or 1."""
     one, zero = real(1.0), real(0.0)
     return wp.where(u > zero, one, wp.where(u < zero, -one, zero))
 
 
 @wp.func
 def slips_of(k: int, fx: real, fy: real, most_x: real, most_y: real, u: Vector, dust: real) -> int:
-    """Bits of `slip` of a corner: where its friction is used up and it moves."""
+    """Bits of `slip` of corner k: set where its friction is at the bound and it moves."""
     x = size(fx) >= FULL * most_x and size(u[0]) > dust
     y = size(fy) >= FULL * most_y and size(u[1]) > dust
     return wp.where(x, 1 << k, 0) | wp.where(y, 16 << k, 0)
@@ -62,14 +62,14 @@ def slips_of(k: int, fx: real, fy: real, most_x: real, most_y: real, u: Vector, 
 
 @wp.func
 def gains_of(body: Body, i: int, j: int) -> Gains:
-    """Velocities that unit impulses at corners i and j give to both; i = j stands for one alone."""
+    """Velocities of corners i and j by unit impulses at both; i = j means one corner."""
     a = Gains()
     for column in range(6):
         one = Vector()
         one[column % 3] = real(1.0)
         source = wp.where(column < 3, i, j)
-        first = answer(body, source, one, i)
-        second = answer(body, source, one, j)
+        first = velocity_by_impulse(body, source, one, i)
+        second = velocity_by_impulse(body, source, one, j)
         for row in range(3):
             alone = i == j and column >= 3
             a[row, column] = wp.where(alone, real(0.0), first[row])
@@ -78,8 +78,8 @@ def gains_of(body: Body, i: int, j: int) -> Gains:
 
 
 @wp.func
-def factored(system: Gains) -> Gains:
-    """Both triangular factors of a matrix, in one."""
+def factorize(system: Gains) -> Gains:
+    """LU factors of a matrix, in one matrix."""
     a = system
     for k in range(6):
         for i in range(k + 1, 6):
@@ -90,8 +90,8 @@ def factored(system: Gains) -> Gains:
 
 
 @wp.func
-def solved(lu: Gains, right: Six) -> Six:
-    """The solution of a system of which the factors are known."""
+def solve_factored(lu: Gains, right: Six) -> Six:
+    """The solution of a linear system from its LU factors."""
     x = right
     for i in range(6):
         for j in range(i):
@@ -105,13 +105,13 @@ def solved(lu: Gains, right: Six) -> Six:
 
 
 @wp.func
-def told(body: Body, i: int, j: int, sides: Corners, v: Vector, w: Vector) -> Six:
+def solve_corners(body: Body, i: int, j: int, sides: Corners, v: Vector, w: Vector) -> Six:
     """Impulses of two corners that stay on the base and stick or slide as given.
 
     Args:
         body: The block.
-        i, j: A corner and another, or the same one for it alone.
-        sides: For all corners, along x and y: -1 or 1, slides to that side; 0, sticks.
+        i, j: Two corners; the same number twice for one corner.
+        sides: Of all corners along x and y: -1 or 1 if it slides to that side, 0 if it sticks.
         v: Velocity without these impulses [m/s].
         w: Angular velocity without them [rad/s].
     """
@@ -133,16 +133,16 @@ def told(body: Body, i: int, j: int, sides: Corners, v: Vector, w: Vector) -> Si
                 rows[r, 3 * c + 2] = body.friction * sides[k, axis]
                 right[r] = zero
                 soft[r, r] = zero
-    lu = factored(rows + soft)
-    p = solved(lu, right)
+    lu = factorize(rows + soft)
+    p = solve_factored(lu, right)
     for _again in range(AGAIN):
-        p = p + solved(lu, right - rows * p)
+        p = p + solve_factored(lu, right - rows * p)
     return p
 
 
 @wp.func
-def pushed(body: Body, i: int, j: int, p: Six, v: Vector, w: Vector):
-    """Velocities after impulses at two corners, or at one, of which the first three count."""
+def apply_impulses(body: Body, i: int, j: int, p: Six, v: Vector, w: Vector):
+    """Velocities after impulses at corners i and j; if i = j, the first three numbers count."""
     first = Vector(p[0], p[1], p[2])
     second = Vector(p[3], p[4], p[5])
     v1 = v + first
@@ -155,21 +155,21 @@ def pushed(body: Body, i: int, j: int, p: Six, v: Vector, w: Vector):
 
 @wp.func
 def ends_of(stance: int):
-    """Both corners of an edge; of a corner, itself twice."""
+    """Both corners of an edge; of a stance on one corner, that corner twice."""
     i = stance % 4
     return i, wp.where(stance >= EDGE, (i + 1) % 4, i)
 
 
 @wp.func(inline=False)
-def obeying(
+def try_sides(
     body: Body, stance: int, mask: int, sides: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
-    """The motion if corners of an edge, or a corner, stick or slide as given; if it is lawful."""
+    """The motion if the ends of a stance stick or slide as given; `fits` if it obeys the law."""
     h = Held()
     h.stance = stance
     i, j = ends_of(stance)
-    p = told(body, i, j, sides, v, w)
-    v1, w1 = pushed(body, i, j, p, v, w)
+    p = solve_corners(body, i, j, sides, v, w)
+    v1, w1 = apply_impulses(body, i, j, p, v, w)
     h.v = v1
     h.w = w1
     h.fits = True
@@ -198,16 +198,16 @@ def flat_velocity(body: Body, z: Vector, k: int) -> Vector:
 
 @wp.func
 def arm_of(body: Body, axis: int, k: int) -> real:
-    """How far a flat block's spin takes corner k along x or y [m]."""
+    """Velocity of corner k along x or y by a unit spin of a flat block [m]."""
     return wp.where(axis == 0, -body.corners[k, 1], body.corners[k, 0])
 
 
 @wp.func
-def held_back(body: Body, most: Corners, free: real, axis: int, spin: real, side: real):
-    """Velocity of a flat block along x, or y, under friction along it, given its spin.
+def solve_axis(body: Body, most: Corners, free: real, axis: int, spin: real, side: real):
+    """Velocity of a flat block along x or y under friction along that axis, given its spin.
 
-    The friction of a corner jumps where its velocity passes zero. The velocity found is the one at
-    which these jumps together have used up the velocity without friction.
+    The friction of a corner jumps where its velocity passes zero. The velocity is the one at which
+    the sum of these jumps balances the velocity without friction.
 
     Args:
         body: The block.
@@ -215,10 +215,10 @@ def held_back(body: Body, most: Corners, free: real, axis: int, spin: real, side
         free: Velocity without friction [m/s].
         axis: 0 for x, 1 for y.
         spin: Angular velocity [rad/s].
-        side: What counts as the sign of no spin at all.
+        side: Sign that counts if the spin is zero.
 
     Returns:
-        The velocity; the frictions; the square of the arm of the corner that sticks, if one does.
+        The velocity; the friction impulses; square of the arm of the corner that sticks, if any.
     """
     f = Shares()
     velocity = free
@@ -239,11 +239,11 @@ def held_back(body: Body, most: Corners, free: real, axis: int, spin: real, side
 
 
 @wp.func(inline=False)
-def spun(body: Body, most: Corners, free: Vector, spin: real, side: real):
-    """Velocities by `held_back`; by how much the spin is too large, and the slope of that."""
+def evaluate_spin(body: Body, most: Corners, free: Vector, spin: real, side: real):
+    """Velocities by `solve_axis` at a spin; the excess of the spin, and its slope."""
     lighter = real(1.0) / body.inertia[2, 2]
-    x, fx, bend_x = held_back(body, most, free[0], 0, spin, side)
-    y, fy, bend_y = held_back(body, most, free[1], 1, spin, side)
+    x, fx, bend_x = solve_axis(body, most, free[0], 0, spin, side)
+    y, fy, bend_y = solve_axis(body, most, free[1], 1, spin, side)
     f = Corners()
     over = spin - free[2]
     for k in range(4):
@@ -253,7 +253,7 @@ def spun(body: Body, most: Corners, free: Vector, spin: real, side: real):
 
 
 @wp.func(inline=False)
-def dragged(body: Body, most: Corners, free: Vector):
+def solve_flat_friction(body: Body, most: Corners, free: Vector):
     """Motion of a flat block (v_x, v_y, w_z) after friction.
 
     The spin is the root of an increasing, piecewise linear function: Newton's method, bracketed.
@@ -267,8 +267,8 @@ def dragged(body: Body, most: Corners, free: Vector):
         The motion, and the friction of each corner.
     """
     zero, one = real(0.0), real(1.0)
-    z, f, above, _first = spun(body, most, free, zero, one)
-    _z, f0, below, _second = spun(body, most, free, zero, -one)
+    z, f, above, _first = evaluate_spin(body, most, free, zero, one)
+    _z, f0, below, _second = evaluate_spin(body, most, free, zero, -one)
     reach = real(0.0)
     for k in range(4):
         far = size(body.corners[k, 0]) + size(body.corners[k, 1])
@@ -285,7 +285,7 @@ def dragged(body: Body, most: Corners, free: Vector):
         while size(over) > ALIKE * (size(free[2]) + reach) and tries < ROUNDS:
             if spin <= least or spin >= largest:
                 spin = HALF * (least + largest)
-            z1, f1, over1, slope1 = spun(body, most, free, spin, one)
+            z1, f1, over1, slope1 = evaluate_spin(body, most, free, spin, one)
             z = z1
             f = f1
             over = over1
@@ -297,8 +297,8 @@ def dragged(body: Body, most: Corners, free: Vector):
 
 
 @wp.func
-def borne(shares: Shares) -> Shares:
-    """Shares of the corners, with none for those that would pull; their sum stays one."""
+def clip_shares(shares: Shares) -> Shares:
+    """Shares of the corners, zero for those that would pull; their sum stays one."""
     found = shares
     total = real(0.0)
     for k in range(4):
@@ -308,8 +308,8 @@ def borne(shares: Shares) -> Shares:
 
 
 @wp.func(inline=False)
-def sliding(body: Body, v: Vector, w: Vector, dust: real) -> Held:
-    """The motion of a flat block that slides, or stops; whether it obeys the contact law."""
+def try_flat_sliding(body: Body, v: Vector, w: Vector, dust: real) -> Held:
+    """The motion of a flat block that slides or stops; `fits` if it obeys the contact law."""
     zero = real(0.0)
     h = Held()
     h.stance = FLAT
@@ -330,14 +330,14 @@ def sliding(body: Body, v: Vector, w: Vector, dust: real) -> Held:
         total = Vector()
         for k in range(4):
             most[k] = body.friction * Vector(n[k], n[k], zero)
-        z1, f1 = dragged(body, most, free)
+        z1, f1 = solve_flat_friction(body, most, free)
         z = z1
         f = f1
         for k in range(4):
             total = total + f1[k]
         x = (spin[1] - low * total[0]) / larger(push, TINY)
         y = (-spin[0] - low * total[1]) / larger(push, TINY)
-        more = push * borne(face_shares(body, x, y)) - n
+        more = push * clip_shares(face_shares(body, x, y)) - n
         change = wp.length(more)
         n = n + more * wp.where(tries < STRAIGHT, real(1.0), real(0.5))
         tries += 1

@@ -1,34 +1,33 @@
-"""Contact of one block in space with its base: exact for the usual states.
+"""Contact of one block in space with its base.
 
 Mass 1, inertia I about the centre of mass, velocity v, angular velocity w; corner k lies at r_k
 from the centre of mass and moves at v + w x r_k. The base is the plane z = 0. An impulse p at a
 corner, p_z = n >= 0 and |p_x, p_y| <= friction n (the cone), changes v by p and w by I^-1 (r x p).
-Of the box |p_x| and |p_y| are bound each; what slides then is found by
-event_space/block_box_friction.py.
+The box bounds |p_x| and |p_y| separately; event_space/block_box_friction.py finds what slides then.
 
-Where the block touches is its *stance*: on corner k (0 to 3), on the edge from corner k to the
-next (4 + k), flat (8), or nowhere (9). What may hold is tried in this order:
+The *stance* says where the block touches: on corner k (0 to 3), on the edge from corner k to the
+next (4 + k), flat (8), or nowhere (9). States are tried in this order; 1 to 5 are exact:
 
-    1. the face, else an edge, sticks: on an edge the component of L + a x v along it is kept
-       (L = I w, a = -r), flat nothing moves. The impulses follow. Those of an edge share what
-       pushes along it as the cones allow; those of a face are spread bilinearly over the
-       rectangle, which leaves all n >= 0 as long as the centre of pressure lies in it;
-    2. it slides, p = n (-friction d, 1), d the directions in which the corners end up, found by
-       Newton's method;
-    3. one end of an edge sticks, the other slides, which it can only across the edge: what turns
-       the block about the end that sticks is kept but for the moment of the other's impulse;
-    4. one corner sticks, all of L + a x v about it is kept; else it slides;
-    5. nothing holds;
-    6. else corner by corner, each solved exactly, until nothing changes (block Gauss-Seidel).
+    1. the face, else an edge, sticks. On an edge the component of L + a x v along the edge is
+       conserved (L = I w, a = -r); flat, nothing moves. The impulses follow. The ends of an edge
+       share the impulse along it as the cones allow. A face spreads the impulse bilinearly over
+       the rectangle, so that all n >= 0 while the centre of pressure lies in it;
+    2. it slides: p = n (-friction d, 1), d the directions of the velocities after the impulse,
+       found by Newton's method;
+    3. one end of an edge sticks and the other slides, which is possible only across the edge. The
+       angular momentum about the sticking end changes only by the moment of the other's impulse;
+    4. one corner sticks, which conserves L + a x v about it; else it slides;
+    5. no contact carries;
+    6. block Gauss-Seidel: corner by corner, each solved exactly, until nothing changes.
 
-A corner that touches and is not held must not sink. With friction several states may obey the law
-(Painleve): a tall block can slide on an edge as a whole, or turn over one of its ends. The first
-one is taken; it keeps a block that moves in a plane there.
+A corner that touches and does not carry must not sink. With friction several states may obey the
+law (Painleve): a tall block can slide on an edge as a whole, or turn over one of its ends. The
+first one is taken; it keeps the plane motion of a block plane.
 
-In a plane both ends of an edge do the same. Where they do not, the order is another one, for what
-the search for a way to slide would cost: where one end alone would sink without contact, as when a
-block rolls from corner to corner, that corner sticks if it can; where the friction of one end is
-used up before that of the other, 2 comes last.
+In a plane motion both ends of an edge have the same state. In other motions the order differs, to
+save searches for sliding directions. If exactly one end would sink without contact, as when a block
+rolls from corner to corner, that corner sticks if it can. If the friction of one end is used up
+before that of the other, 2 comes last.
 """
 
 import warp as wp
@@ -43,7 +42,8 @@ FLYING = 9
 ALL = 15
 
 ALIKE = by_precision(1.0e-8, 1.0e-4)
-"""Part of an edge's friction by which its ends may differ and still let go together."""
+"""Difference of the margins of both ends of an edge, as a part of its friction, up to which both
+ends let go together."""
 
 
 Two = wp.types.vector(length=2, dtype=real)
@@ -65,13 +65,18 @@ class Body:
 
 @wp.struct
 class Held:
-    """What contacts make of a motion.
+    """The motion with contacts.
 
-    Velocity [m/s] and angular velocity [rad/s]; stance; slip, the corners that slide, as a sum of
-    2^k; work, what friction took in this motion [m^2/s^2], times the step's length if the motion is
-    a mean; fits, whether the contact law is obeyed; spare, the friction margin of the weaker end of
-    an edge, or, if that end slides beside one that sticks, its normal impulse; turns, whether
-    that is used up, so that the edge lets go of that end alone.
+    Attributes:
+        v, w: Velocity [m/s] and angular velocity [rad/s].
+        stance: Where the block touches.
+        slip: The corners that slide, a sum of 2^k.
+        work: Energy per unit mass that friction takes [m^2/s^2]; if the motion is a mean of a step,
+            to be multiplied by the length of the step.
+        fits: Whether the motion obeys the contact law.
+        spare: Friction margin of the weaker end of an edge; if that end slides beside one that
+            sticks, its normal impulse.
+        turns: Whether `spare` is used up, so that the edge lets go of that end alone.
     """
 
     v: Vector
@@ -86,7 +91,7 @@ class Held:
 
 @wp.func
 def mask_of(stance: int) -> int:
-    """Corners of a stance, as a sum of 2^k."""
+    """Corners of a stance, a sum of 2^k."""
     mask = int(0)
     if stance < EDGE:
         mask = 1 << stance
@@ -99,7 +104,7 @@ def mask_of(stance: int) -> int:
 
 @wp.func
 def stance_of(mask: int) -> int:
-    """Stance in which some corners touch; two opposite ones, or three, make the block lie flat."""
+    """Stance on given corners; with two opposite ones, or three, the block lies flat."""
     stance = int(8)
     for number in range(8):
         if mask_of(number) == mask:
@@ -114,32 +119,32 @@ def corner_velocity(body: Body, v: Vector, w: Vector, k: int) -> Vector:
 
 
 @wp.func
-def answer(body: Body, k: int, p: Vector, at: int) -> Vector:
-    """Velocity that an impulse at corner k gives to corner `at`."""
+def velocity_by_impulse(body: Body, k: int, p: Vector, at: int) -> Vector:
+    """Change of the velocity of corner `at` by an impulse at corner k."""
     return p + wp.cross(body.inverse * wp.cross(body.corners[k], p), body.corners[at])
 
 
 @wp.func
 def corner_matrix(body: Body, k: int) -> Matrix:
-    """Velocities of corner k by unit impulses there, column by column."""
+    """Matrix of the velocity of corner k for the impulse there, columns by unit impulses."""
     zero, one = real(0.0), real(1.0)
-    x = answer(body, k, Vector(one, zero, zero), k)
-    y = answer(body, k, Vector(zero, one, zero), k)
-    z = answer(body, k, Vector(zero, zero, one), k)
+    x = velocity_by_impulse(body, k, Vector(one, zero, zero), k)
+    y = velocity_by_impulse(body, k, Vector(zero, one, zero), k)
+    z = velocity_by_impulse(body, k, Vector(zero, zero, one), k)
     return Matrix(x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
 
 
 @wp.func
-def along(u: Vector) -> Two:
-    """Direction of a velocity along the base, zero where it has none."""
+def direction_of(u: Vector) -> Two:
+    """Unit vector of a velocity along the base; zero for a velocity of zero."""
     length = wp.sqrt(u[0] * u[0] + u[1] * u[1])
     over = wp.where(length > TINY, real(1.0) / larger(length, TINY), real(0.0))
     return Two(u[0] * over, u[1] * over)
 
 
 @wp.func
-def stuck(body: Body, stance: int, v: Vector, w: Vector):
-    """Velocities of a block whose stance sticks: the motion projected on those that it allows."""
+def stick(body: Body, stance: int, v: Vector, w: Vector):
+    """Velocities if the stance sticks: the projection on the motions that it allows."""
     v1 = Vector()
     w1 = Vector()
     if stance < FLAT:
@@ -158,8 +163,8 @@ def stuck(body: Body, stance: int, v: Vector, w: Vector):
 
 
 @wp.func
-def drawn(x: real, y: real) -> real:
-    """Size of a friction as the bound takes it; for the box its larger component."""
+def friction_size(x: real, y: real) -> real:
+    """Size of a friction for its bound: its norm, or for the box its larger component."""
     if BOX:
         return larger(size(x), size(y))
     return wp.sqrt(x * x + y * y)
@@ -169,8 +174,10 @@ def drawn(x: real, y: real) -> real:
 class EdgeShares:
     """Impulses of both ends of an edge.
 
-    Both impulses, along the edge by halves [m/s]; along, the edge's direction; what the bounds of
-    both leave beside the friction across the edge [m/s].
+    Attributes:
+        one, other: Both impulses, with half of the impulse along the edge each [m/s].
+        along: Direction of the edge.
+        room1, room2: Part of the bounds that the friction across the edge leaves [m/s].
     """
 
     one: Vector
@@ -184,8 +191,8 @@ class EdgeShares:
 def edge_shares(body: Body, k: int, p: Vector, twist: Vector) -> EdgeShares:
     """Impulses of both ends of an edge, from their sum and angular impulse about the centre.
 
-    Across the edge they differ by 2 q. Along the edge only their sum matters: each takes what its
-    cone, or box, allows.
+    Across the edge they differ by 2 q. Along the edge only their sum matters; each end takes what
+    its cone, or box, allows.
     """
     first = body.corners[k]
     way = body.corners[(k + 1) % 4] - first
@@ -204,13 +211,13 @@ def edge_shares(body: Body, k: int, p: Vector, twist: Vector) -> EdgeShares:
 
 @wp.func
 def left_along(most: real, room: real) -> real:
-    """Friction that a cone still allows along an edge, beside the friction across it."""
+    """Friction along an edge that a cone still allows, given the friction across it."""
     return wp.sqrt(larger(room * (most + most - room), real(0.0)))
 
 
 @wp.func
-def chord(most: real, p: Vector, e: Vector):
-    """Least and largest friction that a box still allows along an edge, beside that across it."""
+def friction_range(most: real, p: Vector, e: Vector):
+    """Least and largest friction along an edge that a box still allows, given that across it."""
     least = real(-1.0e30)
     largest = real(1.0e30)
     across = p[1] * e[0] - p[0] * e[1]
@@ -226,11 +233,11 @@ def chord(most: real, p: Vector, e: Vector):
 
 @wp.func
 def edge_carries(body: Body, k: int, p: Vector, twist: Vector):
-    """Whether an edge can take an impulse p and an angular impulse about the centre of mass.
+    """Whether an edge can carry an impulse p and an angular impulse about the centre of mass.
 
     Returns:
-        Whether it can; what the weaker end has left before it slides or opens; whether the other
-        end has more left than that.
+        Whether it can; margin of the weaker end before it slides or opens; whether the margin of
+        the other end is larger.
     """
     zero = real(0.0)
     shares = edge_shares(body, k, p, twist)
@@ -239,8 +246,8 @@ def edge_carries(body: Body, k: int, p: Vector, twist: Vector):
     least = real(0.0)
     largest = real(0.0)
     if BOX:
-        least1, largest1 = chord(body.friction * one[2], one, e)
-        least2, largest2 = chord(body.friction * other[2], other, e)
+        least1, largest1 = friction_range(body.friction * one[2], one, e)
+        least2, largest2 = friction_range(body.friction * other[2], other, e)
         least = least1 + least2
         largest = largest1 + largest2
     else:
@@ -255,15 +262,15 @@ def edge_carries(body: Body, k: int, p: Vector, twist: Vector):
 
 
 @wp.func
-def begun(body: Body, stance: int, v: Vector, w: Vector) -> Corners:
-    """Directions in which corners that cannot stick begin to slide: against the holding force.
+def first_directions(body: Body, stance: int, v: Vector, w: Vector) -> Corners:
+    """First guess of the directions of sliding: against the force that would make corners stick.
 
-    Both ends of an edge then use their whole cones.
+    The ends of an edge share that force so that both use their whole cones.
     """
     zero = real(0.0)
     dirs = Corners()
-    v1, w1 = stuck(body, stance, v, w)
-    d = along(v - v1)
+    v1, w1 = stick(body, stance, v, w)
+    d = direction_of(v - v1)
     for k in range(4):
         dirs[k] = Vector(d[0], d[1], zero)
     if stance >= EDGE and stance < FLAT:
@@ -274,8 +281,8 @@ def begun(body: Body, stance: int, v: Vector, w: Vector) -> Corners:
         way = e * wp.sign(wp.dot(p, e))
         left1 = left_along(body.friction * one[2], shares.room1)
         left2 = left_along(body.friction * other[2], shares.room2)
-        d1 = along(one + way * left1 - e * wp.dot(one, e))
-        d2 = along(other + way * left2 - e * wp.dot(other, e))
+        d1 = direction_of(one + way * left1 - e * wp.dot(one, e))
+        d2 = direction_of(other + way * left2 - e * wp.dot(other, e))
         dirs[k] = Vector(-d1[0], -d1[1], zero)
         dirs[(k + 1) % 4] = Vector(-d2[0], -d2[1], zero)
     return dirs
@@ -283,7 +290,7 @@ def begun(body: Body, stance: int, v: Vector, w: Vector) -> Corners:
 
 @wp.func
 def face_shares(body: Body, x: real, y: real) -> Shares:
-    """Bilinear shares of the corners in a pressure whose centre is at (x, y) [m]."""
+    """Bilinear shares of the corners in a load whose centre of pressure is at (x, y) [m]."""
     one = real(1.0)
     c0 = body.corners[0]
     ex = body.corners[1] - c0
@@ -307,7 +314,7 @@ def inside(body: Body, x: real, y: real) -> bool:
 
 @wp.func
 def face_carries(body: Body, p: Vector, twist: Vector, dust: real) -> bool:
-    """Whether a flat block can take an impulse and an angular impulse about its centre of mass."""
+    """Whether a flat block can carry an impulse and an angular impulse about its centre of mass."""
     fits = wp.length(p) <= dust and wp.length(twist) <= dust * size(body.corners[0, 2])
     if p[2] > dust:
         low = -body.corners[0, 2]
@@ -325,14 +332,14 @@ def face_carries(body: Body, p: Vector, twist: Vector, dust: real) -> bool:
         for k in range(4):
             fx = p[0] - turn * (body.corners[k, 1] - y)
             fy = p[1] + turn * (body.corners[k, 0] - x)
-            worst = larger(worst, wp.where(shares[k] > real(0.0), drawn(fx, fy), real(0.0)))
+            worst = larger(worst, wp.where(shares[k] > real(0.0), friction_size(fx, fy), real(0.0)))
         fits = inside(body, x, y) and worst <= body.friction * p[2] + dust
     return fits
 
 
 @wp.func
 def sinks(body: Body, v: Vector, w: Vector, mask: int, dust: real) -> bool:
-    """Whether one of some corners moves into the base."""
+    """Whether a corner of the mask moves into the base."""
     found = bool(False)
     for k in range(4):
         u = corner_velocity(body, v, w, k)
@@ -341,16 +348,19 @@ def sinks(body: Body, v: Vector, w: Vector, mask: int, dust: real) -> bool:
 
 
 @wp.func(inline=False)
-def sticking(body: Body, stance: int, mask: int, v: Vector, w: Vector, dust: real) -> Held:
-    """The motion if a stance sticks, some corners touching; whether its cones can carry that."""
+def try_sticking(body: Body, stance: int, mask: int, v: Vector, w: Vector, dust: real) -> Held:
+    """The motion if a stance sticks; `fits` if its cones can carry it and no corner sinks.
+
+    `mask` has the corners that touch.
+    """
     h = Held()
-    v1, w1 = stuck(body, stance, v, w)
+    v1, w1 = stick(body, stance, v, w)
     h.v = v1
     h.w = w1
     h.stance = stance
     p = h.v - v
     if stance < EDGE:
-        h.fits = p[2] >= real(0.0) and drawn(p[0], p[1]) <= body.friction * p[2]
+        h.fits = p[2] >= real(0.0) and friction_size(p[0], p[1]) <= body.friction * p[2]
     else:
         twist = body.inertia * (h.w - w)
         if stance < FLAT:
@@ -365,15 +375,15 @@ def sticking(body: Body, stance: int, mask: int, v: Vector, w: Vector, dust: rea
 
 
 @wp.func(inline=False)
-def sticking_end(body: Body, stance: int, v: Vector, w: Vector, dust: real) -> Held:
-    """The motion if one end of an edge sticks, where that one alone would sink without contact.
+def try_sticking_end(body: Body, stance: int, v: Vector, w: Vector, dust: real) -> Held:
+    """The motion if the end of an edge that alone would sink without contact sticks.
 
-    It does not fit where both ends would, or none.
+    It does not fit if both ends would sink, or none.
     """
     h = Held()
     one, other = stance - EDGE, (stance - EDGE + 1) % 4
     sinks_one = corner_velocity(body, v, w, one)[2] < -dust
     sinks_other = corner_velocity(body, v, w, other)[2] < -dust
     if sinks_one != sinks_other:
-        h = sticking(body, wp.where(sinks_one, one, other), mask_of(stance), v, w, dust)
+        h = try_sticking(body, wp.where(sinks_one, one, other), mask_of(stance), v, w, dust)
     return h

@@ -1,4 +1,4 @@
-"""The contact law of one block in space: what holds, sticks or slides.
+"""The contact law of one block in space: which contacts carry, stick or slide.
 
 See event_space/block_contact.py for the states and the order in which they are tried.
 """
@@ -14,30 +14,36 @@ from warprock.kernels.event_space.block_contact import (
     Held,
     Shares,
     Two,
-    along,
-    begun,
     corner_matrix,
     corner_velocity,
+    direction_of,
+    first_directions,
     mask_of,
     sinks,
     stance_of,
-    sticking,
-    sticking_end,
-    stuck,
+    stick,
+    try_sticking,
+    try_sticking_end,
 )
 from warprock.kernels.event_space.block_moves import Course, stop_event
-from warprock.kernels.event_space.block_slide import slid, sliding_corner, slipping, swinging, swung
+from warprock.kernels.event_space.block_slide import (
+    solve_sliding,
+    solve_sliding_corner,
+    solve_swing,
+    try_slipping,
+    try_swing,
+)
 from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.vectors import Matrix, Vector
 
 SWERVE = real(0.95)
-"""Cosine of the angle by which a sliding corner's way may turn in a step..."""
+"""Cosine of the largest angle by which the path of a sliding corner may turn in a step..."""
 SHORTEST = real(0.01)
 """...that is longer than this part of the longest one."""
 SWEEPS = 5000
 """Sweeps of the Gauss-Seidel iteration before it gives up."""
 SETTLED = by_precision(1.0e-13, 1.0e-6)
-"""Change of the velocities in a sweep, as a part of the largest, at which it ends."""
+"""Change of the velocities in a sweep, as a part of the largest, that ends the iteration."""
 
 
 @wp.func
@@ -48,11 +54,11 @@ def corner_law(m: Matrix, u: Vector, mu: real, d0: Two) -> Vector:
         p = -(wp.inverse(m) * u)
         push = wp.sqrt(p[0] * p[0] + p[1] * p[1])
         if p[2] < real(0.0) or push > mu * p[2]:
-            start = wp.where(d0[0] * d0[0] + d0[1] * d0[1] > real(0.0), d0, -along(p))
-            n, d, sound = sliding_corner(m, u, mu, start)
+            start = wp.where(d0[0] * d0[0] + d0[1] * d0[1] > real(0.0), d0, -direction_of(p))
+            n, d, sound = solve_sliding_corner(m, u, mu, start)
             if not sound:
-                n, d, sound = sliding_corner(m, u, mu, -along(p))
-            # What can neither stick nor slide jams.
+                n, d, sound = solve_sliding_corner(m, u, mu, -direction_of(p))
+            # A corner that can neither stick nor slide jams.
             p = wp.where(sound, n * Vector(-mu * d[0], -mu * d[1], real(1.0)), p)
     return p
 
@@ -81,7 +87,7 @@ def solve_by_sweeps(body: Body, mask: int, v: Vector, w: Vector, dust: real) -> 
                 h.v = h.v + more
                 h.w = h.w + body.inverse * wp.cross(body.corners[k], more)
                 change = larger(change, wp.length(m * more))
-                d = along(corner_velocity(body, h.v, h.w, k))
+                d = direction_of(corner_velocity(body, h.v, h.w, k))
                 dirs[k] = Vector(d[0], d[1], zero)
         tries += 1
     held = int(0)
@@ -102,13 +108,13 @@ def solve_by_sweeps(body: Body, mask: int, v: Vector, w: Vector, dust: real) -> 
 def solve_as_before(
     body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
-    """The motion if nothing changes in what touches and slides; whether it obeys the law."""
+    """The motion if all contacts keep their state; `fits` if it obeys the law."""
     mask = mask_of(stance)
     h = Held()
     if stance != FLYING and slip == 0:
-        h = sticking(body, stance, mask, v, w, dust)
+        h = try_sticking(body, stance, mask, v, w, dust)
     if slip != 0 and slip == mask:
-        h = slipping(body, stance, mask, True, start, v, w, dust)
+        h = try_slipping(body, stance, mask, True, start, v, w, dust)
     if slip != 0 and slip != mask and stance < FLAT:
         edge = stance - EDGE
         turn = wp.where(slip == 1 << edge, 1, 0)
@@ -117,21 +123,21 @@ def solve_as_before(
         way = body.corners[other] - body.corners[k]
         if way[0] * start[other, 1] < way[1] * start[other, 0]:
             turn = turn + 2
-        h = swinging(body, edge + 4 * turn, mask, slip, start, v, w, dust)
+        h = try_swing(body, edge + 4 * turn, mask, slip, start, v, w, dust)
     return h
 
 
 @wp.func(inline=False)
-def slipping_stance(
+def try_slipping_stance(
     body: Body, stance: int, mask: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
-    """The motion if a stance slides: corners that do already in their directions in `start`."""
+    """The motion if a stance slides; corners that already do keep their directions in `start`."""
     part = mask_of(stance)
-    dirs = begun(body, stance, v, w)
+    dirs = first_directions(body, stance, v, w)
     for k in range(4):
         if (slip & (1 << k)) != 0:
             dirs[k] = start[k]
-    return slipping(body, stance, mask, (slip & part) == part, dirs, v, w, dust)
+    return try_slipping(body, stance, mask, (slip & part) == part, dirs, v, w, dust)
 
 
 @wp.func(inline=False)
@@ -139,11 +145,11 @@ def solve_any_stance(
     body: Body, stance: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real,
     turns: bool,
 ) -> Held:  # fmt: skip
-    """The motion that obeys the contact law, see `solve`, of all that may be.
+    """The motion that obeys the contact law, see `solve`, out of all stances.
 
-    What holds the face or an edge as a whole comes before what holds one of its corners alone;
-    where an edge has to let go of one end alone, `turns`, it comes last. What `solve_as_before` has
-    tried is not tried again.
+    The face or an edge as a whole comes before one of its corners. If an edge has to let go of one
+    end alone (`turns`), sliding on a whole edge comes last. The states that `solve_as_before` has
+    tried are left out.
     """
     mask = mask_of(stance)
     best = Held()
@@ -151,27 +157,27 @@ def solve_any_stance(
         c = FLAT - number
         part = mask_of(c)
         if not best.fits and c != stance and (part & mask) == part and (part & slip) == 0:
-            best = sticking(body, c, mask, v, w, dust)
+            best = try_sticking(body, c, mask, v, w, dust)
     for number in range(FLAT - EDGE + 1):
         c = FLAT - number
         part = mask_of(c)
         again = c == stance and slip == mask
         if not best.fits and not turns and not again and (part & mask) == part:
-            best = slipping_stance(body, c, mask, slip, start, v, w, dust)
+            best = try_slipping_stance(body, c, mask, slip, start, v, w, dust)
     for way in range(16):
         part = mask_of(EDGE + way % 4)
         if not best.fits and (part & mask) == part:
-            best = swinging(body, way, mask, slip & part, start, v, w, dust)
+            best = try_swing(body, way, mask, slip & part, start, v, w, dust)
     for number in range(EDGE):
         c = EDGE - 1 - number
         if not best.fits and (mask_of(c) & mask & ~slip) != 0:
-            best = sticking(body, c, mask, v, w, dust)
+            best = try_sticking(body, c, mask, v, w, dust)
     most = wp.where(turns, FLAT, EDGE)
     for number in range(most):
         c = most - 1 - number
         part = mask_of(c)
         if not best.fits and (part & mask) == part:
-            best = slipping_stance(body, c, mask, slip, start, v, w, dust)
+            best = try_slipping_stance(body, c, mask, slip, start, v, w, dust)
     if not best.fits:
         best = Held()
         best.v = v
@@ -192,19 +198,19 @@ def solve(
     Args:
         body: The block.
         stance: Where it touches.
-        slip: Corners that slide already, 0 where friction finds its own directions.
+        slip: Corners that slide already; 0 if the directions of sliding are free.
         start: Directions in which they slide.
         v: Velocity without contact [m/s].
         w: Angular velocity without contact [rad/s].
         dust: Velocity that is round-off [m/s].
 
     Returns:
-        The motion, with the spare and turns of the state before.
+        The motion; its `spare` and `turns` are those of the state before.
     """
     first = solve_as_before(body, stance, slip, start, v, w, dust)
     best = first
     if not best.fits and stance >= EDGE and stance < FLAT and slip == 0:
-        best = sticking_end(body, stance, v, w, dust)
+        best = try_sticking_end(body, stance, v, w, dust)
     if not best.fits:
         best = solve_any_stance(body, stance, slip, start, v, w, dust, first.turns)
     best.turns = first.turns
@@ -217,21 +223,21 @@ def directions(body: Body, v: Vector, w: Vector) -> Corners:
     """Directions in which the corners move along the base."""
     dirs = Corners()
     for k in range(4):
-        d = along(corner_velocity(body, v, w, k))
+        d = direction_of(corner_velocity(body, v, w, k))
         dirs[k] = Vector(d[0], d[1], real(0.0))
     return dirs
 
 
 @wp.func(inline=False)
-def projected(body: Body, stance: int, slip: int, v: Vector, w: Vector):
+def project(body: Body, stance: int, slip: int, v: Vector, w: Vector):
     """Velocities projected on the contacts, along their force."""
     v1 = v
     w1 = w
     mask = mask_of(stance)
     if stance != FLYING and slip == 0:
-        v1, w1 = stuck(body, stance, v, w)
+        v1, w1 = stick(body, stance, v, w)
     elif stance < FLAT and slip == mask:
-        v1, w1, _n, _sound = slid(
+        v1, w1, _n, _sound = solve_sliding(
             body, stance, body.friction, directions(body, v, w), Shares(), v, w
         )
     elif stance < FLAT:
@@ -243,7 +249,7 @@ def projected(body: Body, stance: int, slip: int, v: Vector, w: Vector):
         u = corner_velocity(body, v, w, slides) - corner_velocity(body, v, w, pinned)
         way = body.corners[slides] - body.corners[pinned]
         side = wp.where(way[0] * u[1] < way[1] * u[0], real(-1.0), real(1.0))
-        swing = swung(body, pinned, slides, side, v, w)
+        swing = solve_swing(body, pinned, slides, side, v, w)
         v1 = swing.v
         w1 = swing.w
     elif stance == FLAT:
@@ -254,46 +260,46 @@ def projected(body: Body, stance: int, slip: int, v: Vector, w: Vector):
 
 @wp.func
 def sliding_bits(mask: int) -> int:
-    """`slip` where all that some corners can do is slide."""
+    """`slip` if all corners of a mask slide."""
     return mask
 
 
 @wp.func
 def moving_bits(k: int, u: Vector, slow: real) -> int:
-    """`slip` of a corner of a velocity, none where it moves along the base by at most `slow`."""
+    """Bit of `slip` of corner k at velocity u; 0 if it moves along the base by at most `slow`."""
     return wp.where(u[0] * u[0] + u[1] * u[1] > slow * slow, 1 << k, 0)
 
 
 @wp.func
 def holds_both_ends(stance: int, slip: int) -> bool:
-    """Whether one end of an edge at least sticks: not both of them slide."""
+    """Whether at least one end of an edge sticks."""
     return slip != mask_of(stance)
 
 
 @wp.func
 def swerves(mu: real, limits: Limits, course: Course) -> bool:
-    """Whether a sliding corner's way turns so sharply in a step that a shorter one pays."""
+    """Whether the path of a sliding corner turns so sharply in a step that a shorter one pays."""
     u0, u1, shortest = course.first, course.last, SHORTEST * limits.longest_step
     swift = larger(wp.length(u0), wp.length(u1)) > mu * limits.gravity * shortest
-    return course.d > shortest and swift and wp.dot(along(u0), along(u1)) < SWERVE
+    return course.d > shortest and swift and wp.dot(direction_of(u0), direction_of(u1)) < SWERVE
 
 
 @wp.func
 def slip_after(
     k: int, mu: real, limits: Limits, course: Course, before: int, during: int, stance: int
 ):
-    """What becomes of a touching corner's slip in a step.
+    """Slip of a touching corner after a step.
 
     Args:
         k: The corner.
         mu: Friction coefficient.
         limits: Those of the lane.
-        course: How it moves in the step.
+        course: How the corner moves along the base in the step.
         before, during: `slip` at the start of the step, and in it.
-        stance: Stance in it.
+        stance: Stance in the step.
 
     Returns:
-        Length of the step to where the corner stops, if that lies inside, else NEVER; slip after.
+        Length of the step to the stop of the corner if that lies inside, else NEVER; slip after.
     """
     cut = NEVER
     slip = during
@@ -302,7 +308,7 @@ def slip_after(
         there, stops = stop_event(course)
         cut = there
         slip = during - wp.where(stops, bit, 0)
-        # Of a flat block the corner about which it turns always swerves.
+        # The corner about which a flat block turns always swerves.
         if stance < FLAT and not stops and swerves(mu, limits, course):
             cut = smaller(cut, HALF * course.d)
     return cut, slip

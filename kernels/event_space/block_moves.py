@@ -1,30 +1,30 @@
-"""How one block in space moves in a step of the event engine, and what it meets.
+"""How one block in space moves in a step of the event engine, and its events.
 
 An attitude is a quaternion (x, y, z, w). Corners, stances and velocities are those of
-event_space/block_contact.py; the gap of a corner is its height above the base.
+event_space/block_contact.py. The gap of a corner is its height above the base.
 """
 
 import warp as wp
 
 from warprock.kernels.event.block import first_root
-from warprock.kernels.event_space.block_contact import BOX, EDGE, FLAT, Body, Two, along
+from warprock.kernels.event_space.block_contact import BOX, EDGE, FLAT, Body, Two, direction_of
 from warprock.kernels.shape_space.block import Block, turn_freely
 from warprock.kernels.shape_space.frame import frame
 from warprock.kernels.shape_space.lanes import Triple, matrix_of
 from warprock.kernels.vectors import Quaternion, Vector
 
 SIDES = 6 if BOX else 5
-"""Ways in which a resting block may begin to move, see `lack_of`."""
+"""Ways in which a block at rest may start to move, see `lack_of`."""
 
 GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the half height."""
 LEVEL = by_precision(1.0e-17, 1.0e-9)
-"""Slope of an edge that is level."""
+"""Slope of an edge that counts as level."""
 
 
 @wp.func
-def swung_by(q: Quaternion, turn: Vector) -> Quaternion:
-    """As `turned`, but for the round-off of its length."""
+def rotate_unnormalised(q: Quaternion, turn: Vector) -> Quaternion:
+    """As `rotate_attitude`, but the quaternion is not normalised."""
     half = HALF * wp.length(turn)
     ratio = HALF * wp.where(half > TINY, sine(half) / larger(half, TINY), real(1.0))
     a = turn * ratio
@@ -38,9 +38,9 @@ def swung_by(q: Quaternion, turn: Vector) -> Quaternion:
 
 
 @wp.func
-def turned(q: Quaternion, turn: Vector) -> Quaternion:
-    """An attitude after a turn about an axis of the base by that axis' length [rad]."""
-    return wp.normalize(swung_by(q, turn))
+def rotate_attitude(q: Quaternion, turn: Vector) -> Quaternion:
+    """An attitude after a turn, a rotation vector in the axes of the base [rad]."""
+    return wp.normalize(rotate_unnormalised(q, turn))
 
 
 @wp.func
@@ -64,7 +64,7 @@ def body_at(block: Block, q: Quaternion) -> Body:
 
 
 @wp.func
-def flown(block: Block, q: Quaternion, momentum: Vector, d: real) -> Quaternion:
+def rotate_freely(block: Block, q: Quaternion, momentum: Vector, d: real) -> Quaternion:
     """Attitude after free rotation."""
     spin = Triple(momentum[0], momentum[1], momentum[2])
     inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
@@ -73,21 +73,21 @@ def flown(block: Block, q: Quaternion, momentum: Vector, d: real) -> Quaternion:
 
 
 @wp.func
-def upright(q: Quaternion) -> Vector:
+def block_axis(q: Quaternion) -> Vector:
     """The block's axis."""
     r = matrix_of(q[0], q[1], q[2], q[3])
     return Vector(r.r13, r.r23, r.r33)
 
 
 @wp.func
-def levelled(q: Quaternion, stance: int) -> Quaternion:
-    """The attitude without the round-off, or drift, by which an edge or a face is not level."""
+def level_attitude(q: Quaternion, stance: int) -> Quaternion:
+    """The attitude with the edge or face of a stance level: removes round-off and drift."""
     zero, one = real(0.0), real(1.0)
     new = q
     if stance == FLAT:
         for _again in range(2):
-            up = upright(new)
-            new = turned(new, Vector(up[1], -up[0], zero))
+            up = block_axis(new)
+            new = rotate_attitude(new, Vector(up[1], -up[0], zero))
     elif stance >= EDGE and stance < FLAT:
         for _again in range(2):
             r = matrix_of(new[0], new[1], new[2], new[3])
@@ -96,13 +96,15 @@ def levelled(q: Quaternion, stance: int) -> Quaternion:
             way = Vector(wp.where(wide, r.r11, r.r12), wp.where(wide, r.r21, r.r22), zero)
             rise = wp.where(wide, r.r31, r.r32)
             if size(rise) > LEVEL:
-                new = turned(new, Vector(-way[1], way[0], zero) * (rise / (one - rise * rise)))
+                new = rotate_attitude(
+                    new, Vector(-way[1], way[0], zero) * (rise / (one - rise * rise))
+                )
     return new
 
 
 @wp.func
 def foot(body: Body, mask: int) -> Vector:
-    """Mean of some corners, from the centre of mass [m]; of none, zero."""
+    """Mean of the corners of a mask, from the centre of mass [m]; zero if the mask is empty."""
     total = Vector()
     count = real(0.0)
     for k in range(4):
@@ -113,21 +115,21 @@ def foot(body: Body, mask: int) -> Vector:
 
 
 @wp.func
-def placed(body: Body, mask: int, x: Vector) -> Vector:
-    """The centre of mass at the height at which some corners touch; where it is if none does."""
+def place_on_base(body: Body, mask: int, x: Vector) -> Vector:
+    """The centre of mass moved to the height at which the corners of a mask touch; without, x."""
     down = foot(body, mask)
     return Vector(x[0], x[1], wp.where(mask == 0, x[2], -down[2]))
 
 
 @wp.func
 def lack_of(body: Body, side: int, pull: Two, gravity: real, a: Vector) -> real:
-    """What an acceleration of the base lacks to move a resting block [m/s^2].
+    """Margin of the acceleration of the base before a block at rest moves [m/s^2].
 
     Args:
         body: The block.
-        side: 0 to 3, over the edge from that corner to the next; 4 (of a box 5, too), along the
-            base.
-        pull: Direction of that.
+        side: 0 to 3: tips over the edge from that corner to the next. 4 (of the box of friction 5,
+            too): slides.
+        pull: Direction of sliding.
         gravity: [m/s^2].
         a: Acceleration of the base [m/s^2].
     """
@@ -136,7 +138,7 @@ def lack_of(body: Body, side: int, pull: Two, gravity: real, a: Vector) -> real:
     if side < 4:
         first = body.corners[side]
         way = body.corners[(side + 1) % 4] - first
-        out = along(Vector(way[1], -way[0], real(0.0)))
+        out = direction_of(Vector(way[1], -way[0], real(0.0)))
         arm = out[0] * first[0] + out[1] * first[1]
         found = -weight * arm / first[2] + out[0] * a[0] + out[1] * a[1]
     return found
@@ -144,11 +146,11 @@ def lack_of(body: Body, side: int, pull: Two, gravity: real, a: Vector) -> real:
 
 @wp.func
 def least_lack(body: Body, gravity: real, a0: Vector, a1: Vector):
-    """`lack_of` at both ends of a step, of what moves a resting block first."""
+    """`lack_of` at both ends of a step, of the way that moves a block at rest first."""
     larger0 = a0[0] * a0[0] + a0[1] * a0[1] > a1[0] * a1[0] + a1[1] * a1[1]
-    pull = along(a1)
+    pull = direction_of(a1)
     if larger0:
-        pull = along(a0)
+        pull = direction_of(a0)
     if BOX:
         way = Two(wp.sign(pull[0]), wp.sign(pull[1]))
     least = real(1.0e30)
@@ -173,7 +175,7 @@ def least_lack(body: Body, gravity: real, a0: Vector, a1: Vector):
 def corner_event(
     g0: real, r0: real, g1: real, r1: real, d: real, near: real, grain: real, rest: real
 ):
-    """What an open corner does in a step, from its gap and how that changes at both ends.
+    """Events of an open corner in a step, from its gap and the rate of that at both ends.
 
     Returns:
         Length of the step to its landing if that lies inside, else NEVER; whether it lands at the
@@ -191,17 +193,17 @@ def corner_event(
         closes = g0 <= grain and r0 <= zero
     elif g1 <= reach and r1 < zero:
         lands = True
-    # Whether it comes back in this step or in a later one: that must not depend on the step.
+    # It may come back in this step or in a later one: the rule must not depend on the step.
     hops = r0 > zero and r0 * r0 <= real(-4.0) * bend * rest
     return cut, lands, closes or (g0 <= grain and hops and d > near)
 
 
 @wp.func
 def cut_to(event: real, d: real, near: real) -> real:
-    """Length of the next step, cut at an event inside this one [s].
+    """Length of the next step, which ends at an event inside this one [s].
 
-    It is no shorter than half of `near`: within that an event counts as reached. Of an event at the
-    very end of the step half of the step is tried, or the same event would be met for ever.
+    It is at least half of `near`, within which an event counts as reached. For an event at the very
+    end of the step it is half of the step; otherwise the same trial would repeat for ever.
     """
     return larger(wp.where(event > d - near, HALF * d, event), HALF * near)
 
@@ -210,8 +212,8 @@ def cut_to(event: real, d: real, near: real) -> real:
 class Course:
     """How a corner moves along the base in a step.
 
-    Its velocities at both ends [m/s]; d, the length of the step, and near, the time by which an
-    event may be missed [s].
+    Its velocities at both ends [m/s]; d, the length of the step [s]; near, the tolerance of the
+    time of an event [s].
     """
 
     first: Vector
@@ -225,11 +227,11 @@ def stop_event(course: Course):
     """Whether a sliding corner stops in a step.
 
     Returns:
-        Length of the step to where it no longer moves the way it did, if that lies inside, else
-        NEVER; whether it stands still at the end. On a curved way it may not, and slides on.
+        Length of the step to where its velocity is across the first one, if that lies inside, else
+        NEVER; whether it stands still at the end. On a curved path it may not, and slides on.
     """
     u0, u1, d, near = course.first, course.last, course.d, course.near
-    d0 = along(u0)
+    d0 = direction_of(u0)
     e0 = d0[0] * u0[0] + d0[1] * u0[1]
     e1 = d0[0] * u1[0] + d0[1] * u1[1]
     wide = u1 - u0

@@ -1,15 +1,15 @@
 """The event step in space in which nothing happens, as vector code.
 
-Most steps meet no event: the block lies flat on a base that does not move it, or turns about a
-corner or an edge that stick. What touches is then a hinge, and the step of event_space/block.py has
-no choice to make. `rolled` takes that step. It returns False if something slides, lifts, opens at
-one end or falls over, or is close to it; if a corner lands inside the step, it returns when. All of
-this depends on the lane alone.
+Most steps have no event: the block lies flat on a base that does not move it, or turns about a
+sticking corner or edge. The touching corners are then a hinge, and the step of event_space/block.py
+has a single case. `roll` takes that step. Its `clear` is False if the block slides, lifts, opens at
+one end or overturns, or is close to it. If a corner lands inside the step, it gives the time. All
+of this depends on the lane alone.
 
-Formulas are those of event_space/block.py, in the block's own axes where that is less work: both
-give the same to round-off. Friction is the cone.
+The formulas are those of event_space/block.py, in the block's own axes where that is less work.
+Both agree to round-off. Friction is the cone.
 
-This is a second text of the step because the first one is not fast enough: 512 blocks that rock
+This second text of the step exists because the first one is slower: 512 blocks that rock
 under sines along x and y take 3.4 million steps a second on a core with it, 0.83 million without
 (float32: 1.4 and 0.86 million).
 """
@@ -18,7 +18,12 @@ import warp as wp
 
 from warprock.kernels.event_space.block import NEARLY
 from warprock.kernels.event_space.block_contact import EDGE, FLAT
-from warprock.kernels.event_space.block_moves import GRAIN, corner_event, cut_to, swung_by
+from warprock.kernels.event_space.block_moves import (
+    GRAIN,
+    corner_event,
+    cut_to,
+    rotate_unnormalised,
+)
 from warprock.kernels.event_space.block_trial import Base, State
 from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.shape_space.block import Block
@@ -26,21 +31,24 @@ from warprock.kernels.shape_space.lanes import matrix_of, product
 from warprock.kernels.vectors import Matrix, Quaternion, Vector
 
 SPARE = by_precision(1.0e-3, 1.0e-1)
-"""Part of its friction that an end of an edge must have left at the end of a step for it not to let
-go in the next moment: ten times the part of a step by which `let_go` looks ahead."""
+"""Margin of friction, as a part of it, that each end of an edge must have at the end of a step to
+hold on for a moment more: ten times the part of a step by which `find_release` looks ahead."""
 LEVEL = real(1.0e-6)
-"""Slope of an edge up to which one small turn levels it to round-off."""
+"""Largest slope of an edge that one small turn levels to round-off."""
 
 
 @wp.struct
 class Hinge:
-    """What a block turns about while what touches sticks, in its own axes.
+    """The sticking contacts that a block turns about, in its own axes.
 
-    Lever, from the middle of what touches to the centre of mass [m]; mobility, which makes an
-    angular velocity of the angular momentum about the hinge for unit mass [1/m^2], entries 11, 22
-    and 33, and mixed, its entries 12, 13 and 23; way, half the edge [m], and over, one by its
-    length [1/m], both zero for a corner and a face; open, from what touches to the corners that do
-    not, along the width and the depth [m]; inertia about the block's own axes for unit mass [m^2].
+    Attributes:
+        lever: From the middle of the touching corners to the centre of mass [m].
+        mobility: Inverse inertia about the hinge for unit mass [1/m^2], entries 11, 22 and 33.
+        mixed: Its entries 12, 13 and 23.
+        way: Half the edge [m]; zero for a corner and a face.
+        over: Reciprocal of the length of the edge [1/m]; likewise.
+        open: From the touching corners to the others, along the width and the depth [m].
+        inertia: About the block's own axes for unit mass [m^2].
     """
 
     lever: Vector
@@ -54,10 +62,13 @@ class Hinge:
 
 @wp.struct
 class Rolled:
-    """Where a step about a hinge leads, as in `State`.
+    """The end of a step about a hinge; fields as in `State`, and these.
 
-    Deep, how deep a corner was in the base [m]; clear, whether nothing happens until its end; met,
-    whether a corner lands inside, and nothing else before; cut, the length of the step to there.
+    Attributes:
+        deep: Penetration of a corner [m].
+        clear: Whether the step has no event.
+        met: Whether the first event is the landing of a corner inside the step.
+        cut: Length of the step to that [s].
     """
 
     q: Quaternion
@@ -74,7 +85,7 @@ class Rolled:
 
 @wp.func(inline=True)
 def hinge_of(block: Block, stance: int) -> Hinge:
-    """The hinge of a stance; flat it does not turn at all."""
+    """The hinge of a stance; a flat block does not turn."""
     zero, one = real(0.0), real(1.0)
     h = Hinge()
     k = stance % 4
@@ -130,15 +141,15 @@ def in_body(r: Matrix, v: Vector) -> Vector:
 
 
 @wp.func(inline=True)
-def scaled(r: Matrix, d: Vector, v: Vector) -> Vector:
+def scale_in_body(r: Matrix, d: Vector, v: Vector) -> Vector:
     """A vector times a diagonal matrix of the body's own axes."""
     b = in_body(r, v)
     return in_base(r, Vector(d[0] * b[0], d[1] * b[1], d[2] * b[2]))
 
 
 @wp.func(inline=True)
-def moved(h: Hinge, r: Matrix, spin: Vector) -> Vector:
-    """Angular velocity about a hinge, of the angular momentum about it."""
+def turn_about_hinge(h: Hinge, r: Matrix, spin: Vector) -> Vector:
+    """Angular velocity about a hinge, from the angular momentum about it."""
     b = in_body(r, spin)
     m = h.mobility
     n = h.mixed
@@ -149,8 +160,8 @@ def moved(h: Hinge, r: Matrix, spin: Vector) -> Vector:
 
 
 @wp.func(inline=True)
-def levelled(q: Quaternion, rise: Vector) -> Quaternion:
-    """An attitude in which the edge along `rise`, a unit vector, is level to round-off."""
+def level_edge(q: Quaternion, rise: Vector) -> Quaternion:
+    """The attitude with the edge along `rise`, a unit vector, level to round-off."""
     a = Vector(-rise[1], rise[0], real(0.0)) * (HALF * rise[2])
     n = Quaternion(
         q[0] + a[0] * q[3] + a[1] * q[2],
@@ -162,15 +173,15 @@ def levelled(q: Quaternion, rise: Vector) -> Quaternion:
 
 
 @wp.func(inline=True)
-def ends(mu: real, p: Vector, twist: Vector, arm: Vector, e: Vector, over: real):
-    """What both ends of an edge have left of their friction, see `edge_carries`.
+def end_margins(mu: real, p: Vector, twist: Vector, arm: Vector, e: Vector, over: real):
+    """Friction margins of both ends of an edge, see `edge_carries`.
 
-    Over is one by the edge's length [1/m]. A corner counts as two that share its impulse by halves,
-    its `e` being zero.
+    `over` is the reciprocal of the length of the edge [1/m]. A corner counts as two ends that share
+    its impulse by halves; its `e` is zero.
 
     Returns:
-        The less of both, the less of what presses them, and the least that the square of what is
-        left along the edge can be.
+        The smaller margin, the smaller normal impulse, and a lower bound of the square of the
+        margin along the edge.
     """
     q = wp.cross((twist + wp.cross(arm, p)) * over, e)
     one = HALF * p - q
@@ -187,7 +198,7 @@ def ends(mu: real, p: Vector, twist: Vector, arm: Vector, e: Vector, over: real)
 class Instant:
     """A block that turns about a hinge, at one end of a step.
 
-    Its rotation matrix; arm, the hinge's lever in the axes of the base [m]; velocity [m/s] and
+    Its rotation matrix; arm, the lever of the hinge in the axes of the base [m]; velocity [m/s] and
     angular velocity [rad/s].
     """
 
@@ -199,17 +210,19 @@ class Instant:
 
 @wp.func(inline=True)
 def keeps_end(h: Hinge, mu: real, now: Instant, w: Vector, pull: Vector) -> bool:
-    """Whether an edge keeps hold of both of its ends in the next moment, the base pulling."""
+    """Whether both ends of an edge go on to stick, at the acceleration `pull` of the base."""
     e = in_base(now.r, h.way) * (h.over + h.over)
-    bend = moved(h, now.r, wp.cross(pull, now.arm))
+    bend = turn_about_hinge(h, now.r, wp.cross(pull, now.arm))
     p = wp.cross(bend, now.arm) + wp.cross(w, wp.cross(w, now.arm)) + pull
-    room, _push, _more = ends(mu, p, scaled(now.r, h.inertia, bend), now.arm, e, h.over)
+    room, _push, _more = end_margins(
+        mu, p, scale_in_body(now.r, h.inertia, bend), now.arm, e, h.over
+    )
     return room > SPARE * mu * size(p[2])
 
 
 @wp.func(inline=True)
-def lies(block: Block, gravity: real, r: Matrix, a: Vector) -> bool:
-    """Whether a flat block at rest stays so under an acceleration of the base, see `lack_of`."""
+def stays_at_rest(block: Block, gravity: real, r: Matrix, a: Vector) -> bool:
+    """Whether a flat block stays at rest at an acceleration of the base, see `lack_of`."""
     weight = gravity + a[2]
     along = r[0, 0] * a[0] + r[1, 0] * a[1]
     across = r[0, 1] * a[0] + r[1, 1] * a[1]
@@ -231,11 +244,11 @@ def rise_rate(v: Vector, w: Vector, c: Vector) -> real:
 
 @wp.func(inline=True)
 def open_event(limits: Limits, d: real, grain: real, away: Vector, first: Instant, last: Instant):
-    """What a corner does in a step that lies away from those that touch, see `corner_event`.
+    """Events of an open corner in a step, see `corner_event`; `away` leads to it from the hinge.
 
     Returns:
         Length of the step to its landing if that lies inside, else NEVER; whether it lands at the
-        end or closes at once, whether it closes. A corner that is not away touches.
+        end or closes at once; whether it closes. If `away` is zero, the corner touches.
     """
     c0 = in_base(first.r, away)
     c1 = in_base(last.r, away)
@@ -259,27 +272,27 @@ def mean_motion(block: Block, h: Hinge, free: Vector, momentum: Vector, middle: 
     zero = real(0.0)
     mu = block.friction
     arm = in_base(middle, h.lever)
-    w = moved(h, middle, momentum + wp.cross(arm, free))
+    w = turn_about_hinge(h, middle, momentum + wp.cross(arm, free))
     v = wp.cross(w, arm)
     p = v - free
-    spun = scaled(middle, h.inertia, w)
+    spun = scale_in_body(middle, h.inertia, w)
     e = in_base(middle, h.way) * (h.over + h.over)
-    room, push, more = ends(mu, p, spun - momentum, arm, e, h.over)
+    room, push, more = end_margins(mu, p, spun - momentum, arm, e, h.over)
     along = wp.dot(p, e)
     sticks = h.over > zero or p[0] * p[0] + p[1] * p[1] <= mu * mu * p[2] * p[2]
     return v, w, spun, sticks and room >= zero and push >= zero and along * along <= more
 
 
 @wp.func(inline=True)
-def events(
+def find_events(
     block: Block, limits: Limits, b: Base, h: Hinge, flat: bool, first: Instant, last: Instant,
     w: Vector,
 ):  # fmt: skip
-    """What happens in a step about a hinge, as `after_events` says; w is what its end leaves.
+    """Events of a step about a hinge, as in `apply_events`; w is the angular velocity at its end.
 
     Returns:
-        Whether nothing does, whether a corner lands inside before anything else, the length of the
-        step to there.
+        Whether there is none; whether the first one is the landing of a corner inside the step; the
+        length of the step to that.
     """
     zero = real(0.0)
     near = NEARLY * limits.longest_step
@@ -294,14 +307,14 @@ def events(
     pull = b.last + Vector(zero, zero, limits.gravity)
     keeps = h.over == zero or keeps_end(h, block.friction, last, w, pull)
     rolls = keeps and not (inside or any_x or any_y)
-    rests = lies(block, limits.gravity, first.r, b.first)
-    rests = rests and lies(block, limits.gravity, first.r, b.last)
+    rests = stays_at_rest(block, limits.gravity, first.r, b.first)
+    rests = rests and stays_at_rest(block, limits.gravity, first.r, b.last)
     met = inside and not (flat or closes_x or closes_y)
     return wp.where(flat, rests, rolls), met, cut_to(cut, b.d, near)
 
 
 @wp.func(inline=True)
-def rolled(block: Block, limits: Limits, b: Base, h: Hinge, s: State) -> Rolled:
+def roll(block: Block, limits: Limits, b: Base, h: Hinge, s: State) -> Rolled:
     """The step of a block about a hinge."""
     zero = real(0.0)
     x, q, v, w = s.x, s.q, s.v, s.w
@@ -311,14 +324,14 @@ def rolled(block: Block, limits: Limits, b: Base, h: Hinge, s: State) -> Rolled:
     inverse = Vector(block.inverse_x, block.inverse_y, block.inverse_z)
     r0 = frame(q)
     a0 = in_base(r0, h.lever)
-    momentum = scaled(r0, h.inertia, w)
-    middle = frame(swung_by(q, w * (HALF * d)))
+    momentum = scale_in_body(r0, h.inertia, w)
+    middle = frame(rotate_unnormalised(q, w * (HALF * d)))
     free = v - HALF * b.change - Vector(zero, zero, HALF * d * limits.gravity)
     v1, w1, spun, holds = mean_motion(block, h, free, momentum, middle)
     n.turn = d * w1
-    n.q = swung_by(q, n.turn)
+    n.q = rotate_unnormalised(q, n.turn)
     rise = in_base(frame(n.q), h.way) * (h.over + h.over)
-    n.q = levelled(n.q, rise)
+    n.q = level_edge(n.q, rise)
     r = frame(n.q)
     a1 = in_base(r, h.lever)
     n.deep = a1[2] - x[2] - d * v1[2]
@@ -328,13 +341,13 @@ def rolled(block: Block, limits: Limits, b: Base, h: Hinge, s: State) -> Rolled:
         n.x = x
     raw = TWO * v1 - v
     spin = TWO * spun - momentum
-    n.swing = scaled(r, inverse, spin)
-    n.w = moved(h, r, spin + wp.cross(a1, raw))
+    n.swing = scale_in_body(r, inverse, spin)
+    n.w = turn_about_hinge(h, r, spin + wp.cross(a1, raw))
     n.v = wp.cross(n.w, a1)
     fall = NEARLY * limits.longest_step * wp.length(n.swing)
     upright = size(rise[2]) < LEVEL and r[2, 2] > TWO * fall
     first, last = Instant(r0, a0, v, w), Instant(r, a1, raw, n.swing)
-    clear, met, cut = events(block, limits, b, h, flat, first, last, n.w)
+    clear, met, cut = find_events(block, limits, b, h, flat, first, last, n.w)
     n.clear = holds and clear and (flat or upright)
     n.met = holds and met and upright
     n.cut = cut

@@ -1,4 +1,4 @@
-"""What is kept of the places of a pack, side by side, besides what structs of other files hold."""
+"""Rows that a pack of lanes keeps for each of its places, besides the structs of other files."""
 
 import warp as wp
 
@@ -8,7 +8,7 @@ from warprock.kernels.vectors import Quaternion, Vector
 
 @wp.struct
 class Before:
-    """What is kept of the state before the last step that was taken; see `State`."""
+    """The part of the state before the last step taken that samples need; see `State`."""
 
     x: Vector
     q: Quaternion
@@ -29,8 +29,8 @@ class Place:
         step_limit, longest_step, rest_gap: See `Lane`.
         until: Time of its next sample [s].
         uplift_time, rest_time: See `Seen` of event_space/block_seen.py.
-        due: Whether it needs to be looked at by itself.
-        busy: Whether it needs a step by itself.
+        due: Whether the scalar loop has to handle the lane.
+        busy: Whether the lane needs a step of event_space/block.py.
     """
 
     lane: int
@@ -47,14 +47,14 @@ class Place:
 
 
 @wp.func(inline=True)
-def kept_of(s: State) -> Before:
-    """What is kept of a state."""
+def keep_state(s: State) -> Before:
+    """The part of a state that is kept."""
     return Before(s.x, s.q, s.v, s.w, s.time, s.stance)
 
 
 @wp.func(inline=True)
 def state_before(b: Before) -> State:
-    """The state before the last step, as far as it is kept."""
+    """The state before the last step, with the fields that are kept."""
     s = State()
     s.x = b.x
     s.q = b.q

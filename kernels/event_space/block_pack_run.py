@@ -1,21 +1,20 @@
 """Runs of the event step over blocks in space, LANES lanes side by side on the CPU.
 
-Steps in which nothing happens are taken as vector code, see event_space/block_pack.py, all others
-one lane after the other. One thread runs all lanes of a launch: where one has come to its end,
-another takes its place. Lanes do not wait for one another, for every one has its own clock and
-sample.
+Steps without an event run as vector code, see event_space/block_pack.py; all other steps run one
+lane after the other. One thread runs all lanes of a launch: when a lane ends, another takes its
+place. Lanes do not wait for one another, since each has its own clock and sample.
 
-Of float64, that is: small structs of float32 the compiler hands on in pairs, and makes no vector
-code of them. A step about a hinge, which has no cases to choose from, is quicker all the same.
+Only float64 gives vector code: the compiler passes small structs of float32 in pairs. A step about
+a hinge is faster in float32 too, since it has a single case.
 """
 
 import warp as wp
 
 from warprock.kernels.event_space.block import TOGETHER, step
 from warprock.kernels.event_space.block_contact import FLYING
-from warprock.kernels.event_space.block_moves import swung_by
-from warprock.kernels.event_space.block_pack import Hinge, Rolled, frame, hinge_of, rolled
-from warprock.kernels.event_space.block_pack_lanes import Before, Place, kept_of, state_before
+from warprock.kernels.event_space.block_moves import rotate_unnormalised
+from warprock.kernels.event_space.block_pack import Hinge, Rolled, frame, hinge_of, roll
+from warprock.kernels.event_space.block_pack_lanes import Before, Place, keep_state, state_before
 from warprock.kernels.event_space.block_seen import (
     Seen,
     attitude_at,
@@ -26,7 +25,7 @@ from warprock.kernels.event_space.block_seen import (
     peaks_at,
     place_at,
     start,
-    turning,
+    turning_time,
 )
 from warprock.kernels.event_space.block_trial import Base, State, next_step
 from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
@@ -43,17 +42,17 @@ wp.set_module_options(ONE_VECTOR | LOOPS_STAY)
 
 PLACES = LANES
 LANES = 1
-"""A launch has a thread a lane, of which the first runs all: so none is run to fill a pack."""
+"""A launch has one thread a lane, and the first thread runs all lanes, so no pack is padded."""
 GONE = -1
 """Mode of a place without a lane."""
 
 
 @wp.func(inline=True)
 def observe_hinge_step(block: Block, before: BlockResult, s: State, n: Rolled, d: real, time: real):
-    """What a step about a hinge adds to what has been seen, see `observe`.
+    """The observed response after a step about a hinge, see `observe`.
 
     Returns:
-        That, and whether it is all: not if two rotations turn back in one step.
+        The response; whether it is complete: it is not if two rotations turn back in one step.
     """
     zero = real(0.0)
     r0 = frame(s.q)
@@ -62,11 +61,11 @@ def observe_hinge_step(block: Block, before: BlockResult, s: State, n: Rolled, d
     axis = Vector(r[0, 2], r[1, 2], r[2, 2])
     rate0 = wp.cross(s.w, axis0)
     rate = wp.cross(n.swing, axis)
-    first = turning(axis0, rate0, axis, rate, 0, d)
-    other = turning(axis0, rate0, axis, rate, 1, d)
+    first = turning_time(axis0, rate0, axis, rate, 0, d)
+    other = turning_time(axis0, rate0, axis, rate, 1, d)
     tau = first + other
     part = tau / larger(d, TINY)
-    q = swung_by(s.q, tau * s.w + part * part * (n.turn - d * s.w))
+    q = rotate_unnormalised(s.q, tau * s.w + part * part * (n.turn - d * s.w))
     leaf = peaks_at(block, before, n.q, time)
     back = peaks_at(block, leaf, q, s.time + tau)
     turns = tau > zero
@@ -84,7 +83,7 @@ def observe_hinge_step(block: Block, before: BlockResult, s: State, n: Rolled, d
 
 @wp.func(inline=True)
 def runs_quietly(s: State, b: Base, n: Rolled):
-    """Whether nothing happens in a step, or else whether a corner lands inside, of a lane."""
+    """Whether a step of a lane has no event; whether a corner lands inside it."""
     total = n.x[0] + n.x[1] + n.x[2] + n.v[0] + n.v[1] + n.v[2] + b.time
     runs = s.mode == RUNNING and s.slip == 0 and s.stance < FLYING and total - total == real(0.0)
     lasts = b.d > TINY and wp.dot(b.kick, b.kick) == real(0.0)
@@ -93,7 +92,7 @@ def runs_quietly(s: State, b: Base, n: Rolled):
 
 @wp.func(inline=False)
 def full_step(block: Block, limits: Limits, motion: BaseMotion, end: real, s: State, seen: Seen):
-    """One trial step of one lane, whatever happens in it."""
+    """One trial step of one lane by event_space/block.py, with any events."""
     n = step(block, limits, motion, end, s)
     after = seen
     if n.taken:
@@ -102,8 +101,8 @@ def full_step(block: Block, limits: Limits, motion: BaseMotion, end: real, s: St
 
 
 @wp.func(inline=False)
-def begun(block: Block):
-    """A lane at its start, and what is seen of it then."""
+def start_lane(block: Block):
+    """State and observed response of a lane at its start."""
     s = start(block, TOGETHER * block.half_height)
     return s, observe_start(block, s), hinge_of(block, s.stance)
 
@@ -153,7 +152,7 @@ def run_lanes(
                     known = Seen(leaf[i], place[i].uplift_time, place[i].rest_time)
                     old = state[i]
                     new, shown, turns = full_step(blocks[0, lane], limits, alone, end, old, known)
-                    before[i] = wp.where(new.taken, kept_of(old), before[i])
+                    before[i] = wp.where(new.taken, keep_state(old), before[i])
                     state[i] = new
                     hinge[i] = turns
                     leaf[i] = shown.leaf
@@ -180,9 +179,9 @@ def run_lanes(
                     found.blocks[0, lane] = block_result(s, seen)
                     state[i].mode = GONE
             if state[i].mode == GONE and waiting < count:
-                first, seen_first, hangs = begun(blocks[0, waiting])
+                first, seen_first, hangs = start_lane(blocks[0, waiting])
                 state[i] = first
-                before[i] = kept_of(first)
+                before[i] = keep_state(first)
                 hinge[i] = hangs
                 box[i] = blocks[0, waiting]
                 leaf[i] = seen_first.leaf
@@ -208,7 +207,7 @@ def run_lanes(
             own, now = box[i], state[i]
             bounds = Limits(knobs.gravity, place[i].longest_step, place[i].rest_gap)
             b = next_step(bounds, motion, end, now)
-            n = rolled(own, bounds, b, hinge[i], now)
+            n = roll(own, bounds, b, hinge[i], now)
             told, whole = observe_hinge_step(own, leaf[i], now, n, b.d, b.time)
             quiet, cut = runs_quietly(now, b, n)
             ok = quiet and whole
@@ -220,8 +219,8 @@ def run_lanes(
             place[i].busy = stays
             place[i].due = due and now.mode == RUNNING
             leaf[i] = wp.where(ok, told, leaf[i])
-            before[i] = wp.where(ok, kept_of(now), before[i])
-            # What the step leaves as it is is not stored: the whole state would take 5 % more time.
+            before[i] = wp.where(ok, keep_state(now), before[i])
+            # Fields that the step does not change are not stored, which saves 5 % of the time.
             state[i].x = wp.where(ok, n.x, now.x)
             state[i].q = wp.where(ok, n.q, now.q)
             state[i].v = wp.where(ok, n.v, now.v)

@@ -1,8 +1,8 @@
 """Runs of the event step over blocks in space (event_space/block.py), one lane a thread.
 
-Every lane has its own clock and ends its steps where its events are; a sample inside a step is
-read off the parabola that the step follows, so that histories do not change the run. If THROWN is
-true blocks start in motion, see event_space/block_thrown.py.
+Every lane has its own clock and ends its steps at its events. A sample inside a step is read off
+the parabola that the step follows, so that histories do not change the run. If THROWN is true,
+blocks start in motion, see event_space/block_thrown.py.
 """
 
 import warp as wp
@@ -23,15 +23,21 @@ from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import Found
-from warprock.kernels.shape_space.thrown import Throw, after, leans, new_axes, renamed
+from warprock.kernels.shape_space.thrown import (
+    Throw,
+    compose,
+    needs_new_axes,
+    new_axes,
+    rename_axes_of_block,
+)
 from warprock.kernels.vectors import Quaternion, Vector
 
 if THROWN:
     from warprock.kernels.event_space.block_thrown import (
-        let_go_with,
         observe_tumbling,
         own_axes,
-        stood_on,
+        rename_axes,
+        start_thrown,
     )
 
 wp.set_module_options(BRANCHES)
@@ -60,8 +66,8 @@ def run_lanes(
     s = start(block, TOGETHER * block.half_height)
     if THROWN:
         throw = throws[lane]
-        s = let_go_with(block, limits, throw, s)
-        # Leads from the axes that the block began with to its own, which change between steps.
+        s = start_thrown(block, limits, throw, s)
+        # Turn from the body axes at the start to the present ones, which change between steps.
         named = Quaternion(real(0.0), real(0.0), real(0.0), real(1.0))
     s0 = s
     seen = observe_start(block, s)
@@ -72,12 +78,12 @@ def run_lanes(
         while s.mode == RUNNING and s.time < until:
             steps += 1
             if THROWN:
-                down = throw.tumbles == 1 and leans(s.q[0], s.q[1])
+                down = throw.tumbles == 1 and needs_new_axes(s.q[0], s.q[1])
                 if down:
                     gx, gy, gw = new_axes(s.q[0], s.q[1], s.q[2], s.q[3])
-                    block = renamed(block, gx, gy)
-                    s = stood_on(s, gx, gy, gw)
-                    nx, ny, nz, nw = after(
+                    block = rename_axes_of_block(block, gx, gy)
+                    s = rename_axes(s, gx, gy, gw)
+                    nx, ny, nz, nw = compose(
                         named[0], named[1], named[2], named[3], gx, gy, real(0.0), gw
                     )
                     named = Quaternion(nx, ny, nz, nw)

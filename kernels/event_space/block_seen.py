@@ -1,4 +1,4 @@
-"""How blocks in space start under the event step, what is observed of them, and what they leave.
+"""Start of blocks in space in the event engine, their observed response, and their results.
 
 A sample inside a step is read off the parabola that the step follows.
 """
@@ -7,12 +7,12 @@ import warp as wp
 
 from warprock.kernels.event_space.block_contact import FLAT, FLYING, mask_of, stance_of
 from warprock.kernels.event_space.block_moves import (
+    block_axis,
     body_at,
-    flown,
-    levelled,
-    placed,
-    turned,
-    upright,
+    level_attitude,
+    place_on_base,
+    rotate_attitude,
+    rotate_freely,
 )
 from warprock.kernels.event_space.block_trial import State
 from warprock.kernels.modes import RUNNING
@@ -24,7 +24,7 @@ from warprock.kernels.vectors import Quaternion, Vector
 
 @wp.struct
 class Seen:
-    """What has been observed of one lane so far."""
+    """Observed response of a lane up to its time."""
 
     leaf: BlockResult
     uplift_time: real
@@ -33,7 +33,7 @@ class Seen:
 
 @wp.func
 def start(block: Block, gap: real) -> State:
-    """The state at the start; corners within a gap of the lowest one touch if that does."""
+    """The state at the start; if the lowest corner touches, so do all within `gap` [m] of it."""
     s = State()
     s.x = Vector(block.x, block.y, block.z)
     s.q = Quaternion(block.qx, block.qy, block.qz, block.qw)
@@ -43,8 +43,8 @@ def start(block: Block, gap: real) -> State:
         if s.x[2] + body.corners[k, 2] <= gap:
             mask = mask | (1 << k)
     s.stance = stance_of(mask)
-    s.q = levelled(s.q, s.stance)
-    s.x = placed(body_at(block, s.q), mask_of(s.stance), s.x)
+    s.q = level_attitude(s.q, s.stance)
+    s.x = place_on_base(body_at(block, s.q), mask_of(s.stance), s.x)
     s.cap = NEVER
     s.mode = RUNNING
     s.taken = True
@@ -59,10 +59,10 @@ def attitude_at(block: Block, until: real, s0: State, s: State) -> Quaternion:
     if until < s.time and d > real(0.0):
         tau = until - s0.time
         if s0.stance == FLYING:
-            q = flown(block, s0.q, body_at(block, s0.q).inertia * s0.w, tau)
+            q = rotate_freely(block, s0.q, body_at(block, s0.q).inertia * s0.w, tau)
         else:
             part = tau / d
-            q = turned(s0.q, tau * s0.w + part * part * (s.turn - d * s0.w))
+            q = rotate_attitude(s0.q, tau * s0.w + part * part * (s.turn - d * s0.w))
     return q
 
 
@@ -93,8 +93,10 @@ def peaks_at(block: Block, before: BlockResult, q: Quaternion, time: real) -> Bl
 
 
 @wp.func
-def turning(axis0: Vector, rate0: Vector, axis1: Vector, rate1: Vector, i: int, d: real) -> real:
-    """Time after the start of a step at which a rotation of the axis turns back, else zero."""
+def turning_time(
+    axis0: Vector, rate0: Vector, axis1: Vector, rate1: Vector, i: int, d: real
+) -> real:
+    """Time in a step at which a rotation of the block's axis turns back; zero if it does not."""
     r0 = rate0[i] * axis0[2] - axis0[i] * rate0[2]
     r1 = rate1[i] * axis1[2] - axis1[i] * rate1[2]
     return wp.where(r0 * r1 < real(0.0), d * r0 / (r0 - r1), real(0.0))
@@ -102,14 +104,14 @@ def turning(axis0: Vector, rate0: Vector, axis1: Vector, rate1: Vector, i: int, 
 
 @wp.func
 def observe(block: Block, before: Seen, s0: State, s: State) -> Seen:
-    """What a step from one state to the next adds to what has been observed."""
+    """The observed response after a step from one state to the next."""
     seen = before
     d = s.time - s0.time
     seen.leaf = peaks_at(block, before.leaf, s.q, s.time)
-    axis0 = upright(s0.q)
-    axis1 = upright(s.q)
+    axis0 = block_axis(s0.q)
+    axis1 = block_axis(s.q)
     for i in range(2):
-        at = turning(axis0, wp.cross(s0.w, axis0), axis1, wp.cross(s.swing, axis1), i, d)
+        at = turning_time(axis0, wp.cross(s0.w, axis0), axis1, wp.cross(s.swing, axis1), i, d)
         if at > real(0.0):
             time = s0.time + at
             seen.leaf = peaks_at(block, seen.leaf, attitude_at(block, time, s0, s), time)
@@ -120,8 +122,8 @@ def observe(block: Block, before: Seen, s0: State, s: State) -> Seen:
         seen.leaf.slide_x = slide_x
         seen.leaf.slide_y = slide_y
         seen.leaf.peak_slide = larger(square, seen.leaf.peak_slide)
-    # A velocity step of the base lifts at the end of a step, an acceleration from its start.
-    # The first step after an uplift turns by so little that the cosine of the tilt may stay at 1.
+    # A velocity step of the base lifts the block at the end of a step, an acceleration at its
+    # start. The first step after that turns so little that the cosine of the tilt may stay at 1.
     if s0.stance == FLAT and s.stance != FLAT and seen.uplift_time >= NEVER:
         upright_still = axis1[0] == axis0[0] and axis1[1] == axis0[1]
         seen.uplift_time = wp.where(upright_still, s.time, s0.time)
@@ -135,7 +137,7 @@ def observe(block: Block, before: Seen, s0: State, s: State) -> Seen:
 
 @wp.func
 def observe_start(block: Block, s: State) -> Seen:
-    """What is observed of a lane at its start."""
+    """Observed response of a lane at its start."""
     seen = Seen()
     seen.leaf = peaks_at(block, seen.leaf, s.q, real(0.0))
     seen.uplift_time = wp.where(s.stance == FLAT, NEVER, real(0.0))
@@ -145,7 +147,7 @@ def observe_start(block: Block, s: State) -> Seen:
 
 @wp.func
 def lane_result(block: Block, steps: int, s: State, seen: Seen) -> Result:
-    """What a lane leaves behind."""
+    """Results of a lane."""
     return Result(
         seen.uplift_time, seen.rest_time, block.mass * s.lost, s.deepest, s.impacts, s.mode, steps
     )
@@ -153,7 +155,7 @@ def lane_result(block: Block, steps: int, s: State, seen: Seen) -> Result:
 
 @wp.func
 def block_result(s: State, seen: Seen) -> BlockResult:
-    """What its block leaves behind."""
+    """Results of its block."""
     leaf = seen.leaf
     leaf.qz = s.q[2]
     leaf.qw = s.q[3]

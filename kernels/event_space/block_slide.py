@@ -1,8 +1,8 @@
 """Sliding contact of one block in space; see event_space/block_contact.py.
 
-A corner that slides takes p = n (-friction d, 1) with d the direction of its velocity afterwards.
-Given all d, what a stance holds is linear in the n. The directions are then sought so that they
-are those of the velocities.
+A sliding corner has the impulse p = n (-friction d, 1), d the direction of its velocity afterwards.
+For given d the normal impulses n of a stance solve linear equations. Newton's method finds the d
+that equal the directions of the velocities.
 """
 
 import warp as wp
@@ -15,23 +15,23 @@ from warprock.kernels.event_space.block_contact import (
     Held,
     Shares,
     Two,
-    along,
-    answer,
     corner_matrix,
     corner_velocity,
+    direction_of,
     face_shares,
     inside,
     mask_of,
     sinks,
+    velocity_by_impulse,
 )
 from warprock.kernels.vectors import Matrix, Vector
 
 ALIKE = by_precision(1.0e-14, 1.0e-6)
 """Change of a direction [rad] that is round-off."""
 GOOD = by_precision(1.0e-9, 1.0e-4)
-"""Change of a direction [rad] at which a search that found no end is good enough."""
+"""Change of a direction [rad] up to which a search that has not converged is accepted."""
 LITTLE = by_precision(1.0e-7, 1.0e-3)
-"""Turn by which a slope is found [rad]."""
+"""Turn of a direction for the slope by differences [rad]."""
 STEEPEST = real(0.5)
 """Largest turn of a direction in one of Newton's steps [rad]."""
 TURNS = 60
@@ -39,8 +39,8 @@ TURNS = 60
 
 
 @wp.func
-def sliding_corner(m: Matrix, u: Vector, mu: real, start: Two):
-    """Impulse of a corner that slides, and the direction in which it ends up doing so.
+def solve_sliding_corner(m: Matrix, u: Vector, mu: real, start: Two):
+    """Impulse of a corner that slides, and the direction of its velocity afterwards.
 
     Args:
         m: `corner_matrix` of the corner.
@@ -69,7 +69,7 @@ def sliding_corner(m: Matrix, u: Vector, mu: real, start: Two):
         ahead = tx * d[0] + ty * d[1]
         aside = tx * e[0] + ty * e[1]
         bend = -ahead + e[0] * (change * f[0] + n * rate[0]) + e[1] * (change * f[1] + n * rate[1])
-        # Never away from the direction of the velocity.
+        # The step never leads away from the direction of the velocity.
         bend = wp.where(bend < -TINY, bend, -TINY)
         turn = wp.where(aside == real(0.0), real(0.0), -aside / bend)
         turn = larger(smaller(turn, STEEPEST), -STEEPEST)
@@ -80,8 +80,8 @@ def sliding_corner(m: Matrix, u: Vector, mu: real, start: Two):
 
 
 @wp.func
-def slid_face(body: Body, mu: real, dirs: Corners, pressed: Shares, v: Vector, w: Vector):
-    """What `slid` returns of a flat block."""
+def solve_sliding_face(body: Body, mu: real, dirs: Corners, pressed: Shares, v: Vector, w: Vector):
+    """`solve_sliding` for a flat block."""
     zero = real(0.0)
     p = Vector(zero, zero, -v[2])
     torsion = real(0.0)
@@ -102,7 +102,9 @@ def slid_face(body: Body, mu: real, dirs: Corners, pressed: Shares, v: Vector, w
 
 
 @wp.func(inline=False)
-def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: Vector, w: Vector):
+def solve_sliding(
+    body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: Vector, w: Vector
+):
     """Velocities of a block that slides in given directions, and the normal impulses.
 
     Args:
@@ -110,12 +112,12 @@ def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: V
         stance: Its stance.
         mu: Friction coefficient.
         dirs: Directions in which its corners slide.
-        pressed: Normal impulses that a flat block's friction is taken from.
+        pressed: Normal impulses from which the friction of a flat block follows.
         v: Velocity without contact [m/s].
         w: Angular velocity without contact [rad/s].
 
     Returns:
-        Velocity, angular velocity, normal impulses, whether they can be carried at all.
+        Velocity, angular velocity, normal impulses, whether no corner pulls or jams.
     """
     zero = real(0.0)
     n = Shares()
@@ -123,7 +125,7 @@ def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: V
     w1 = w
     sound = bool(True)
     if stance == FLAT:
-        v0, w0, n0, sound0 = slid_face(body, mu, dirs, pressed, v, w)
+        v0, w0, n0, sound0 = solve_sliding_face(body, mu, dirs, pressed, v, w)
         v1 = v0
         w1 = w0
         n = n0
@@ -132,7 +134,7 @@ def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: V
         i = stance % 4
         u = corner_velocity(body, v, w, i)
         f1 = Vector(-mu * dirs[i, 0], -mu * dirs[i, 1], real(1.0))
-        a11 = answer(body, i, f1, i)[2]
+        a11 = velocity_by_impulse(body, i, f1, i)[2]
         if stance < EDGE:
             sound = a11 > zero
             n[i] = -u[2] / a11
@@ -140,14 +142,15 @@ def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: V
             j = (i + 1) % 4
             u2 = corner_velocity(body, v, w, j)
             f2 = Vector(-mu * dirs[j, 0], -mu * dirs[j, 1], real(1.0))
-            a12 = answer(body, j, f2, i)[2]
-            a21 = answer(body, i, f1, j)[2]
-            a22 = answer(body, j, f2, j)[2]
+            a12 = velocity_by_impulse(body, j, f2, i)[2]
+            a21 = velocity_by_impulse(body, i, f1, j)[2]
+            a22 = velocity_by_impulse(body, j, f2, j)[2]
             det = a11 * a22 - a12 * a21
             n[i] = (a12 * u2[2] - a22 * u[2]) / det
             n[j] = (a21 * u[2] - a11 * u2[2]) / det
-            # A tall block that slides upright on an edge may be jammed against a roll over one of
-            # its ends (det < 0): both press alike all the same where they stop what sinks.
+            # If a tall block slides upright on an edge, friction may jam the roll over one of its
+            # ends (det < 0). Equal impulses at both ends are still a solution if they stop the
+            # sinking.
             stops = n[i] * u[2] + n[j] * u2[2] < zero
             sound = (det > zero and a11 > zero) or stops
             v1 = v1 + n[j] * f2
@@ -161,10 +164,10 @@ def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: V
 
 @wp.struct
 class Swing:
-    """A block of which one end of an edge sticks and the other slides across it.
+    """Motion of a block on an edge whose one end sticks while the other slides across it.
 
-    Velocity and angular velocity; normal impulse [m/s] and direction of the end that slides;
-    whether that can be carried at all.
+    Velocity and angular velocity; normal impulse [m/s] and direction of the sliding end; sound,
+    whether friction does not jam that end.
     """
 
     v: Vector
@@ -175,20 +178,20 @@ class Swing:
 
 
 @wp.func
-def swung(body: Body, k: int, other: int, side: real, v: Vector, w: Vector) -> Swing:
-    """The motion of a block of which corner k sticks and another one slides beside it.
+def solve_swing(body: Body, k: int, other: int, side: real, v: Vector, w: Vector) -> Swing:
+    """The motion of a block whose corner k sticks while a neighbour slides.
 
     Args:
         body: The block.
         k: The corner that sticks.
-        other: The one that slides, at the other end of an edge of the base.
+        other: The corner that slides, at the other end of an edge of the bottom face.
         side: 1 if it moves as the block turns from +x to +y about corner k, else -1.
         v: Velocity without contact [m/s].
         w: Angular velocity without contact [rad/s].
     """
     a = -body.corners[k]
     way = body.corners[other] - body.corners[k]
-    d = along(Vector(-way[1], way[0], real(0.0))) * side
+    d = direction_of(Vector(-way[1], way[0], real(0.0))) * side
     force = Vector(-body.friction * d[0], -body.friction * d[1], real(1.0))
     about = body.inertia + wp.dot(a, a) * wp.identity(n=3, dtype=real) - wp.outer(a, a)
     inverse = wp.inverse(about)
@@ -201,13 +204,13 @@ def swung(body: Body, k: int, other: int, side: real, v: Vector, w: Vector) -> S
 
 
 @wp.func
-def swinging(
+def try_swing(
     body: Body, way: int, mask: int, slip: int, start: Corners, v: Vector, w: Vector, dust: real
 ) -> Held:
-    """The motion if one end of an edge sticks and the other slides; whether it obeys the law.
+    """The motion if one end of an edge sticks and the other slides; `fits` if it obeys the law.
 
-    `way`, 0 to 15, is the edge and four times a number that says which end and to which side. Where
-    the end slides already (`slip`), in its direction in `start`, it goes on so, see `slipping`.
+    `way`, 0 to 15, is the edge plus four times a number for the end and the side. An end that
+    slides already (`slip`) keeps its direction in `start`, see `try_slipping`.
     """
     zero = real(0.0)
     h = Held()
@@ -215,7 +218,7 @@ def swinging(
     k = (edge + turn % 2) % 4
     other = (edge + 1 - turn % 2) % 4
     side = wp.where(turn < 2, real(1.0), real(-1.0))
-    swing = swung(body, k, other, side, v, w)
+    swing = solve_swing(body, k, other, side, v, w)
     v1, w1, n, d = swing.v, swing.w, swing.n, swing.d
     h.v = v1
     h.w = w1
@@ -236,27 +239,27 @@ def swinging(
 
 
 @wp.func
-def turned_by(d: Vector, angle: real) -> Vector:
+def rotate_direction(d: Vector, angle: real) -> Vector:
     """A direction along the base, turned by a small angle [rad]."""
     return wp.normalize(Vector(d[0] - angle * d[1], d[1] + angle * d[0], real(0.0)))
 
 
 @wp.func
-def beside(body: Body, stance: int, dirs: Corners, v: Vector, w: Vector) -> Two:
+def velocities_across(body: Body, stance: int, dirs: Corners, v: Vector, w: Vector) -> Two:
     """Velocities of the ends of an edge across their assumed directions of sliding."""
     i = stance - EDGE
     j = (i + 1) % 4
-    v1, w1, _n, _sound = slid(body, stance, body.friction, dirs, Shares(), v, w)
+    v1, w1, _n, _sound = solve_sliding(body, stance, body.friction, dirs, Shares(), v, w)
     u = corner_velocity(body, v1, w1, i)
     t = corner_velocity(body, v1, w1, j)
     return Two(u[1] * dirs[i, 0] - u[0] * dirs[i, 1], t[1] * dirs[j, 0] - t[0] * dirs[j, 1])
 
 
 @wp.func(inline=False)
-def sliding_edge(body: Body, stance: int, start: Corners, v: Vector, w: Vector, dust: real):
-    """Directions in which the ends of an edge slide, by Newton's method; whether it settled.
+def find_edge_directions(body: Body, stance: int, start: Corners, v: Vector, w: Vector, dust: real):
+    """Directions in which the ends of an edge slide, by Newton's method; whether it converged.
 
-    Opposite parts of both ends along the edge move nothing and need not settle.
+    Opposite friction of both ends along the edge does not change the motion. It need not converge.
     """
     i = stance - EDGE
     j = (i + 1) % 4
@@ -265,19 +268,19 @@ def sliding_edge(body: Body, stance: int, start: Corners, v: Vector, w: Vector, 
     error = real(1.0)
     tries = int(0)
     while change > real(10.0) * ALIKE and tries < TURNS:
-        g = beside(body, stance, dirs, v, w)
+        g = velocities_across(body, stance, dirs, v, w)
         other = dirs
-        other[i] = turned_by(dirs[i], LITTLE)
-        g1 = (beside(body, stance, other, v, w) - g) / LITTLE
+        other[i] = rotate_direction(dirs[i], LITTLE)
+        g1 = (velocities_across(body, stance, other, v, w) - g) / LITTLE
         other[i] = dirs[i]
-        other[j] = turned_by(dirs[j], LITTLE)
-        g2 = (beside(body, stance, other, v, w) - g) / LITTLE
+        other[j] = rotate_direction(dirs[j], LITTLE)
+        g2 = (velocities_across(body, stance, other, v, w) - g) / LITTLE
         det = g1[0] * g2[1] - g2[0] * g1[1]
         det = wp.where(det == real(0.0), TINY, det)
         a = (g2[0] * g[1] - g[0] * g2[1]) / det
         b = (g1[1] * g[0] - g1[0] * g[1]) / det
-        dirs[i] = turned_by(dirs[i], larger(smaller(a, STEEPEST), -STEEPEST))
-        dirs[j] = turned_by(dirs[j], larger(smaller(b, STEEPEST), -STEEPEST))
+        dirs[i] = rotate_direction(dirs[i], larger(smaller(a, STEEPEST), -STEEPEST))
+        dirs[j] = rotate_direction(dirs[j], larger(smaller(b, STEEPEST), -STEEPEST))
         change = size(a) + size(b)
         error = size(g[0]) + size(g[1])
         tries += 1
@@ -288,8 +291,9 @@ def sliding_edge(body: Body, stance: int, start: Corners, v: Vector, w: Vector, 
 def face_correction(body: Body, n: Shares, free: Vector, z: Vector) -> Vector:
     """Newton's step for the motion (vx, vy, wz) of a flat block that slides, pressed by n.
 
-    z = free - M^-1 sum friction n_k G_k^T d_k, d_k the direction of the velocity G_k z of corner k:
-    the least of a convex function, its slope by the turning of the directions.
+    The motion z = free - M^-1 sum friction n_k G_k^T d_k, d_k the direction of the velocity G_k z
+    of corner k, minimises a convex function. Its second derivative follows from how the directions
+    turn.
     """
     one, zero = real(1.0), real(0.0)
     lighter = one / body.inertia[2, 2]
@@ -300,7 +304,7 @@ def face_correction(body: Body, n: Shares, free: Vector, z: Vector) -> Vector:
         y = body.corners[k, 1]
         ux = z[0] - z[2] * y
         uy = z[1] + z[2] * x
-        d = along(Vector(ux, uy, zero))
+        d = direction_of(Vector(ux, uy, zero))
         push = body.friction * n[k]
         rest = rest + push * Vector(d[0], d[1], lighter * (x * d[1] - y * d[0]))
         t = Vector(-d[1], d[0], x * d[0] + y * d[1])
@@ -310,18 +314,18 @@ def face_correction(body: Body, n: Shares, free: Vector, z: Vector) -> Vector:
 
 
 @wp.func(inline=False)
-def sliding_face(body: Body, start: Corners, v: Vector, w: Vector):
-    """Directions in which the corners of a flat block slide, and what presses them; if settled."""
+def find_face_directions(body: Body, start: Corners, v: Vector, w: Vector):
+    """Directions and normal impulses of the corners of a sliding flat block; if it converged."""
     zero = real(0.0)
     dirs = start
     for k in range(4):
-        # A block that does not spin slides as it would without friction, only slower.
-        d = along(corner_velocity(body, v, w, k))
+        # A block that does not spin keeps its direction of sliding and only becomes slower.
+        d = direction_of(corner_velocity(body, v, w, k))
         if d[0] * d[0] + d[1] * d[1] > zero:
             dirs[k] = Vector(d[0], d[1], zero)
     n = Shares(real(0.25), real(0.25), real(0.25), real(0.25)) * larger(-v[2], zero)
     for _again in range(3):
-        v0, w0, n0, _sound = slid(body, FLAT, body.friction, dirs, n, v, w)
+        v0, w0, n0, _sound = solve_sliding(body, FLAT, body.friction, dirs, n, v, w)
         n = n0
     free = Vector(v[0], v[1], w[2])
     z = Vector(v0[0], v0[1], w0[2])
@@ -337,13 +341,13 @@ def sliding_face(body: Body, start: Corners, v: Vector, w: Vector):
             uy = z[1] + z[2] * x
             ahead = ux * (ux + more[0] - more[2] * y) + uy * (uy + more[1] + more[2] * x)
             turned = turned or ahead < zero
-        # Not past a standstill at once.
+        # One step does not go beyond a stop.
         z = z + more * wp.where(turned, HALF, real(1.0))
         for k in range(4):
             u = Vector(z[0] - z[2] * body.corners[k, 1], z[1] + z[2] * body.corners[k, 0], zero)
-            d = along(u)
+            d = direction_of(u)
             dirs[k] = Vector(d[0], d[1], zero)
-        _v, _w, n1, _s = slid(body, FLAT, body.friction, dirs, n, v, w)
+        _v, _w, n1, _s = solve_sliding(body, FLAT, body.friction, dirs, n, v, w)
         change = wp.length(n1 - n) / larger(size(v[2]), TINY)
         change = change + wp.length(more) / larger(wp.length(z), TINY)
         n = n1
@@ -352,7 +356,7 @@ def sliding_face(body: Body, start: Corners, v: Vector, w: Vector):
 
 
 @wp.func(inline=False)
-def slipping(
+def try_slipping(
     body: Body,
     stance: int,
     mask: int,
@@ -362,10 +366,10 @@ def slipping(
     w: Vector,
     dust: real,
 ) -> Held:
-    """The motion if all corners of a stance slide; whether it obeys the contact law.
+    """The motion if all corners of a stance slide; `fits` if it obeys the contact law.
 
-    `forced`: they slide already, in the directions `start`. Should they come to a stop, they go on
-    as if friction kept its direction: the step is then cut where they stop.
+    `forced` says that they slide already, in the directions `start`. Friction then keeps these
+    directions even if the corners reverse, and the step is cut where they stop.
     """
     zero = real(0.0)
     h = Held()
@@ -377,19 +381,19 @@ def slipping(
     if stance < EDGE:
         u = corner_velocity(body, v, w, stance)
         d0 = Two(start[stance, 0], start[stance, 1])
-        _n, d, found = sliding_corner(corner_matrix(body, stance), u, body.friction, d0)
+        _n, d, found = solve_sliding_corner(corner_matrix(body, stance), u, body.friction, d0)
         dirs[stance] = Vector(d[0], d[1], zero)
         good = found
     if stance >= EDGE and stance < FLAT:
-        ends, found_ends = sliding_edge(body, stance, start, v, w, dust)
+        ends, found_ends = find_edge_directions(body, stance, start, v, w, dust)
         dirs = ends
         good = found_ends
     if stance == FLAT:
-        face, pressed, found_face = sliding_face(body, start, v, w)
+        face, pressed, found_face = find_face_directions(body, start, v, w)
         dirs = face
         n = pressed
         good = found_face
-    v1, w1, n1, sound = slid(body, stance, body.friction, dirs, n, v, w)
+    v1, w1, n1, sound = solve_sliding(body, stance, body.friction, dirs, n, v, w)
     for k in range(4):
         if (h.slip & (1 << k)) != 0:
             u = corner_velocity(body, v1, w1, k)
@@ -399,7 +403,7 @@ def slipping(
         dirs = start
         good = bool(True)
         for _again in range(3):
-            v1, w1, n1, sound = slid(body, stance, body.friction, start, n, v, w)
+            v1, w1, n1, sound = solve_sliding(body, stance, body.friction, start, n, v, w)
             n = n1
     h.v = v1
     h.w = w1

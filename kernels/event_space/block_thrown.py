@@ -1,8 +1,8 @@
-"""What event_space/block_run.py does with blocks that start in motion, and may tumble.
+"""Blocks in space that start in motion and may tumble, in event_space/block_run.py.
 
-At the start what moves into the base meets it, an inelastic impact. Of a block that tumbles the
-face that looks down becomes the bottom between two steps (shape_space/thrown.py), so that the step
-knows of no other. Its slide is the way of its centre along the base.
+A corner that moves into the base at the start makes an inelastic impact. If a block tumbles, the
+face that looks down becomes its bottom between two steps (shape_space/thrown.py), so that the step
+itself handles one bottom face only. The slide is the displacement of its centre along the base.
 """
 
 import warp as wp
@@ -15,13 +15,13 @@ from warprock.kernels.event_space.block_trial import State, kinetic_energy
 from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.modes import UNSOLVED
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.shape_space.thrown import Throw, after, old_corner
+from warprock.kernels.shape_space.thrown import Throw, compose, old_corner
 from warprock.kernels.vectors import Quaternion, Vector
 
 
 @wp.func
-def let_go_with(block: Block, limits: Limits, throw: Throw, at_rest: State) -> State:
-    """The state at the start, with its velocities, or with what the base leaves of them."""
+def start_thrown(block: Block, limits: Limits, throw: Throw, at_rest: State) -> State:
+    """The state at the start with its velocities; if a corner moves into the base, after impact."""
     s = at_rest
     s.v = Vector(throw.vx, throw.vy, throw.vz)
     s.w = Vector(throw.wx, throw.wy, throw.wz)
@@ -41,7 +41,7 @@ def let_go_with(block: Block, limits: Limits, throw: Throw, at_rest: State) -> S
 
 @wp.func
 def corners_after(mask: int, gx: real, gy: real, gw: real) -> int:
-    """Some corners of the old bottom, a sum of 2^k, by their numbers on the new one."""
+    """Mask of corners of the old bottom, a sum of 2^k, in the numbers of the new bottom."""
     found = int(0)
     for k in range(4):
         old = old_corner(k, gx, gy, gw)
@@ -51,10 +51,10 @@ def corners_after(mask: int, gx: real, gy: real, gw: real) -> int:
 
 
 @wp.func
-def stood_on(s: State, gx: real, gy: real, gw: real) -> State:
+def rename_axes(s: State, gx: real, gy: real, gw: real) -> State:
     """The state in renamed axes."""
     n = s
-    x, y, z, w = after(s.q[0], s.q[1], s.q[2], s.q[3], gx, gy, real(0.0), gw)
+    x, y, z, w = compose(s.q[0], s.q[1], s.q[2], s.q[3], gx, gy, real(0.0), gw)
     n.q = Quaternion(x, y, z, w)
     n.stance = stance_of(corners_after(mask_of(s.stance), gx, gy, gw))
     along = corners_after(s.slip & 15, gx, gy, gw)
@@ -64,14 +64,14 @@ def stood_on(s: State, gx: real, gy: real, gw: real) -> State:
 
 @wp.func
 def own_axes(q: Quaternion, named: Quaternion) -> Quaternion:
-    """The attitude of the axes that the block began with."""
-    x, y, z, w = after(q[0], q[1], q[2], q[3], -named[0], -named[1], -named[2], named[3])
+    """Attitude of the body axes of the start."""
+    x, y, z, w = compose(q[0], q[1], q[2], q[3], -named[0], -named[1], -named[2], named[3])
     return Quaternion(x, y, z, w)
 
 
 @wp.func
 def observe_tumbling(block: Block, before: Seen, s0: State, s: State, named: Quaternion) -> Seen:
-    """What a step adds to what has been observed of a block that tumbles."""
+    """The observed response of a block that tumbles, after a step."""
     seen = before
     seen.leaf = peaks_at(block, before.leaf, own_axes(s.q, named), s.time)
     x, y = s.x[0] - block.x, s.x[1] - block.y

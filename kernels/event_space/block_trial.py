@@ -1,14 +1,14 @@
-"""What a step of the event engine in space starts from.
+"""Start of a step of the event engine in space.
 
-State, base and limits of a lane, and where inside a step an edge lets go of an end; the scheme is
-in event_space/block.py.
+State of a lane, motion of its base in the step, and the time at which an edge lets go of one of its
+ends. The scheme is in event_space/block.py.
 """
 
 import warp as wp
 
 from warprock.kernels.event.block_begin import MORE, base_change
 from warprock.kernels.event_space.block_contact import FLAT, Body, Corners, Held
-from warprock.kernels.event_space.block_moves import body_at, turned
+from warprock.kernels.event_space.block_moves import body_at, rotate_attitude
 from warprock.kernels.event_space.lane import BaseMotion, Limits
 from warprock.kernels.motion import expand, knot_step, knot_time
 from warprock.kernels.shape_space.block import Block
@@ -17,16 +17,17 @@ from warprock.kernels.vectors import Quaternion, Vector
 if FRICTION == "box":
     from warprock.kernels.event_space.block_box_friction import (
         directions,
-        projected,
+        project,
         solve_as_before,
     )
 else:
-    from warprock.kernels.event_space.block_law import directions, projected, solve_as_before
+    from warprock.kernels.event_space.block_law import directions, project, solve_as_before
 
 SHARP = by_precision(1.0e-5, 1.0e-3)
-"""Part of the longest step by which an edge may let go of an end late: the error is of that."""
+"""Tolerance of the time at which an edge lets go of an end, as a part of the longest step; the
+error is of its first order."""
 PROBE = by_precision(1.0e-4, 1.0e-2)
-"""Length of a moment, as a part of the longest step."""
+"""Length of the very short step of `probe`, as a part of the longest step."""
 REACH = real(0.125)
 """Largest rotation in one step [rad]: keeps the polynomials in their range."""
 
@@ -38,11 +39,20 @@ Knots = wp.types.vector(length=3, dtype=int)
 class State:
     """State of one lane.
 
-    Position, attitude, velocity and angular velocity; turn in the last step [rad], and angular
-    velocity at its end before its impact, swing; stance and slip, see
-    event_space/block_contact.py; time [s]; knots of the motion passed; base velocity [m/s]; cap,
-    the longest next step [s]; mode; lost energy for unit mass [J/kg]; deepest, how deep a corner
-    was in the base before it was put back [m]; impacts; taken, whether the last trial was a step.
+    Attributes:
+        x, q, v, w: Position [m], attitude, velocity [m/s], angular velocity [rad/s].
+        turn: Rotation vector of the last step [rad].
+        swing: Angular velocity at its end, before the impact [rad/s].
+        stance, slip: See event_space/block_contact.py.
+        time: [s].
+        knots: Knots of the motion passed, along x, y and z.
+        base: Velocity of the base [m/s].
+        cap: Longest next step [s].
+        mode: How the lane stands, see modes.py.
+        lost: Energy lost for unit mass [J/kg].
+        deepest: Deepest penetration of a corner before it was put back on the base [m].
+        impacts: Their number.
+        taken: Whether the last trial step was taken.
     """
 
     x: Vector
@@ -66,10 +76,10 @@ class State:
 
 @wp.struct
 class Base:
-    """What the base does in a step.
+    """A step, and the motion of the base in it.
 
-    Change of its velocity and velocity step at the end [m/s]; acceleration at both ends [m/s^2];
-    knots passed after it; length d and end of the step [s].
+    Change of the velocity of the base, and velocity step at the end [m/s]; acceleration at both
+    ends [m/s^2]; knots passed after it; length d and end of the step [s].
     """
 
     change: Vector
@@ -94,7 +104,7 @@ class Moment:
 
 @wp.func
 def state_at(moment: wp.ref[Moment]) -> State:
-    """A copy of the state, to be changed."""
+    """A copy of the state that may be changed."""
     return moment.state
 
 
@@ -106,7 +116,7 @@ def kinetic_energy(body: Body, v: Vector, w: Vector) -> real:
 
 @wp.func
 def next_step(limits: Limits, motion: BaseMotion, end: real, s: State) -> Base:
-    """Length of the next step, to a knot or the end at most, and what the base does in it."""
+    """The next step, at most to a knot or to `end`, and the motion of the base in it."""
     zero = real(0.0)
     b = Base()
     mx, my, mz = motion.x, motion.y, motion.z
@@ -122,8 +132,8 @@ def next_step(limits: Limits, motion: BaseMotion, end: real, s: State) -> Base:
         and (s.knots[1] == 0 or ty >= NEVER)
         and (s.knots[2] == 0 or tz >= NEVER)
     )
-    # At rest on a base that will not move the block waits at once. What would be left by round-off
-    # alone is no step of its own: the contact law would judge forces of next to no time.
+    # At rest on a base that will not move, the block waits until the end in one step. A remainder
+    # of round-off alone is not a step: its impulses would be round-off, too.
     left = (s.stance == FLAT and s.slip == 0 and quiet) or room < d * MORE
     d = wp.where(left, room, d)
     b.d = d
@@ -154,13 +164,13 @@ def next_step(limits: Limits, motion: BaseMotion, end: real, s: State) -> Base:
 
 @wp.func(inline=False)
 def probe(block: Block, limits: Limits, at: wp.ref[Moment], a: Vector) -> Held:
-    """The motion over a very short step; its `spare` is a rate, per second.
+    """The motion over a very short step; its `spare` is per second.
 
-    The base accelerates by `a` [m/s^2].
+    `a` is the acceleration of the base [m/s^2].
     """
     d = PROBE * limits.longest_step
     v, w = at.state.v, at.state.w
-    soon = body_at(block, turned(at.state.q, w * (HALF * d)))
+    soon = body_at(block, rotate_attitude(at.state.q, w * (HALF * d)))
     pull = a + Vector(real(0.0), real(0.0), limits.gravity)
     free = soon.inverse * (at.body.inertia * w)
     dirs = Corners()
@@ -174,14 +184,14 @@ def probe(block: Block, limits: Limits, at: wp.ref[Moment], a: Vector) -> Held:
 
 
 @wp.func(inline=False)
-def let_go(
+def find_release(
     block: Block, limits: Limits, begins: wp.ref[Moment], ends: wp.ref[Moment], base: Base, h: Held
 ) -> real:
-    """Length of the step to where an edge lets go of one of its ends, if that lies inside.
+    """Length of the step to where an edge lets go of one of its ends; NEVER if not inside.
 
-    The friction across the edge jumps to zero there. The margin of the end, `spare`, is known in
-    the middle of the step; very short steps find it at the start and at the end. The event is where
-    a straight line through two of these values is zero.
+    The friction across the edge jumps to zero there. The margin `spare` of that end is known in the
+    middle of the step. Very short steps give it at the start and at the end. The event is the zero
+    of a straight line through two of these values.
     """
     d = base.d
     sharp = SHARP * limits.longest_step
@@ -193,7 +203,7 @@ def let_go(
         cut = wp.where(first.spare > real(0.0) and there > sharp, there, cut)
     s, reached = begins.state, ends.state
     if not h.turns and d > sharp and reached.stance == s.stance and reached.slip == s.slip:
-        v, w = projected(ends.body, reached.stance, reached.slip, reached.v, reached.w)
+        v, w = project(ends.body, reached.stance, reached.slip, reached.v, reached.w)
         bound = ends
         bound.state.v = v
         bound.state.w = w

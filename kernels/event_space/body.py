@@ -28,7 +28,7 @@ import warp as wp
 
 from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.event_space.block_contact import BOX, FLAT, FLYING
-from warprock.kernels.event_space.block_moves import cut_to, flown, turned
+from warprock.kernels.event_space.block_moves import cut_to, rotate_attitude, rotate_freely
 from warprock.kernels.event_space.block_trial import Base, Knots, next_step
 from warprock.kernels.event_space.block_trial import State as BlockState
 from warprock.kernels.event_space.body_contact import (
@@ -106,8 +106,8 @@ class Look:
 def attitude_after(block: Block, s: State, spin: Vector, w: Vector, d: real) -> Quaternion:
     """Attitude after a time of turning at the angular velocity w, or of free flight."""
     if s.flies:
-        return flown(block, s.q, spin, d)
-    return turned(s.q, d * w)
+        return rotate_freely(block, s.q, spin, d)
+    return rotate_attitude(s.q, d * w)
 
 
 @wp.func
@@ -159,7 +159,7 @@ def put_back(
     if t.total > 0:
         up, turn = levelled(body, n.x[2], t)
         n.x[2] = n.x[2] + up
-        n.q = turned(n.q, turn)
+        n.q = rotate_attitude(n.q, turn)
         if stuck:
             now, way, total = frame(n.q), Vector(), t.total
             for k in range(total):

@@ -20,8 +20,15 @@ leaves several solutions of the law, or none (Painleve).
 
 import warp as wp
 
-from warprock.kernels.event_space.block_contact import BOX, EDGE, Body, Corners, along, sticking
-from warprock.kernels.event_space.block_slide import slipping, swung
+from warprock.kernels.event_space.block_contact import (
+    BOX,
+    EDGE,
+    Body,
+    Corners,
+    direction_of,
+    try_sticking,
+)
+from warprock.kernels.event_space.block_slide import solve_swing, try_slipping
 from warprock.kernels.event_space.body_contact import (
     ALL,
     Carried,
@@ -49,18 +56,12 @@ from warprock.kernels.shape_space.frame import relative_velocity
 from warprock.kernels.vectors import Matrix, Vector
 
 if FRICTION == "box":
-    from warprock.kernels.event_space.block_box_friction import projected, sliding_bits
+    from warprock.kernels.event_space.block_box_friction import project, sliding_bits
     from warprock.kernels.event_space.block_box_friction import solve as solve_two
 else:
-    from warprock.kernels.event_space.block_law import projected, sliding_bits
+    from warprock.kernels.event_space.block_law import project, sliding_bits
     from warprock.kernels.event_space.block_law import solve as solve_two
 
-STICKS = 0
-"""An edge of the hull sticks..."""
-BOTH = 1
-"""...or both of its ends push, whatever they do besides..."""
-ANY = 2
-"""...or one of its ends does."""
 BEGINNINGS = 12
 """Directions from which those of an edge that slides are sought: beside either end to either side,
 and eight in which both ends slide alike."""
@@ -97,10 +98,10 @@ def ways(two: Body, number: int, v: Vector, w: Vector) -> Corners:
         # Beside an end that sticks, if it could; it cannot, and goes where it is pushed.
         side = wp.where(number < 2, real(1.0), real(-1.0))
         k = number % 2
-        swing = swung(two, k, 1 - k, side, v, w)
+        swing = solve_swing(two, k, 1 - k, side, v, w)
         d = swing.d
         push = swing.v - v + (two.friction * swing.n) * Vector(d[0], d[1], real(0.0))
-        a = along(push)
+        a = direction_of(push)
         dirs[k] = Vector(-a[0], -a[1], real(0.0))
         dirs[1 - k] = Vector(d[0], d[1], real(0.0))
     else:
@@ -121,7 +122,7 @@ def solve_edge(
         # Where the search for the ways of both ends went astray, it begins elsewhere.
         for number in range(BEGINNINGS):
             if not h.fits and i != j:
-                h = slipping(two, EDGE, 3, False, ways(two, number, v, w), v, w, grain)
+                h = try_slipping(two, EDGE, 3, False, ways(two, number, v, w), v, w, grain)
     c = Carried()
     c.v = h.v
     c.w = h.w
@@ -152,7 +153,7 @@ def stick_edge(
 ) -> Carried:
     """The motion over the edge from point i to point j if it sticks."""
     c = Carried()
-    h = sticking(on_two(s, pose, t.lever[i], t.lever[j]), EDGE, 3, v, w, grain)
+    h = try_sticking(on_two(s, pose, t.lever[i], t.lever[j]), EDGE, 3, v, w, grain)
     c.held = bit_of(t.which[i]) | bit_of(t.which[j])
     c.v = h.v
     c.w = h.w
@@ -163,26 +164,31 @@ def stick_edge(
 
 @wp.func(inline=False)
 def solve_hull(
-    s: Shape, pose: Pose, t: Touches, way: int, grain: real, v: Vector, w: Vector
+    s: Shape, pose: Pose, t: Touches, stick: bool, grain: real, v: Vector, w: Vector
 ) -> Carried:  # fmt: skip
     """The motion over an edge or a corner of the hull of the points that touch.
 
-    `way` is STICKS, BOTH or ANY.
+    An edge that sticks where `stick` holds. Else one of which both ends push, whatever they do
+    besides; where there is none, a corner, which is an edge of which one end pushes.
     """
-    best, total = Carried(), t.total
+    best, corner, total = Carried(), Carried(), t.total
     first = first_on_hull(t)
     i, turns = int(first), int(0)
     while not best.fits and turns < total:
         j = next_on_hull(t, APART * s.reach * s.reach, i)
-        if way == STICKS:
-            best = stick_edge(s, pose, t, i, j, grain, v, w)
+        if stick:
+            c = stick_edge(s, pose, t, i, j, grain, v, w)
         else:
-            best = solve_edge(s, pose, t, i, j, grain, v, w)
-        ends = bit_of(t.which[i]) | bit_of(t.which[j])
-        whole = best.held == ends or (way == ANY and best.held != wp.uint64(0))
-        best.fits = best.fits and whole and not sinks(t, grain, best.v, best.w)
+            c = solve_edge(s, pose, t, i, j, grain, v, w)
+        if c.fits and c.held != wp.uint64(0) and not sinks(t, grain, c.v, c.w):
+            if c.held == (bit_of(t.which[i]) | bit_of(t.which[j])):
+                best = c
+            elif not corner.fits:
+                corner = c
         i = int(j)
         turns = wp.where(i == first, total, turns + 1)
+    if corner.fits and not best.fits:
+        best = corner
     return best
 
 
@@ -263,13 +269,11 @@ def solve(s: Shape, pose: Pose, t: Touches, dust: real, v: Vector, w: Vector) ->
     elif t.total > 0:
         c = stick_flat(s, pose, t, v, w)
         if not c.fits and c.held == wp.uint64(0):
-            c = solve_hull(s, pose, t, STICKS, grain, v, w)
+            c = solve_hull(s, pose, t, True, grain, v, w)
         if not c.fits:
             c = slide_flat(s, pose, t, v, w)
         if not c.fits:
-            c = solve_hull(s, pose, t, BOTH, grain, v, w)
-        if not c.fits:
-            c = solve_hull(s, pose, t, ANY, grain, v, w)
+            c = solve_hull(s, pose, t, False, grain, v, w)
         if not c.fits and not sinks(t, grain, v, w):
             c = Carried()
             c.v = v
@@ -295,7 +299,7 @@ def bound(s: Shape, pose: Pose, held: wp.uint64, stuck: wp.uint64, v: Vector, w:
         i, j = ends_of(t)
         slip = wp.where(among(t.which[i], stuck), 0, 1)
         slip = slip | wp.where(i == j or among(t.which[j], stuck), 0, 2)
-        v2, w2 = projected(
+        v2, w2 = project(
             on_two(s, pose, t.lever[i], t.lever[j]), wp.where(i == j, 0, EDGE),
             wp.where(slip == 0, 0, sliding_bits(slip)), v, w,
         )  # fmt: skip

@@ -14,15 +14,15 @@ import warp as wp
 
 from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.event_space.block import NEARLY
-from warprock.kernels.event_space.block_moves import GRAIN, swung_by
+from warprock.kernels.event_space.block_moves import GRAIN, rotate_unnormalised
 from warprock.kernels.event_space.block_pack import (
     LEVEL,
     Hinge,
     frame,
-    levelled,
+    level_edge,
     mean_motion,
-    moved,
-    scaled,
+    scale_in_body,
+    turn_about_hinge,
 )
 from warprock.kernels.event_space.block_trial import Base
 from warprock.kernels.event_space.body_contact import Shape, among, place_of
@@ -204,7 +204,7 @@ def landing(body: Shape, limits: Limits, n: Quiet, begins: Course, touch: wp.uin
 def rolled(
     block: Block, body: Shape, limits: Limits, on: Support, b: Base, begins: Course
 ) -> Quiet:
-    """The step of a body about a hinge; see `rolled` in event_space/block_pack.py."""
+    """The step of a body about a hinge; see `roll` in event_space/block_pack.py."""
     zero, d, h = real(0.0), b.d, on.hinge
     x, q, v, w = begins.x, begins.q, begins.v, begins.w
     n = Quiet()
@@ -212,26 +212,26 @@ def rolled(
     inverse = Vector(block.inverse_x, block.inverse_y, block.inverse_z)
     r0 = frame(q)
     a0 = r0 * h.lever
-    momentum = scaled(r0, h.inertia, w)
-    middle = frame(swung_by(q, w * (HALF * d)))
+    momentum = scale_in_body(r0, h.inertia, w)
+    middle = frame(rotate_unnormalised(q, w * (HALF * d)))
     free = v - HALF * b.change - Vector(zero, zero, HALF * d * limits.gravity)
     vm, wm, spun, holds = mean_motion(block, h, free, momentum, middle)
     n.mean = vm
     n.turn = d * wm
-    n.q = swung_by(q, n.turn)
+    n.q = rotate_unnormalised(q, n.turn)
     rise = (frame(n.q) * h.way) * (h.over + h.over)
-    n.q = levelled(n.q, rise)
+    n.q = level_edge(n.q, rise)
     r = frame(n.q)
     a1 = r * h.lever
     n.deep = a1[2] - x[2] - d * vm[2]
     n.x = Vector(x[0] + a1[0] - a0[0], x[1] + a1[1] - a0[1], a1[2])
     spin = TWO * spun - momentum
-    n.swing = scaled(r, inverse, spin)
-    n.w = moved(h, r, spin + wp.cross(a1, TWO * vm - v))
+    n.swing = scale_in_body(r, inverse, spin)
+    n.w = turn_about_hinge(h, r, spin + wp.cross(a1, TWO * vm - v))
     n.v = wp.cross(n.w, a1)
     n.lost = limits.gravity * (x[2] - n.x[2]) + HALF * (
         wp.dot(v, v) + wp.dot(w, momentum) - wp.dot(n.v, n.v)
-        - wp.dot(n.w, scaled(r, h.inertia, n.w))
+        - wp.dot(n.w, scale_in_body(r, h.inertia, n.w))
     )  # fmt: skip
     # What touches may rise at first, by a hop that the step has missed.
     hop = size(v[2] - wp.cross(w, a0)[2]) + size(wp.cross(w, r0 * h.way)[2])

@@ -6,8 +6,8 @@ off the parabola that the step follows, so that histories do not change the run.
 
 import warp as wp
 
-from warprock.kernels.event_space.block_moves import flown, turned
-from warprock.kernels.event_space.block_seen import turning
+from warprock.kernels.event_space.block_moves import rotate_attitude, rotate_freely
+from warprock.kernels.event_space.block_seen import turning_time
 from warprock.kernels.event_space.body import State, step
 from warprock.kernels.event_space.body_contact import (
     Shape,
@@ -100,10 +100,10 @@ def attitude_at(block: Block, body: Shape, until: real, s0: State, s: State) -> 
     if until < s.time and d > real(0.0) and not s.still:
         tau = until - s0.time
         if s0.flies:
-            q = flown(block, s0.q, posed(body, s0.x, s0.q).inertia * s0.w, tau)
+            q = rotate_freely(block, s0.q, posed(body, s0.x, s0.q).inertia * s0.w, tau)
         else:
             part = tau / d
-            q = turned(s0.q, tau * s0.w + part * part * (s.turn - d * s0.w))
+            q = rotate_attitude(s0.q, tau * s0.w + part * part * (s.turn - d * s0.w))
     return q
 
 
@@ -156,7 +156,7 @@ def observe(
     d = s.time - s0.time
     axis0, axis1 = matrix_at(s0.q) * body.axis, matrix_at(s.q) * body.axis
     for i in range(2):
-        at = turning(axis0, wp.cross(s0.w, axis0), axis1, wp.cross(s.swing, axis1), i, d)
+        at = turning_time(axis0, wp.cross(s0.w, axis0), axis1, wp.cross(s.swing, axis1), i, d)
         if at > real(0.0):
             time = s0.time + at
             q = attitude_at(block, body, time, s0, s)

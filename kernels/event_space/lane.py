@@ -1,4 +1,4 @@
-"""What runs of the event step in space know of lanes, blocks or stacks."""
+"""Inputs of a lane in runs of the event step in space, of blocks, bodies and stacks."""
 
 import warp as wp
 
@@ -8,14 +8,14 @@ from warprock.kernels.vectors import Vector
 
 @wp.struct
 class Knobs:
-    """What the lanes have in common."""
+    """Settings that all lanes share."""
 
     gravity: real
 
 
 @wp.struct
 class Lane:
-    """One lane: its longest step [s], the rise it rests from [m], its largest number of steps."""
+    """One lane: longest step [s]; rise below which a corner closes [m]; largest number of steps."""
 
     longest_step: real
     rest_gap: real
@@ -24,7 +24,7 @@ class Lane:
 
 @wp.struct
 class Limits:
-    """What a step needs to know of one lane besides its block: gravity [m/s^2], and see `Lane`."""
+    """What a step needs of one lane besides its block: gravity [m/s^2], and see `Lane`."""
 
     gravity: real
     longest_step: real
@@ -35,8 +35,8 @@ class Limits:
 class BaseMotion:
     """Motion of a lane's base along x, y and z.
 
-    Value and slope are the acceleration [m/s^2] and how it rises [m/s^3] from the knots passed, of
-    records.
+    Value and slope are the acceleration [m/s^2] of a record at the last knot passed, and its slope
+    [m/s^3] up to the next.
     """
 
     x: Motion

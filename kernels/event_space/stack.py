@@ -3,28 +3,29 @@
 The scheme is that of event_space/block.py for all blocks at once, in the frame of the base, with
 one clock a lane. One step of length d:
 
-    1. the pose d/2 ahead; its contacts are what touched at the start, within `rest_gap`
-       (event_space/stack_contact.py); the mean motion v_m = v - dV/2 - g d/2 + sum p / (2 m),
+    1. the pose d/2 ahead. Its contacts are those that touched at the start, within `rest_gap`
+       (event_space/stack_contact.py). The mean motion is v_m = v - dV/2 - g d/2 + sum p / (2 m),
        I_m w_m = L + sum r x p / 2, such that v_m and w_m obey the contact law at all interfaces;
-    2. attitudes turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; a block that
-       touches nothing flies, see `turn_freely` in shape_space/block.py;
+    2. attitudes turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L. A block
+       without contacts flies, see `turn_freely` in shape_space/block.py;
     3. if inside the step a corner lands, or hops by more than `rest_gap`, the step is not taken:
        the next one ends there;
-    4. the gaps of contacts that pushed are closed (this removes the drift), and v and w projected
-       on them: what stuck does not move, what slid does not leave or approach. Where corners landed
-       or the base steps its velocity, the inelastic impact with friction follows, of all contacts.
+    4. the gaps of contacts that pushed are closed, which removes the drift. v and w are projected
+       on these contacts: one that stuck does not move, one that slid neither leaves nor approaches.
+       If corners landed or the base steps its velocity, an inelastic impact with friction of all
+       contacts follows.
 
-A stack whose mean motion from rest is round-off stands still: its pose keeps every bit, and on a
-base at rest it waits in one step.
+A stack whose mean motion from rest is round-off stands still: its pose keeps every bit. On a base
+at rest it waits in one step.
 
-The ends of slips, and contacts that open, are not located: a contact that sticks in the mean of a
-step stops at its end.
+The ends of slips and the opening of contacts are not located. A contact that sticks in the mean of
+a step stops at its end.
 """
 
 import warp as wp
 
 from warprock.kernels.event_space.block_contact import FLAT, FLYING
-from warprock.kernels.event_space.block_moves import turned
+from warprock.kernels.event_space.block_moves import rotate_attitude
 from warprock.kernels.event_space.block_trial import Base, next_step
 from warprock.kernels.event_space.block_trial import State as BlockState
 from warprock.kernels.event_space.lane import BaseMotion, Limits
@@ -34,9 +35,9 @@ from warprock.kernels.event_space.stack_contact import (
     Own,
     Pose,
     block_of,
-    held_by,
-    posed,
+    pose_of,
     solve_by_sweeps,
+    sticking_bits,
 )
 from warprock.kernels.event_space.stack_look import (
     NEARLY,
@@ -44,11 +45,11 @@ from warprock.kernels.event_space.stack_look import (
     Look,
     State,
     attitudes_after,
-    continued,
+    contacts_at_end,
+    continue_contacts,
     energy,
-    looked,
+    look_at_step,
     momenta,
-    touching,
 )
 from warprock.kernels.event_space.stack_solve import ROUNDS, solve
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
@@ -57,20 +58,20 @@ from warprock.kernels.shape_space.stack import Bodies, Points, rows_of
 from warprock.kernels.vectors import Vector
 
 STILL = by_precision(1.0e-10, 1.0e-4)
-"""Velocity that is none, as a part of what gravity gives in a step."""
+"""Velocity that counts as zero, as a part of the velocity that gravity gives in a step."""
 CLOSING = 40
-"""Most sweeps by which a step closes gaps; what they leave, the next step finds."""
+"""Largest number of sweeps that close gaps in a step; the next step closes the rest."""
 
 BINDING = 12
-"""Most rounds by which a step binds velocities to what has not changed; likewise."""
+"""Largest number of Newton rounds that project velocities on contacts in a step; likewise."""
 
 
 @wp.struct
 class Mean:
-    """Mean motion of a step, and what holds it.
+    """Mean motion of a step, and its contacts.
 
     Velocities [m/s] and angular velocities [rad/s]; spin, angular momenta at the start for unit
-    mass [m^2/s]; slots that push, held, and that stick, by interface.
+    mass [m^2/s]; held, slots that push, and slots that stick, by interface.
     """
 
     v: Bodies
@@ -81,7 +82,7 @@ class Mean:
 
 
 @wp.func
-def end_of_step(
+def end_step(
     own: Own, limits: Limits, reached: State, pose: Pose, look: Look, b: Base, held: Ints,
     stuck: Ints,
 ) -> State:  # fmt: skip
@@ -90,12 +91,12 @@ def end_of_step(
     zero = Bodies()
     bodies = int(BLOCKS + 1)
     gravity = limits.gravity
-    t = touching(own, pose, look, held, stuck, True)
+    t = contacts_at_end(own, pose, look, held, stuck, True)
     _p, shift, turn, _good = solve_by_sweeps(CLOSING, t, pose, Points(), zero, zero)
     for k in range(1, bodies):
         n.x[k] = n.x[k] + shift[k]
-        n.q[k] = turned(n.q[k], turn[k])
-    t = touching(own, pose, look, held, stuck, False)
+        n.q[k] = rotate_attitude(n.q[k], turn[k])
+    t = contacts_at_end(own, pose, look, held, stuck, False)
     _q, v, w, _bound = solve(BINDING, t, pose, Points(), n.v, n.w)
     n.lost = n.lost - energy(own, gravity, n.x, n.q, v, w)
     struck = look.landed
@@ -129,8 +130,8 @@ def end_of_step(
 
 
 @wp.func
-def stays(own: Own, v: Bodies, w: Bodies, bound: real) -> bool:
-    """Whether no block moves by more than a bound [m/s]."""
+def stands_still(own: Own, v: Bodies, w: Bodies, bound: real) -> bool:
+    """Whether all blocks are slower than a bound [m/s]."""
     fastest = real(0.0)
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
@@ -141,7 +142,7 @@ def stays(own: Own, v: Bodies, w: Bodies, bound: real) -> bool:
 
 @wp.func
 def mode_of(s: State) -> int:
-    """What has become of a lane."""
+    """Mode of a lane at the end of a step."""
     mode = s.mode
     sums = s.time + s.lost
     bodies = int(BLOCKS + 1)
@@ -158,7 +159,7 @@ def mode_of(s: State) -> int:
 
 @wp.func
 def next_step_of_stack(limits: Limits, motion: BaseMotion, end: real, s: State) -> Base:
-    """Length of the next step, and what the base does in it: as `next_step` of a single block."""
+    """The next step, and the motion of the base in it: as `next_step` of a single block."""
     p = BlockState()
     p.time = s.time
     p.knots = s.knots
@@ -173,8 +174,8 @@ def next_step_of_stack(limits: Limits, motion: BaseMotion, end: real, s: State) 
 
 
 @wp.func
-def repeated(s: State, cut: real, d: real, near: real) -> State:
-    """The old state, its next step cut at an event, but no shorter than what is near."""
+def retry_step(s: State, cut: real, d: real, near: real) -> State:
+    """The state before the step; its next step ends at an event, and is not shorter than `near`."""
     n = s
     n.cap = larger(wp.where(cut > d - near, HALF * d, cut), HALF * near)
     n.still = False
@@ -186,7 +187,7 @@ def repeated(s: State, cut: real, d: real, near: real) -> State:
 def integrate(
     own: Own, limits: Limits, s: State, begun: State, b: Base, pose0: Pose, pose: Pose, mean: Mean
 ) -> State:
-    """Where a step's mean motion leads: the state after it, or the old one at an event.
+    """The end of a step by its mean motion, or the old state if an event lies inside.
 
     `pose0` is the pose at the start of the step, `pose` that in its middle.
     """
@@ -195,7 +196,7 @@ def integrate(
     bodies = int(BLOCKS + 1)
     work, whole = real(0.0), energy(own, limits.gravity, s.x, s.q, s.v, s.w)
     n.q = attitudes_after(own, s, spin, wm, d)
-    last = posed(own, s.x + d * vm, n.q)
+    last = pose_of(own, s.x + d * vm, n.q)
     n.x = last.x
     for k in range(1, bodies):
         block = block_of(own, k)
@@ -208,12 +209,12 @@ def integrate(
         reached = wp.where(s.flies[k] != 0, spin[k], TWO * (mid * wm[k]) - spin[k])
         n.w[k] = block.mass * (rows_of(last.ease, k) * reached)
         n.turn[k] = d * wm[k]
-    look = looked(own, limits, s, n, pose0, last, held, d)
+    look = look_at_step(own, limits, s, n, pose0, last, held, d)
     if look.cut < NEVER:
-        return repeated(s, look.cut, d, NEARLY * limits.longest_step)
+        return retry_step(s, look.cut, d, NEARLY * limits.longest_step)
     n.lost = s.lost + whole + work
     n.deepest = larger(s.deepest, look.deepest)
-    n = end_of_step(own, limits, n, last, look, b, held, stuck)
+    n = end_step(own, limits, n, last, look, b, held, stuck)
     n.mode = mode_of(n)
     return n
 
@@ -222,23 +223,23 @@ def integrate(
 def step(own: Own, limits: Limits, motion: BaseMotion, end: real, s: State) -> State:
     """One trial step of one lane, at most to its next knot or to `end`.
 
-    The state after it, unchanged but for `cap` where an event lay inside.
+    Returns the state after it. If an event lies inside, that is the old state with a new `cap`.
     """
     b = next_step_of_stack(limits, motion, end, s)
     d, near = b.d, NEARLY * limits.longest_step
     bodies = int(BLOCKS + 1)
     spin = momenta(own, s)
-    pose0 = posed(own, s.x, s.q)
+    pose0 = pose_of(own, s.x, s.q)
     middle = s.x
     v, w, held, stuck, first = Bodies(), Bodies(), Ints(), Ints(), Points()
     for k in range(1, bodies):
         middle[k] = s.x[k] + (HALF * d) * s.v[k]
         fall = Vector(real(0.0), real(0.0), HALF * d * limits.gravity)
         v[k] = s.v[k] - HALF * b.change - fall
-    pose = posed(own, middle, attitudes_after(own, s, spin, s.w, HALF * d))
+    pose = pose_of(own, middle, attitudes_after(own, s, spin, s.w, HALF * d))
     for k in range(1, bodies):
         w[k] = block_of(own, k).mass * (rows_of(pose.ease, k) * spin[k])
-    t = continued(own, s, pose0, pose, limits.rest_gap)
+    t = continue_contacts(own, s, pose0, pose, limits.rest_gap)
     for i in range(t.total):
         first[i] = HALF * d * s.force[16 * (t.body[i] - 1) + t.slot[i]]
     p, vm, wm, good = solve(ROUNDS, t, pose, first, v, w)
@@ -248,7 +249,7 @@ def step(own: Own, limits: Limits, motion: BaseMotion, end: real, s: State) -> S
         k, bit = t.body[i], 1 << t.slot[i]
         n.force[16 * (k - 1) + t.slot[i]] = p[i] * (TWO / larger(d, NEARLY * near))
         held[k] = held[k] | wp.where(p[i][2] > real(0.0), bit, 0)
-        stuck[k] = stuck[k] | held_by(t.slot[i], pose.friction[k], p[i])
+        stuck[k] = stuck[k] | sticking_bits(t.slot[i], pose.friction[k], p[i])
     n.time = b.time
     n.knots = b.knots
     n.base = s.base + b.change + b.kick
@@ -256,13 +257,13 @@ def step(own: Own, limits: Limits, motion: BaseMotion, end: real, s: State) -> S
     n.taken = True
     n.mode = wp.where(good, s.mode, UNSOLVED)
     slow = STILL * limits.gravity
-    stands = stays(own, s.v, s.w, slow * limits.longest_step)
-    stands = stands and s.closed and stays(own, vm, wm, slow * d)
+    stands = stands_still(own, s.v, s.w, slow * limits.longest_step)
+    stands = stands and s.closed and stands_still(own, vm, wm, slow * d)
     if stands:
         vm = Bodies()
         wm = Bodies()
     elif d > limits.longest_step:
-        return repeated(s, limits.longest_step, d, near)
+        return retry_step(s, limits.longest_step, d, near)
     n.still = stands and wp.length(b.kick) == real(0.0)
     if n.still:
         n.v = Bodies()

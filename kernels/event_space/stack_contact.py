@@ -1,19 +1,19 @@
-"""Where blocks of a stack in space touch, and the contact law there.
+"""Contact points of a stack of blocks in space, and the contact law there.
 
-Bodies, faces and slots are those of shape_space/stack.py. A contact's directions are the axes
-of the face that it lies on: of the lower block, or of the upper one where a corner of the lower
-block touches that; with friction as a box, there the lower block's along the upper face. What a
-contact obeys is its *law*:
+Bodies, faces and slots are those of shape_space/stack.py. The directions of a contact are the axes
+of the face that is touched: of the lower block, or of the upper one if a corner of the lower block
+touches it. With friction as a box the latter are the lower block's axes, projected on the upper
+face. Each contact obeys one *law*:
 
-    CONE    it pushes, and its friction, within the cone, or box, is against the slip;
-    HOLD    it does not move at all, whatever that takes;
+    CONE    it pushes; its friction is within the cone, or box, and against the slip;
+    HOLD    it does not move, however large the impulse;
     HOLD_X  it does not move along x and its gap closes, without friction along y; HOLD_Y likewise;
-    KEEP    its gap closes, whatever that takes, without friction;
-    PUSH    it does not approach by more than its gap, and pushes, without friction;
-    AWAIT   nothing.
+    KEEP    its gap closes, however large the impulse, without friction;
+    PUSH    it pushes and does not approach by more than its gap, without friction;
+    AWAIT   it has no impulse.
 
-Gauss-Seidel sweeps over all contacts find the impulses. A face has more contacts than
-it needs: their impulses are not unique, what they do is.
+Gauss-Seidel sweeps over all contacts find the impulses. A face has redundant contacts: their
+impulses are not unique, but the motion is.
 """
 
 import warp as wp
@@ -47,13 +47,13 @@ BOX = FRICTION == "box"
 """Whether friction is bound as a box along a contact's directions, else as a cone."""
 
 SWEEPS = 4000
-"""Most sweeps of a solve; with the second half of them each contact goes half of its way only."""
+"""Largest number of sweeps of a solve; the second half of them is under-relaxed by 1/2."""
 SETTLED = by_precision(1.0e-14, 1.0e-6)
-"""Change of the impulses in a sweep, over their size, that is round-off."""
+"""Relative change of the impulses in a sweep that is round-off."""
 LOOSE = by_precision(1.0e-9, 1.0e-4)
-"""The same, above which a solve that ran out of sweeps counts as none."""
+"""Relative change of the impulses above which a solve that used all sweeps has failed."""
 INSIDE = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-4)
-"""Part of its bound within which the friction of a contact that sticks lies."""
+"""Largest friction of a contact that counts as sticking, over its bound."""
 
 Attitudes = wp.types.matrix(shape=(BLOCKS + 1, 4), dtype=real)
 Ints = wp.types.vector(length=BLOCKS + 1, dtype=int)
@@ -72,9 +72,9 @@ class Own:
 
 @wp.struct
 class Pose:
-    """Where all bodies are: centres of mass [m], axes and inverse inertia [1/(kg m^2)], by rows.
+    """Pose of all bodies: centres of mass [m], axes and inverse inertia [1/(kg m^2)], by rows.
 
-    With them the friction coefficient under each body and its inverse mass [1/kg].
+    It also holds the friction coefficient under each body and its inverse mass [1/kg].
     """
 
     x: Bodies
@@ -111,7 +111,7 @@ def block_of(own: Own, k: int) -> Block:
 
 
 @wp.func
-def posed(own: Own, x: Bodies, q: Attitudes) -> Pose:
+def pose_of(own: Own, x: Bodies, q: Attitudes) -> Pose:
     """The pose of centres of mass and attitudes."""
     pose = Pose()
     pose.x = x
@@ -132,7 +132,7 @@ def posed(own: Own, x: Bodies, q: Attitudes) -> Pose:
 
 @wp.func
 def below_of(own: Own, k: int) -> Block:
-    """What block k stands on: the ground under the first, else a block."""
+    """The block below block k; the ground below the first one."""
     base = Block()
     base.half_width = GROUND_FACE
     base.half_depth = GROUND_FACE
@@ -143,7 +143,7 @@ def below_of(own: Own, k: int) -> Block:
 
 @wp.func(inline=False)
 def find_corners(own: Own, pose: Pose, k: int):
-    """Corners of what the faces of interface k share, by slot: see `shared_corners`."""
+    """Corners of the overlap of the faces of interface k, by slot: see `shared_corners`."""
     one = real(1.0)
     down = rows_of(pose.axes, k - 1)
     m = down * wp.transpose(rows_of(pose.axes, k))
@@ -183,8 +183,8 @@ def slip_at(t: Touches, pose: Pose, i: int, v: Bodies, w: Bodies) -> Vector:
 
 
 @wp.func
-def joined(before: Touches, pose: Pose, k: int, slot: int, law: int, gap: real, place: Vector):
-    """The contacts with one more, at a place seen from the lower block's centre, in its axes."""
+def add_contact(before: Touches, pose: Pose, k: int, slot: int, law: int, gap: real, place: Vector):
+    """The contacts with one added, its place from the lower block's centre in that block's axes."""
     t = before
     i = t.total
     lever = wp.transpose(rows_of(pose.axes, k - 1)) * place
@@ -202,7 +202,7 @@ def joined(before: Touches, pose: Pose, k: int, slot: int, law: int, gap: real, 
 def solve_by_law(
     t: Touches, i: int, pose: Pose, gains: Gains, e: Matrix, p: Vector, v: Bodies, w: Bodies
 ) -> Vector:
-    """Impulses of a contact that obeys its law, all others as they are; see `solve_contact`."""
+    """Impulses of one contact by its law, those of the others fixed; see `solve_contact`."""
     zero, g, k = real(0.0), gains, t.body[i]
     mu, vu, ou, vl, ol = pose.friction[k], v[k], w[k], v[k - 1], w[k - 1]
     u = relative_velocity(vu, ou, t.ru[i], vl, ol, t.rl[i])
@@ -228,10 +228,10 @@ def solve_by_law(
 
 @wp.func(inline=False)
 def solve_by_sweeps(sweeps: int, t: Touches, pose: Pose, first: Points, v: Bodies, w: Bodies):
-    """Impulses of all contacts, and the velocities that they leave.
+    """Impulses of all contacts, and the velocities with them.
 
     Args:
-        sweeps: How many at most.
+        sweeps: Largest number of sweeps.
         t: The contacts.
         pose: Where the bodies are.
         first: Impulses to start from [N s].
@@ -239,7 +239,7 @@ def solve_by_sweeps(sweeps: int, t: Touches, pose: Pose, first: Points, v: Bodie
 
     Returns:
         Impulses along the directions of each contact, velocities, angular velocities, and whether
-        the sweeps came to an end.
+        the sweeps converged.
     """
     u, o, p, gains = Bodies(), Bodies(), Points(), PointGains()
     bodies = int(BLOCKS + 1)
@@ -279,7 +279,7 @@ def solve_by_sweeps(sweeps: int, t: Touches, pose: Pose, first: Points, v: Bodie
 
 
 @wp.func
-def effective(t: Touches, pose: Pose, i: int) -> real:
+def effective_mass(t: Touches, pose: Pose, i: int) -> real:
     """Effective mass of a contact against its normal impulse [kg]."""
     k = t.body[i]
     e = directions(pose.axes, k, t.slot[i])
@@ -289,8 +289,8 @@ def effective(t: Touches, pose: Pose, i: int) -> real:
 
 
 @wp.func
-def held_by(slot: int, mu: real, p: Vector) -> int:
-    """Bits of a contact that obeys CONE where it sticks: of the box, slot along x and 16 on, y."""
+def sticking_bits(slot: int, mu: real, p: Vector) -> int:
+    """Bits of a contact with law CONE if it sticks: its slot; of the box along y, its slot + 16."""
     most = INSIDE * mu * p[2]
     bits = wp.where(wp.sqrt(p[0] * p[0] + p[1] * p[1]) < most, 1 << slot, 0)
     if BOX:
@@ -300,8 +300,8 @@ def held_by(slot: int, mu: real, p: Vector) -> int:
 
 
 @wp.func
-def holding(slot: int, bits: int, law: int) -> int:
-    """Law that binds a contact where it sticks, see `held_by`, else the one given."""
+def sticking_law(slot: int, bits: int, law: int) -> int:
+    """Law of a contact that sticks by `sticking_bits`: HOLD, HOLD_X or HOLD_Y; else `law`."""
     x = (bits & (1 << slot)) != 0
     found = wp.where(x, HOLD, law)
     if BOX:

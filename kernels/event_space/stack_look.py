@@ -1,13 +1,12 @@
-"""What a step of a stack in space starts from and what its end shows.
+"""State of a stack in space, its momenta and energy, and its contacts before, in and after a step.
 
-State of a lane, its momenta and energy, and the contacts before, in and after a step; the scheme is
-in event_space/stack.py.
+The scheme is in event_space/stack.py.
 """
 
 import warp as wp
 
 from warprock.kernels.event.block import first_root
-from warprock.kernels.event_space.block_moves import flown, turned
+from warprock.kernels.event_space.block_moves import rotate_attitude, rotate_freely
 from warprock.kernels.event_space.block_trial import Knots
 from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.event_space.stack_contact import (
@@ -20,11 +19,11 @@ from warprock.kernels.event_space.stack_contact import (
     Own,
     Pose,
     Touches,
+    add_contact,
     block_of,
     find_corners,
     height_of,
-    holding,
-    joined,
+    sticking_law,
 )
 from warprock.kernels.shape.faces import SLOTS
 from warprock.kernels.shape_space.frame import frame, relative_velocity, weighted
@@ -32,11 +31,11 @@ from warprock.kernels.shape_space.stack import CONTACTS, Bodies, rows_of
 from warprock.kernels.vectors import Vector
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
-"""Part of the longest step by which the time of an event may be missed."""
+"""Tolerance of the time of an event, as a part of the longest step."""
 GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the half height of the first block."""
 HOP = real(4.0)
-"""Rise of a hop that lasts a step, from its first velocity: the product of both over this."""
+"""A hop that lasts one step rises by its first velocity times the step over this number."""
 
 Kept = wp.types.matrix(shape=(16 * BLOCKS, 3), dtype=real)
 
@@ -46,10 +45,10 @@ class State:
     """State of one lane.
 
     Centres of mass, attitudes, velocities, angular velocities; turns in the last step [rad]; forces
-    of the contacts in the last step, by slot [N]; slots that there are, and those that touch, by
-    interface; whether a block flies; whether the stack stands still, and all that is shared
-    touches; time [s]; knots of the motion passed; base velocity [m/s]; cap, the longest next step
-    [s]; mode; lost energy [J]; deepest penetration [m]; impacts; whether the last trial was a step.
+    of the contacts in the last step, by slot [N]; slots that exist, and those that touch, by
+    interface; whether a block flies; whether the stack stands still on all of its contacts; time
+    [s]; knots of the motion passed; base velocity [m/s]; cap, the longest next step [s]; mode;
+    lost energy [J]; deepest penetration [m]; impacts; whether the last trial step was taken.
     """
 
     x: Bodies
@@ -76,7 +75,7 @@ class State:
 
 @wp.struct
 class Look:
-    """What the end of a trial shows: bits of slots by interface, and the step to an event [s]."""
+    """Contacts at the end of a trial: bits of slots by interface, and length to an event [s]."""
 
     there: Ints
     touch: Ints
@@ -117,20 +116,20 @@ def energy(
 
 @wp.func
 def attitudes_after(own: Own, s: State, spin: Bodies, w: Bodies, d: real) -> Attitudes:
-    """Attitudes after a time of turning at the angular velocities w, or of free flight."""
+    """Attitudes after a time d at the angular velocities w, or of free rotation in flight."""
     q = s.q
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
         if s.flies[k] != 0:
-            q[k] = flown(block_of(own, k), s.q[k], spin[k], d)
+            q[k] = rotate_freely(block_of(own, k), s.q[k], spin[k], d)
         else:
-            q[k] = turned(s.q[k], d * w[k])
+            q[k] = rotate_attitude(s.q[k], d * w[k])
     return q
 
 
 @wp.func
-def continued(own: Own, s: State, pose0: Pose, pose: Pose, rest: real) -> Touches:
-    """The contacts of a pose that touched in that of a state."""
+def continue_contacts(own: Own, s: State, pose0: Pose, pose: Pose, rest: real) -> Touches:
+    """The contacts of `pose` that touched in the state s."""
     t = Touches()
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
@@ -147,16 +146,16 @@ def continued(own: Own, s: State, pose0: Pose, pose: Pose, rest: real) -> Touche
                     point = rows_of(pose.axes, k) * lever
                     touches = height_of(own, pose0, k, point) <= rest
                 if touches:
-                    t = joined(t, pose, k, i, CONE, real(0.0), places[i])
+                    t = add_contact(t, pose, k, i, CONE, real(0.0), places[i])
                     number += 1
     return t
 
 
 @wp.func(inline=False)
-def looked(
+def look_at_step(
     own: Own, limits: Limits, s: State, reached: State, pose0: Pose, pose: Pose, held: Ints, d: real
 ) -> Look:
-    """What the corners did in a step, seen from both of its ends."""
+    """Events of the corners in a step, from their gaps at both of its ends."""
     v, w = reached.v, reached.w
     zero, near, grain = (
         real(0.0),
@@ -197,7 +196,7 @@ def looked(
                 if d > near and not was and gaps[i] < -reach:
                     cut = first_root(larger(before, zero), rate0, gaps[i], d)
                     n.cut = smaller(n.cut, cut)
-                # A hop that the step has missed.
+                # A hop inside the step.
                 if d > near and holds and rate0 * d > HOP * rest:
                     n.cut = smaller(n.cut, HALF * HALF * d)
                 on = holds or gaps[i] <= rest
@@ -212,11 +211,11 @@ def looked(
 
 
 @wp.func(inline=False)
-def touching(
+def contacts_at_end(
     own: Own, pose: Pose, look: Look, held: Ints, stuck: Ints,
     close: bool,
 ) -> Touches:  # fmt: skip
-    """The contacts at a step's end, with the laws by which gaps close, or velocities are bound."""
+    """The contacts at the end of a step, with their laws for closing gaps or for velocities."""
     t = Touches()
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
@@ -228,9 +227,9 @@ def touching(
             if (look.touch[k] & bit) != 0 and number < CONTACTS:
                 law = wp.where((held[k] & bit) != 0, KEEP, PUSH)
                 if not close:
-                    law = holding(i, stuck[k], law)
+                    law = sticking_law(i, stuck[k], law)
                     law = wp.where((look.lands[k] & bit) != 0, AWAIT, law)
                 gap = wp.where(close, gaps[i], real(0.0))
-                t = joined(t, pose, k, i, law, gap, places[i])
+                t = add_contact(t, pose, k, i, law, gap, places[i])
                 number += 1
     return t

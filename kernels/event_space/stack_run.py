@@ -1,17 +1,17 @@
 """Runs of the event step over stacks of blocks in space, one lane a thread on any device.
 
-Every lane has its own clock; a sample inside a step is read off the parabola that the step follows,
-so that histories do not change the run. Peaks are those of the ends of steps. A stack ends when two
-faces share nothing, or a block leans by a right angle, also against what it stands on.
+Every lane has its own clock. A sample inside a step is read off the parabola that the step follows,
+so that histories do not change the run. Peaks are taken at the ends of steps. A stack ends when two
+faces no longer overlap, or a block leans by a right angle to the vertical or to the block below.
 """
 
 import warp as wp
 
-from warprock.kernels.event_space.block_moves import flown, turned
+from warprock.kernels.event_space.block_moves import rotate_attitude, rotate_freely
 from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
 from warprock.kernels.event_space.stack import step
-from warprock.kernels.event_space.stack_contact import Ints, Own, Row, block_of, posed
-from warprock.kernels.event_space.stack_look import State, looked, momenta
+from warprock.kernels.event_space.stack_contact import Ints, Own, Row, block_of, pose_of
+from warprock.kernels.event_space.stack_look import State, look_at_step, momenta
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
@@ -26,8 +26,8 @@ LANES = 1
 """Lanes of a thread: which contacts act differs from lane to lane."""
 
 Peaks = wp.types.matrix(shape=(BLOCKS + 1, 8), dtype=real)
-"""Of each block: slide along x and y, the largest rotation and its time, rotation across, tilt and
-yaw, all as `turns_of` tells them, and the largest square of the slide."""
+"""Of each block: slide along x and y; the largest rotation and its time, the largest rotation
+across, tilt and yaw, see `turns_of`; the largest square of the slide."""
 
 
 @wp.func
@@ -40,8 +40,8 @@ def start(own: Own, limits: Limits) -> State:
         b = block_of(own, k)
         s.x[k] = Vector(b.x, b.y, b.z)
         s.q[k] = Quaternion(b.qx, b.qy, b.qz, b.qw)
-    pose = posed(own, s.x, s.q)
-    look = looked(own, limits, s, s, pose, pose, Ints(), real(0.0))
+    pose = pose_of(own, s.x, s.q)
+    look = look_at_step(own, limits, s, s, pose, pose, Ints(), real(0.0))
     for k in range(1, bodies):
         above = wp.where(k < BLOCKS, look.touch[wp.min(k + 1, BLOCKS)], 0)
         s.flies[k] = wp.where(look.touch[k] == 0 and above == 0, 1, 0)
@@ -64,10 +64,10 @@ def attitude_at(own: Own, k: int, until: real, s0: State, s: State) -> Quaternio
         part = tau / d
         if s0.flies[k] != 0:
             spin = momenta(own, s0)
-            q = flown(block_of(own, k), s0.q[k], spin[k], tau)
+            q = rotate_freely(block_of(own, k), s0.q[k], spin[k], tau)
         else:
             bend = s.turn[k] - d * s0.w[k]
-            q = turned(s0.q[k], tau * s0.w[k] + (part * part) * bend)
+            q = rotate_attitude(s0.q[k], tau * s0.w[k] + (part * part) * bend)
     return q
 
 

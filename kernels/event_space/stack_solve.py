@@ -1,18 +1,17 @@
 """Coulomb's law at all contacts of a stack in space, by Newton's method.
 
-A contact answers its velocity u with the impulse f = P(l - c (u + lift n)), where P takes an
-impulse to the nearest that its law allows, c is STIFF times the contact's own effective mass, and
-lift its gap, or, with mu the friction coefficient and u_t the slip, mu |u_t| in the cone and
-mu (|u_x| + |u_y|) in the box.
-Where l = f, and lift is that of u, all laws hold (the augmented Lagrangian, with the change of
-variable of De Saxce and Feng 1998).
+The impulse of a contact with velocity u is f = P(l - c (u + lift n)). P projects on the impulses
+that its law allows, l is a multiplier, and c is STIFF times the effective mass of the contact. lift
+is its gap; in the law CONE it is mu |u_t| for the cone and mu (|u_x| + |u_y|) for the box, mu the
+friction coefficient and u_t the slip. If l = f and lift is that of u, all laws hold (augmented
+Lagrangian, with the change of variable of De Saxce and Feng 1998).
 
-With l and lift given, the velocities make a convex function least, M (v - v_free) = sum G^T f:
-Newton's method with the banded matrix M + c sum G^T P' G of six rows a block, steps halved while
-they do not descend; then l becomes f, lift that of u, and again until nothing changes but
-round-off. Contacts that a face has in excess do no harm.
+For given l and lift the velocities minimise a convex function: M (v - v_free) = sum G^T f. Newton's
+method solves this with the banded matrix M + c sum G^T P' G, six rows a block; a step that does not
+descend is halved. Then l is set to f and lift to that of u. This repeats until only round-off
+changes. Redundant contacts of a face do no harm.
 
-Where this does not settle, the sweeps of event_space/stack_contact.py do the rest.
+If this does not converge, the sweeps of event_space/stack_contact.py finish the solve.
 """
 
 import warp as wp
@@ -29,7 +28,7 @@ from warprock.kernels.event_space.stack_contact import (
     Pose,
     Touches,
     directions,
-    effective,
+    effective_mass,
     slip_at,
     solve_by_sweeps,
 )
@@ -39,26 +38,26 @@ from warprock.kernels.vectors import Matrix, Vector
 
 ROWS = 6 * BLOCKS
 BAND = 12
-"""Rows of two neighbours: beyond them the matrix is empty."""
+"""Rows of two neighbouring blocks: the band width of the matrix."""
 STIFF = by_precision(1.0e4, 1.0e2)
 ROUNDS = 200
-"""Most changes of l."""
+"""Largest number of rounds, each with one change of l."""
 LEAP = 8
-"""Rounds after which lifts, which come nearer by a part at a time, are taken further at once..."""
+"""Lifts converge slowly, by a factor a round. Every so many rounds they are extrapolated..."""
 AHEAD = real(8.0)
-"""...by this multiple of what they changed by."""
+"""...by this multiple of their last change."""
 TRIES = 30
-"""Most of Newton's steps for one l."""
+"""Largest number of Newton steps in a round."""
 HALVINGS = 8
 FIRST = 4
-"""Sweeps that choose what each contact does at first."""
+"""Gauss-Seidel sweeps for the first guess of the impulses."""
 ALIKE = by_precision(1.0e-13, 1.0e-5)
-"""Change of the velocities in one of Newton's steps, over their size, that ends a round."""
+"""Relative change of the velocities in a Newton step that ends a round."""
 
 ENOUGH = by_precision(1.0e-14, 1.0e-6)
-"""Velocity by which contacts may break their laws, as a part of all velocities..."""
+"""Velocity by which contacts may break their laws, as a part of the velocities..."""
 SOUND = by_precision(1.0e-6, 1.0e-4)
-"""...and where that many rounds do not come to it."""
+"""...and if so many rounds do not reach that."""
 
 DUST = by_precision(1.0e-13, 1.0e-5)
 """Round-off of the convex function."""
@@ -69,11 +68,11 @@ Slopes = wp.types.matrix(shape=(3, 12), dtype=real)
 
 
 @wp.func
-def boxed(mu: real, z: Vector):
+def project_on_box(mu: real, z: Vector):
     """Projection of an impulse on the box of friction, and its derivative."""
     zero, one = real(0.0), real(1.0)
     x, y = wp.abs(z[0]), wp.abs(z[1])
-    # Beyond their bounds: none, the larger part, both.
+    # Components beyond their bounds: none, the larger one, both.
     fits_x, fits_y, push = bool(True), bool(True), z[2]
     if larger(x, y) > mu * push:
         push = (z[2] + mu * larger(x, y)) / (one + mu * mu)
@@ -100,8 +99,8 @@ def boxed(mu: real, z: Vector):
 
 
 @wp.func
-def allowed(law: int, mu: real, z: Vector):
-    """Projection of an impulse on those that a law allows, and its derivative."""
+def project_on_law(law: int, mu: real, z: Vector):
+    """Projection of an impulse on the set that a law allows, and its derivative."""
     zero, one = real(0.0), real(1.0)
     f, slope = Vector(), Matrix()
     if law == HOLD:
@@ -111,7 +110,7 @@ def allowed(law: int, mu: real, z: Vector):
         slope[2, 2] = one
     if BOX:
         if law == CONE:
-            f, slope = boxed(mu, z)
+            f, slope = project_on_box(mu, z)
         if law == HOLD_X:
             return Vector(z[0], zero, z[2]), wp.diag(Vector(one, zero, one))
         if law == HOLD_Y:
@@ -137,8 +136,10 @@ def allowed(law: int, mu: real, z: Vector):
 
 
 @wp.func
-def asked(t: Touches, pose: Pose, stiff: PointNumbers, asks: Points, v: Bodies, w: Bodies, i: int):
-    """What contact i asks for: l - c (u + gap), along its directions; these are returned, too."""
+def requested_impulse(
+    t: Touches, pose: Pose, stiff: PointNumbers, asks: Points, v: Bodies, w: Bodies, i: int
+):
+    """Argument l - c (u + lift n) of the projection of contact i, and the contact's directions."""
     k = t.body[i]
     e = directions(pose.axes, k, t.slot[i])
     u = e * relative_velocity(v[k], w[k], t.ru[i], v[k - 1], w[k - 1], t.rl[i])
@@ -148,7 +149,7 @@ def asked(t: Touches, pose: Pose, stiff: PointNumbers, asks: Points, v: Bodies, 
 
 @wp.func
 def lift_of(t: Touches, pose: Pose, v: Bodies, w: Bodies, i: int) -> real:
-    """What a contact's normal velocity is taken to be more by [m/s]."""
+    """The term `lift` of contact i, see the head of this file [m/s]."""
     if t.law[i] != CONE:
         return t.gap[i]
     u = slip_at(t, pose, i, v, w)
@@ -162,13 +163,13 @@ def residual(
     t: Touches, pose: Pose, stiff: PointNumbers, asks: Points,
     v0: Bodies, w0: Bodies, v: Bodies, w: Bodies,
 ):  # fmt: skip
-    """M (v - v_free) - sum G^T f of all blocks; the convex function whose slope it is [J]."""
+    """The gradient M (v - v_free) - sum G^T f, and the convex function itself [J]."""
     force, spin, energy = Bodies(), Bodies(), real(0.0)
     bodies = int(BLOCKS + 1)
     for i in range(t.total):
         k = t.body[i]
-        z, e = asked(t, pose, stiff, asks, v, w, i)
-        f, _slope = allowed(t.law[i], pose.friction[k], z)
+        z, e = requested_impulse(t, pose, stiff, asks, v, w, i)
+        f, _slope = project_on_law(t.law[i], pose.friction[k], z)
         energy += HALF * wp.length_sq(f) / stiff[i]
         push = wp.transpose(e) * f
         force[k] = force[k] - push
@@ -200,8 +201,8 @@ def matrix(
                 a[6 * k - 3 + i, 6 * k - 3 + j] = heavy[i, j]
     for i in range(t.total):
         k = t.body[i]
-        z, e = asked(t, pose, stiff, asks, v, w, i)
-        _f, slope = allowed(t.law[i], pose.friction[k], z)
+        z, e = requested_impulse(t, pose, stiff, asks, v, w, i)
+        _f, slope = project_on_law(t.law[i], pose.friction[k], z)
         g = Slopes()
         for d in range(3):
             turn, back = wp.cross(t.ru[i], e[d]), wp.cross(t.rl[i], e[d])
@@ -222,8 +223,8 @@ def matrix(
 
 
 @wp.func
-def eliminated(system: Wide, right: Long) -> Long:
-    """The solution of the banded system."""
+def solve_banded(system: Wide, right: Long) -> Long:
+    """The solution of the banded linear system, by elimination."""
     a = system
     x = right
     rows = int(ROWS)
@@ -246,11 +247,11 @@ def eliminated(system: Wide, right: Long) -> Long:
 
 
 @wp.func(inline=False)
-def nearer(
+def newton_step(
     t: Touches, pose: Pose, stiff: PointNumbers, asks: Points,
     v0: Bodies, w0: Bodies, v: Bodies, w: Bodies,
 ):  # fmt: skip
-    """Velocities after one of Newton's steps; their change and size, as energies [J]."""
+    """Velocities after a Newton step; their change and size, as energies [J]."""
     force, spin, energy = residual(t, pose, stiff, asks, v0, w0, v, w)
     right = Long()
     bodies = int(BLOCKS + 1)
@@ -258,7 +259,7 @@ def nearer(
         for i in range(3):
             right[6 * k - 6 + i] = -force[k, i]
             right[6 * k - 3 + i] = -spin[k, i]
-    found = eliminated(matrix(t, pose, stiff, asks, v, w), right)
+    found = solve_banded(matrix(t, pose, stiff, asks, v, w), right)
     part = real(1.0)
     v1, w1, change, whole = Bodies(), Bodies(), real(0.0), real(0.0)
     for _again in range(HALVINGS):
@@ -283,9 +284,9 @@ def nearer(
 
 @wp.func(inline=False)
 def solve(rounds: int, t: Touches, pose: Pose, first: Points, v: Bodies, w: Bodies):
-    """Impulses of all contacts, and the velocities that they leave: as `solve_by_sweeps` does.
+    """Impulses of all contacts, and the velocities with them, as `solve_by_sweeps`.
 
-    With fewer rounds than ROUNDS what these come to is taken as it is.
+    With fewer rounds than ROUNDS the result is accepted as it is.
     """
     asks, u, o, good = solve_by_sweeps(FIRST, t, pose, first, v, w)
     if t.total == 0 or good:
@@ -293,12 +294,12 @@ def solve(rounds: int, t: Touches, pose: Pose, first: Points, v: Bodies, w: Bodi
     c = t
     stiff, energy, done = PointNumbers(), real(0.0), bool(False)
     for i in range(t.total):
-        stiff[i] = STIFF * effective(t, pose, i)
+        stiff[i] = STIFF * effective_mass(t, pose, i)
         c.gap[i] = lift_of(t, pose, u, o, i)
     for turn in range(rounds):
         fits = bool(False)
         for _try in range(TRIES):
-            u1, o1, more, whole = nearer(c, pose, stiff, asks, v, w, u, o)
+            u1, o1, more, whole = newton_step(c, pose, stiff, asks, v, w, u, o)
             u = u1
             o = o1
             energy = whole
@@ -307,8 +308,8 @@ def solve(rounds: int, t: Touches, pose: Pose, first: Points, v: Bodies, w: Bodi
                 break
         change = real(0.0)
         for i in range(t.total):
-            z, _e = asked(c, pose, stiff, asks, u, o, i)
-            f, _slope = allowed(c.law[i], pose.friction[t.body[i]], z)
+            z, _e = requested_impulse(c, pose, stiff, asks, u, o, i)
+            f, _slope = project_on_law(c.law[i], pose.friction[t.body[i]], z)
             lift = lift_of(t, pose, u, o, i)
             more = lift - c.gap[i]
             if turn % LEAP == LEAP - 1 and rounds == ROUNDS:

@@ -7,17 +7,17 @@ velocities at half steps (so the release at t = 0 begins with half a step of gra
 
     1. v* = v + dt (0, -g) - (dv_base, 0), dv_base the change of the base velocity between the
        half steps, so that a velocity step of the base is carried exactly;
-    2. corners nearer than the collision margin are contacts. Each asks for a normal velocity of
-       at least -gap / dt (it may close an open gap) or zero, and for no tangential velocity
-       within Coulomb's bound |f| <= mu n;
+    2. corners with a gap below the collision margin are contacts. The normal velocity of each must
+       be at least -gap / dt if it is open, so that it may close, else zero. The tangential velocity
+       must be zero while |f| <= mu n (Coulomb);
     3. projected Gauss-Seidel on the four impulses p = (n1, f1, n2, f2), started from those of
        the last step: p_i = clamp(-(u_i + sum over j != i of K_ij p_j) / K_ii), where
-       K = J M^-1 J^T and u is what v* misses of the wish of each row. One contact alone is
-       solved exactly, see cone.py;
-    4. v = v* + M^-1 J^T p, q = q + dt v; the block is lifted by erp times its penetration, but
-       for the 2 g dt^2 that one step of falling can make, else a resting block would never be
-       still. (A penetration given back through the velocity would add energy that does not
-       vanish with dt: at an impact it is of the order of dt times the velocity.)
+       K = J M^-1 J^T and u_i is the velocity of row i by v*, less its least one. A single contact
+       is solved exactly, see cone.py;
+    4. v = v* + M^-1 J^T p, q = q + dt v. The block is lifted by erp times its penetration beyond
+       2 g dt^2, the fall that one step can make; otherwise a resting block would never be still.
+       (Correcting the penetration through the velocity would add energy that does not vanish with
+       dt: the penetration of an impact is of the order of dt times the velocity.)
 
 Impulses and energies are per unit mass. The loss is the energy lost so far [J/kg], less what
 lifting by erp has given to the block.
@@ -32,13 +32,13 @@ from warprock.kernels.instance import MAX_UNROLL
 from warprock.kernels.shape.block import Gaps, State
 
 ENDS_EARLY = ITERATIONS > MAX_UNROLL
-"""Whether sweeps end once one has changed nothing, for all others would change nothing either.
-Fewer sweeps are written out, without a way out that would keep a loop over lanes scalar."""
+"""Whether the sweeps end after one that changes nothing, since no later one would. Fewer sweeps are
+unrolled without this exit, which would prevent vector code of the loop over lanes."""
 
 
 @wp.struct
 class Block:
-    """What a step needs to know of one lane's block."""
+    """The block of one lane."""
 
     half_width: real
     half_height: real
@@ -48,7 +48,7 @@ class Block:
 
 @wp.struct
 class Knobs:
-    """What a step needs to know of the settings; `rate` is the inverse of the time step [1/s]."""
+    """Settings of a step; `rate` is the inverse of the time step [1/s]."""
 
     time_step: real
     rate: real
@@ -73,9 +73,9 @@ class Corner:
 
     Attributes:
         x, z: From the centre of mass [m].
-        on: One where it is a contact, else zero.
-        u: Normal velocity above its wish, without contact [m/s].
-        s: Tangential velocity, without contact [m/s].
+        on: 1 if it is a contact, else 0.
+        u: Normal velocity without contact, less `least_normal_velocity` [m/s].
+        s: Tangential velocity without contact [m/s].
     """
 
     x: real
@@ -86,18 +86,18 @@ class Corner:
 
 
 @wp.func
-def wish(gap: real, knobs: Knobs) -> real:
-    """Least normal velocity of a corner after the step: an open gap may close."""
+def least_normal_velocity(gap: real, knobs: Knobs) -> real:
+    """Least normal velocity of a corner after the step, by which an open gap may close [m/s]."""
     return -larger(gap, real(0.0)) * knobs.rate
 
 
 @wp.struct
 class Rows:
-    """The four rows of the contact problem, each over its diagonal.
+    """The four rows of the contact problem, each divided by its diagonal element.
 
-    a1 to a3 is the row of n1 off the diagonal, of f1, n2 and f2 in this order; b1 to b3 is that of
-    f1, c1 to c3 that of n2, g1 to g3 that of f2. u1, s1, u2, s2 is what the rows of n1, f1, n2 and
-    f2 ask for [m/s]. mu is the friction coefficient.
+    a1 to a3 are the off-diagonal elements of the row of n1, at f1, n2 and f2 in this order; b1 to
+    b3 those of f1, c1 to c3 those of n2, g1 to g3 those of f2. u1, s1, u2, s2 are the right sides
+    of the rows of n1, f1, n2 and f2 [m/s]. mu is the friction coefficient.
     """
 
     mu: real
@@ -122,7 +122,7 @@ class Rows:
 @wp.func
 def sweep(r: Rows, p: Impulses) -> Impulses:
     """The impulses after one sweep over the four rows; the n1 before it does not matter."""
-    # The value found last comes last in each row, so that the other terms need not wait for it.
+    # The value that is known last comes last in each row, so that other terms need not wait for it.
     n1 = larger(less_three(r.u1, r.a1, p.f1, r.a2, p.n2, r.a3, p.f2), real(0.0))
     bound = r.mu * n1
     f1 = larger(smaller(less_three(r.s1, r.b2, p.n2, r.b3, p.f2, r.b1, n1), bound), -bound)
@@ -149,7 +149,7 @@ def sweeps(r: Rows, p: Impulses) -> Impulses:
 
 @wp.func
 def inverses(a: real, b: real, c: real, d: real):
-    """Inverses of four numbers by one division, which takes as long as ten products."""
+    """Inverses of four numbers by one division: a division takes as long as ten products."""
     ab = a * b
     cd = c * d
     over = real(1.0) / (ab * cd)
@@ -160,7 +160,7 @@ def inverses(a: real, b: real, c: real, d: real):
 
 @wp.func
 def solve(mu: real, w: real, one: Corner, two: Corner, guess: Impulses) -> Impulses:
-    """Impulses of the two corners by projected Gauss-Seidel; of one alone, exactly.
+    """Impulses of the two corners by projected Gauss-Seidel; a single contact is solved exactly.
 
     Args:
         mu: Friction coefficient.
@@ -169,7 +169,7 @@ def solve(mu: real, w: real, one: Corner, two: Corner, guess: Impulses) -> Impul
         guess: First guess of the impulses.
     """
     unit = real(1.0)
-    # Rows of K over their diagonal; rows of an inactive corner vanish.
+    # Rows of K divided by their diagonal; the rows of an inactive corner are zero.
     wx1, wz1, wx2, wz2 = w * one.x, w * one.z, w * two.x, w * two.z
     d1, e1, d2, e2 = inverses(
         fused(wx1, one.x, unit), fused(wz1, one.z, unit),
@@ -209,7 +209,7 @@ def solve(mu: real, w: real, one: Corner, two: Corner, guess: Impulses) -> Impul
 
 @wp.func
 def balance(even: bool, p: Impulses) -> Impulses:
-    """Impulses of both corners; of a block that leans to no side the mean of both orders."""
+    """Impulses of both corners; for a block that does not lean, the mean of both orders."""
     n, f = HALF * (p.n1 + p.n2), HALF * (p.f1 - p.f2)
     return Impulses(
         wp.where(even, n, p.n1), wp.where(even, f, p.f1),
@@ -219,7 +219,7 @@ def balance(even: bool, p: Impulses) -> Impulses:
 
 @wp.func
 def mirror(side: real, p: Impulses) -> Impulses:
-    """Impulses as seen in a mirror where `side` is -1; as they are where it is 1."""
+    """Impulses, reflected if `side` is -1."""
     swap = side < real(0.0)
     return Impulses(
         wp.where(swap, p.n2, p.n1), side * wp.where(swap, p.f2, p.f1),
@@ -233,14 +233,14 @@ def step(
 ):  # fmt: skip
     """One step of one lane, in which the base velocity changes by dv [m/s].
 
-    `before` are the impulses of the last step; to the loss, see the head of this file, the step
-    adds its own. Returns the state, the impulses and the gaps.
+    `before` has the impulses of the last step. The step adds its own loss, see the head of this
+    file. Returns the state, the impulses and the gaps.
     """
     zero = real(0.0)
     w = block.inverse_inertia
     dt = knobs.time_step
-    # Seen so that the block leans to +x: the solver then visits the corners of a mirrored scene
-    # in mirrored order, and its remainder is mirrored too.
+    # Reflected so that the block leans to +x. So the solver visits the corners of a mirrored scene
+    # in mirrored order, and its residual is mirrored, too.
     slip = state.vx - dv
     lean = wp.where(
         state.theta != zero, state.theta, wp.where(state.omega != zero, state.omega, slip)
@@ -259,13 +259,17 @@ def step(
     ux = m * slip
     uz = fused_less(dt, knobs.gravity, state.vz)
     uo = m * state.omega
-    one = Corner(x1, z1, on1, fused_less(uo, x1, uz) - wish(gap1, knobs), fused(uo, z1, ux))
-    two = Corner(x2, z2, on2, fused_less(uo, x2, uz) - wish(gap2, knobs), fused(uo, z2, ux))
+    one = Corner(
+        x1, z1, on1, fused_less(uo, x1, uz) - least_normal_velocity(gap1, knobs), fused(uo, z1, ux)
+    )
+    two = Corner(
+        x2, z2, on2, fused_less(uo, x2, uz) - least_normal_velocity(gap2, knobs), fused(uo, z2, ux)
+    )
     p = balance(lean == zero, solve(block.friction, w, one, two, mirror(m, before)))
     vx1 = ux + p.f1 + p.f2
     vz1 = uz + p.n1 + p.n2
     vo1 = fused(w, wedge(z1, x1, p.n1, p.f1) + wedge(z2, x2, p.n2, p.f2), uo)
-    # Work of the contact impulses on the mean velocity of their corners, a loss.
+    # Loss: minus the work of the contact impulses on the mean velocities of their corners.
     mx, mz, mo = HALF * (m * state.vx + vx1), HALF * (state.vz + vz1), HALF * (uo + vo1)
     work1 = dot(p.n1, p.f1, fused_less(mo, x1, mz), fused(mo, z1, mx))
     work2 = dot(p.n2, p.f2, fused_less(mo, x2, mz), fused(mo, z2, mx))

@@ -38,14 +38,14 @@ from warprock.kernels.shape.stack_found import (
 
 @wp.func
 def share_of(lean: real, knobs: Knobs) -> real:
-    """First guess of a corner's share of half a step of gravity; lean > 0 is towards it."""
+    """First guess of a corner's impulse, a share of half a step of gravity; lean > 0 is to it."""
     share = wp.where(lean > real(0.0), HALF, wp.where(lean < real(0.0), real(0.0), real(0.25)))
     return share * knobs.time_step * knobs.gravity
 
 
 @wp.func
 def start(block: Block, knobs: Knobs, theta: real):
-    """A block where it starts, and first guesses of what its corners carry."""
+    """State of a block at its start, and first guesses of the impulses of its corners."""
     zero = real(0.0)
     x, z = -slide_of(block, zero, theta), height_of(block, theta)
     fall = HALF * knobs.time_step * knobs.gravity

@@ -1,31 +1,31 @@
 """Velocity-level contact step of a body on contact points.
 
-As impulse/block.py, for the lowest corner of a body (see shape/body.py) and its two neighbours:
-flat ground and a convex chain leave no other that could carry. The sweeps work on the velocities,
-with all impulses so far in them,
+As impulse/block.py, for the lowest corner of a body (see shape/body.py) and its two neighbours: on
+flat ground no other corner of a convex chain can carry. The sweeps update the velocities, which
+include all impulses so far,
 
-    n = larger(n - (u_n - wish) / K_nn, 0),   f = within mu n of f - u_t / K_tt.
+    n = larger(n - (u_n - least) / K_nn, 0),   f = within mu n of f - u_t / K_tt.
 
-A body is seen so that it leans to +x; corner 1 is then the neighbour to -x, corner 2 the lowest one
-and corner 3 the neighbour to +x.
+A step reflects a body so that it leans to +x. Corner 1 is then the neighbour to -x, corner 2 the
+lowest one and corner 3 the neighbour to +x.
 """
 
 import warp as wp
 
 from warprock.kernels.cone import alone
-from warprock.kernels.impulse.block import ENDS_EARLY, Knobs, wish
+from warprock.kernels.impulse.block import ENDS_EARLY, Knobs, least_normal_velocity
 from warprock.kernels.shape.block import State
 from warprock.kernels.shape.body_seen import Corners
 from warprock.kernels.shape.interface import Velocity
-from warprock.kernels.shape.rising import fall_in, sunk_in
+from warprock.kernels.shape.rising import fall_depth, fall_in
 
 
 @wp.struct
 class Body:
-    """What a step needs to know of one lane's body.
+    """The body of one lane, and its start.
 
-    `reach` is how far its corners are from the centre of mass [m], `start` the rotation at which it
-    is let go [rad]; vx, vz and omega are its velocities then [m/s, rad/s].
+    `reach` is the largest distance of its corners from the centre of mass [m]; `start` is its
+    rotation at the start [rad], vx, vz and omega its velocities then [m/s, rad/s].
     """
 
     inverse_inertia: real
@@ -41,7 +41,7 @@ class Body:
 class Feet:
     """The lowest corner of a body and its neighbours to -x and to +x, from the centre of mass [m].
 
-    `has_left` and `has_right` are 1 where there is that neighbour, else 0.
+    `has_left` and `has_right` are 1 if that neighbour exists, else 0.
     """
 
     x: real
@@ -71,36 +71,36 @@ class Contact:
     """A corner that may be a contact.
 
     Attributes:
-        on: One where it is a contact, else zero.
+        on: 1 if it is a contact, else 0.
         x, z: From the centre of mass [m].
         gap: Of the corner at the start of the step [m].
-        wish: Least normal velocity after it [m/s].
-        dn, dt: 1 / K_nn and 1 / K_tt, zero of a corner that is no contact.
+        least: Least normal velocity after it [m/s].
+        dn, dt: 1 / K_nn and 1 / K_tt; zero if it is no contact.
     """
 
     on: real
     x: real
     z: real
     gap: real
-    wish: real
+    least: real
     dn: real
     dt: real
 
 
 @wp.func
 def find_contact(knobs: Knobs, w: real, has: int, height: real, x: real, z: real) -> Contact:
-    """A corner, if there is one (`has`), of a body whose centre of mass is at a height [m]."""
+    """A corner, if it exists (`has` is 1), of a body whose centre of mass is at a height [m]."""
     one, gap = real(1.0), height + z
     on = wp.where(has > 0 and gap <= knobs.collision_margin, one, real(0.0))
     dn, dt = on / fused(w * x, x, one), on / fused(w * z, z, one)
-    return Contact(on, x, z, gap, wish(gap, knobs), dn, dt)
+    return Contact(on, x, z, gap, least_normal_velocity(gap, knobs), dn, dt)
 
 
 @wp.func
-def visit(
+def solve_contact(
     mu: real, w: real, c: Contact, n: wp.ref[real], f: wp.ref[real], v: wp.ref[Velocity]
 ):  # fmt: skip
-    """Updates the impulses of a corner and the velocity of the body with them in it.
+    """Gauss-Seidel on the two impulses of a corner; updates them and the velocity of the body.
 
     Args:
         mu: Friction coefficient.
@@ -109,7 +109,7 @@ def visit(
         n, f: Its impulses [m/s].
         v: Velocity of the body.
     """
-    n1 = larger(fused_less(c.dn, fused_less(v.omega, c.x, v.z - c.wish), n), real(0.0))
+    n1 = larger(fused_less(c.dn, fused_less(v.omega, c.x, v.z - c.least), n), real(0.0))
     v.z = v.z + (n1 - n)
     v.omega = fused_less(w * c.x, n1 - n, v.omega)
     bound = mu * n1
@@ -125,14 +125,14 @@ def sweep(
     mu: real, w: real, one: Contact, two: Contact, three: Contact, p: wp.ref[Impulses],
     v: wp.ref[Velocity],
 ):  # fmt: skip
-    """Visits the three corners once."""
-    visit(mu, w, one, p.n1, p.f1, v)
-    visit(mu, w, two, p.n2, p.f2, v)
-    visit(mu, w, three, p.n3, p.f3, v)
+    """One sweep over the three corners."""
+    solve_contact(mu, w, one, p.n1, p.f1, v)
+    solve_contact(mu, w, two, p.n2, p.f2, v)
+    solve_contact(mu, w, three, p.n3, p.f3, v)
 
 
 @wp.func
-def same(p: Impulses, q: Impulses) -> bool:
+def are_equal(p: Impulses, q: Impulses) -> bool:
     """Whether impulses are equal."""
     middle = p.n2 == q.n2 and p.f2 == q.f2
     return p.n1 == q.n1 and p.f1 == q.f1 and middle and p.n3 == q.n3 and p.f3 == q.f3
@@ -142,7 +142,7 @@ def same(p: Impulses, q: Impulses) -> bool:
 def add_impulses(
     w: real, one: Contact, two: Contact, three: Contact, p: Impulses, u: Velocity
 ) -> Velocity:
-    """The velocity of a body after the impulses of its corners, from the one before them."""
+    """The velocity of a body after the impulses of its corners."""
     turn = wedge(one.z, one.x, p.n1, p.f1) + wedge(two.z, two.x, p.n2, p.f2)
     turn = turn + wedge(three.z, three.x, p.n3, p.f3)
     return Velocity(u.x + p.f1 + p.f2 + p.f3, u.z + p.n1 + p.n2 + p.n3, fused(w, turn, u.omega))
@@ -152,7 +152,7 @@ def add_impulses(
 def solve(
     mu: real, w: real, one: Contact, two: Contact, three: Contact, u: Velocity, guess: Impulses
 ) -> Impulses:
-    """Impulses of three corners by projected Gauss-Seidel; of one alone, exactly.
+    """Impulses of three corners by projected Gauss-Seidel; a single contact is solved exactly.
 
     Args:
         mu: Friction coefficient.
@@ -168,18 +168,18 @@ def solve(
     first, last = one.on > two.on + three.on, three.on > one.on + two.on
     x = wp.where(first, one.x, wp.where(last, three.x, two.x))
     z = wp.where(first, one.z, wp.where(last, three.z, two.z))
-    wished = wp.where(first, one.wish, wp.where(last, three.wish, two.wish))
+    least = wp.where(first, one.least, wp.where(last, three.least, two.least))
     dn, dt = one.dn + two.dn + three.dn, one.dt + two.dt + three.dt
     cross = -w * x * z
     n, f = alone(
-        mu, dn * cross, dt * cross, -dn * (u.z - u.omega * x - wished), -dt * (u.x + u.omega * z)
+        mu, dn * cross, dt * cross, -dn * (u.z - u.omega * x - least), -dt * (u.x + u.omega * z)
     )
     v = add_impulses(w, one, two, three, p, u)
     if ENDS_EARLY:
         for _ in range(ITERATIONS):
             old = Impulses(p.n1, p.f1, p.n2, p.f2, p.n3, p.f3)
             sweep(mu, w, one, two, three, p, v)
-            if same(p, old):
+            if are_equal(p, old):
                 break
     else:
         for _ in range(ITERATIONS):
@@ -194,9 +194,9 @@ def solve(
 
 @wp.func
 def lean_of(state: State, slip: real, feet: Feet) -> real:
-    """A number of the sign of the side to which a body leans; 0 if it is its own mirror image.
+    """A number whose sign is the side to which a body leans; 0 if it is its own mirror image.
 
-    One that stands still and upright leans to the side to which its base reaches further.
+    A body that stands still and upright leans to the side to which its base reaches further.
     """
     zero = real(0.0)
     reaches = feet.right_x + wp.where(feet.x == zero, feet.left_x, feet.x)
@@ -207,10 +207,10 @@ def lean_of(state: State, slip: real, feet: Feet) -> real:
 
 @wp.func
 def balance(even: bool, amid: bool, p: Impulses) -> Impulses:
-    """Impulses of three points, of what is its own mirror image (`even`) the mean of both orders.
+    """Impulses of three points; if the body is its own mirror image (`even`), mean of both orders.
 
-    Each point has its image: the last one that of the first where the second lies `amid`, else
-    that of the second.
+    Each point has a mirror image. If the second point lies in the middle (`amid`), the image of the
+    first is the last; else the image of the second is the last.
     """
     zero, outer, inner = real(0.0), even and amid, even and not amid
     n = HALF * (wp.where(amid, p.n1, p.n2) + p.n3)
@@ -224,7 +224,7 @@ def balance(even: bool, amid: bool, p: Impulses) -> Impulses:
 
 @wp.func
 def mirror(side: real, p: Impulses) -> Impulses:
-    """Impulses as seen in a mirror where `side` is -1; as they are where it is 1."""
+    """Impulses, reflected if `side` is -1."""
     swap = side < real(0.0)
     return Impulses(
         wp.where(swap, p.n3, p.n1), side * wp.where(swap, p.f3, p.f1), p.n2, side * p.f2,
@@ -233,7 +233,7 @@ def mirror(side: real, p: Impulses) -> Impulses:
 
 
 @wp.func
-def work(c: Contact, n: real, f: real, v: Velocity) -> real:
+def contact_work(c: Contact, n: real, f: real, v: Velocity) -> real:
     """Work of the impulses of a corner [J/kg] at a velocity of the body."""
     return dot(n, f, fused_less(v.omega, c.x, v.z), fused(v.omega, c.z, v.x))
 
@@ -251,9 +251,9 @@ def step(
 ):  # fmt: skip
     """One step of one lane, in which the base velocity changes by dv along and dz upwards [m/s].
 
-    `before` are the impulses of the corners in the last step; to the loss [J/kg] the step adds its
-    own. Returns the state, the impulses, what the corners carry and how they gape, and the gap of
-    the lowest corner at the start [m].
+    `before` has the impulses of the corners in the last step. The step adds its own loss [J/kg].
+    Returns the state, the impulses, the normal impulses and gaps of the corners, and the gap of the
+    lowest corner at the start [m].
     """
     w, dt = body.inverse_inertia, knobs.time_step
     slip = state.vx - dv
@@ -273,14 +273,14 @@ def step(
     p = solve(body.friction, w, one, two, three, u, mirror(m, before))
     p = balance(lean == real(0.0), feet.x == real(0.0), p)
     v = add_impulses(w, one, two, three, p, u)
-    # Of the contact impulses on the mean velocity of their corners, a loss.
+    # Loss: minus the work of the contact impulses on the mean velocities of their corners.
     mean = Velocity(
         HALF * (m * state.vx + v.x), HALF * (state.vz + v.z), HALF * (u.omega + v.omega)
     )
-    done = work(one, p.n1, p.f1, mean) + work(two, p.n2, p.f2, mean)
-    done = done + work(three, p.n3, p.f3, mean)
+    done = contact_work(one, p.n1, p.f1, mean) + contact_work(two, p.n2, p.f2, mean)
+    done = done + contact_work(three, p.n3, p.f3, mean)
     lowest = smaller(two.gap, smaller(one.gap, three.gap))
-    lift = -knobs.erp * smaller(lowest + sunk_in(dt, knobs.gravity, dz), real(0.0))
+    lift = -knobs.erp * smaller(lowest + fall_depth(dt, knobs.gravity, dz), real(0.0))
     loss = fused_less(knobs.gravity, lift, loss - done)
     ahead1, ahead3 = gap_after(dt, one, v), gap_after(dt, three, v)
     pushed = mirror(m, p)

@@ -1,9 +1,9 @@
 """Runs of the impulse step over bodies on contact points, LANES lanes a thread.
 
-In each step a lane looks up its lowest corner and the two beside it; what is known of corners from
-the last step, impulses and whether they have parted, moves along with them.
+In each step a lane looks up its lowest corner and its two neighbours. If the lowest corner changes,
+impulses and parted flags of the last step move on to the new numbers.
 
-A body rocks while less than two of its corners are closed, see shape/body_seen.py.
+A body rocks while fewer than two of its corners are closed, see shape/body_seen.py.
 
 With one lane a thread the same text is the plain form.
 """
@@ -21,8 +21,8 @@ from warprock.kernels.shape.above import Motions
 from warprock.kernels.shape.block import Base, State, mode_of
 from warprock.kernels.shape.body import Corner, is_past, turn_corner, turned_x
 from warprock.kernels.shape.body_found import Found, Sides, observe_sides
-from warprock.kernels.shape.body_seen import CornerParting, moved_along, observe_corners
-from warprock.kernels.shape.rising import pulled, worked
+from warprock.kernels.shape.body_seen import CornerParting, observe_corners, shift_corners
+from warprock.kernels.shape.rising import base_work, equivalent_gain
 from warprock.kernels.shape.stack_found import (
     Peaks,
     Seen,
@@ -40,7 +40,7 @@ LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 @wp.struct
 class Place:
-    """Where a body stands: the number of its lowest corner, that of its last, its slide [m]."""
+    """Numbers of the lowest and of the last corner of a body, and its slide [m]."""
 
     low: int
     last: int
@@ -49,18 +49,18 @@ class Place:
 
 @wp.func
 def move_along(by: int, p: Impulses) -> Impulses:
-    """The impulses of the three corners that are in view now, see `moved_along`."""
-    n1, n2, n3 = moved_along(by, p.n1, p.n2, p.n3)
-    f1, f2, f3 = moved_along(by, p.f1, p.f2, p.f3)
+    """The impulses by the new numbers of the three corners, see `shift_corners`."""
+    n1, n2, n3 = shift_corners(by, p.n1, p.n2, p.n3)
+    f1, f2, f3 = shift_corners(by, p.f1, p.f2, p.f3)
     return Impulses(n1, f1, n2, f2, n3, f3)
 
 
 @wp.func
 def start(corner: Corner, ahead: Corner, body: Body, fall: real):
-    """A body that is let go where a corner is lowest, and first guesses of its impulses.
+    """State of a body at its start, and first guesses of the impulses of its corners.
 
-    `ahead` is the next corner, `fall` what half a step of gravity makes of a velocity [m/s]. On an
-    edge the first corner counts as the lowest; the other one has its share of the weight by
+    `corner` is the lowest corner, `ahead` the next one, `fall` the velocity that gravity gives in
+    half a step [m/s]. On an edge the first corner counts as the lowest. Both share the weight by
     statics.
     """
     zero, one = real(0.0), real(1.0)
@@ -77,7 +77,7 @@ def start(corner: Corner, ahead: Corner, body: Body, fall: real):
 
 @wp.func
 def uplift_at_start(corner: Corner, body: Body) -> real:
-    """When a body has first lifted: at the start, or NEVER of one that stands still on an edge."""
+    """Uplift time of a body at its start: 0, or NEVER if it stands still on an edge."""
     flat = body.start == corner.angle and body.omega == real(0.0)
     return wp.where(flat, NEVER, real(0.0))
 
@@ -165,7 +165,7 @@ def run_lanes(
                     body, knobs, dv, dz, feet, state[i],
                     move_along(by, impulses[i]), loss,
                 )  # fmt: skip
-                # The corner that was lowest at the start of the step tells the slide.
+                # The slide is that of the corner that was lowest at the start of the step.
                 theta = in_range(after.theta)
                 foot = turned_x(
                     corners[mid, first + i].x, corners[mid, first + i].z, sine(theta), cosine(theta)
@@ -184,10 +184,10 @@ def run_lanes(
                 seen[i] = lane
                 peaks[i] = observe_peaks(live, time, after.theta, slid, peaks[i])
                 sides[i] = observe_sides(live, after.theta, sides[i])
-                work = worked(dv, dz, state[i].vx + after.vx, state[i].vz + after.vz)
+                work = base_work(dv, dz, state[i].vx + after.vx, state[i].vz + after.vz)
                 account[i].work = account[i].work - wp.where(live, work, real(0.0))
                 account[i].loss = wp.where(live, loss, account[i].loss)
-                pull = pulled(dv, dz, knobs.time_step * knobs.gravity)
+                pull = equivalent_gain(dv, dz, knobs.time_step * knobs.gravity)
                 account[i] = keep_account(pull, account[i])
                 base[i].vx = moving
                 state[i] = wp.where(live, after, state[i])

@@ -6,25 +6,30 @@ body k the k-th block. A body has half sizes (`Box`), a place and a rotation (`P
 (c, -s) is the direction of its faces, (s, c) their normal.
 
 Interface k, below block k, touches at the two ends of the overlap of the upper block's bottom face
-and the lower one's top face. An end is whichever corner lies further in along the lower face: a
-corner of the upper block against the lower one's face, with the normal and the direction of that
-face, or a corner of the lower one against the upper one's face, with those. A point with the
-normal n = (nx, nz), the direction e = (nz, -nx) and the levers r_u, r_l from the two centres has,
-with a = r.e and b = r.n of each [m], the relative velocities
+and the lower one's top face. An end is the corner that lies further in along the lower face. It is
+a corner of the upper block on the lower one's face, or a corner of the lower block on the upper
+one's face; the normal n = (nx, nz) and the direction e = (nz, -nx) are those of the touched face.
+With r_u, r_l the levers from the two centres, and a = r.e and b = r.n of each [m], the relative
+velocities at an end are
 
     normal:  (v_u - v_l).n - a_u omega_u + a_l omega_l
     slip:    (v_u - v_l).e + b_u omega_u - b_l omega_l
 
-and the impulses n (normal) and t (tangential) [N s]. One step of length dt is the single block's
-(see impulse/block.py), body by body: the velocity without contact; contacts where the gap is within
-the collision margin, each of which wants a normal velocity of at least -gap / dt or zero and no
-slip within Coulomb's bound; projected Gauss-Seidel from the impulses of the last step, an end that
-is alone at its interface by cone.py; semi-implicit Euler; erp. Here the sweeps work on the
-velocities, from the ground up. In an interface they visit first the end away from the side it leans
-to, so that a mirrored scene is visited in mirrored order; of a stack that is its own mirror image,
-until its base moves along, the mean of both orders is taken. What an interface gives back of its
-penetration moves all that stands on it along the normal there, but for the 2 g dt^2 that one step
-of falling can make.
+and the impulses n (normal) and t (tangential) [N s]. One step of length dt is that of a single
+block (see impulse/block.py), body by body:
+
+- the velocity without contact;
+- contacts: ends with a gap within the collision margin. The normal velocity of each must be at
+  least -gap / dt if it is open, else zero; its slip must be zero within Coulomb's bound;
+- projected Gauss-Seidel from the impulses of the last step; a single contact of an interface is
+  solved by cone.py;
+- semi-implicit Euler, and erp.
+
+The sweeps update the velocities, from the ground up. In an interface they first visit the end away
+from the side to which it leans, so that a mirrored scene is visited in mirrored order. A stack that
+is its own mirror image takes the mean of both orders, until its base moves along x. erp moves all
+blocks above an interface along the normal there, by erp times its penetration beyond 2 g dt^2, the
+fall that one step can make.
 
 Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """
@@ -34,17 +39,17 @@ import warp as wp
 from warprock.kernels.account import Account
 from warprock.kernels.cone import alone
 from warprock.kernels.shape.interface import Impulse, Mass, Point, Pose, Velocity
-from warprock.kernels.shape.rising import fall_in, sunk_in, worked
+from warprock.kernels.shape.rising import base_work, fall_depth, fall_in
 from warprock.kernels.shape.stack_run import Base
 
 SEEN = by_precision(1.0e-13, 1.0e-6)
-"""Smallest lean [rad] and rate [rad/s] that tell a side: what is below is what round-off leaves of
-none where a stack stands, or moves as one, or in space in a plane."""
+"""Smallest lean [rad] and rate [rad/s] that have a side. Smaller ones are round-off: of a stack
+that stands or moves as one block, or of a plane motion in space."""
 
 
 @wp.struct
 class Knobs:
-    """What a step needs to know of the settings; `rate` is the inverse of the time step [1/s]."""
+    """Settings of a step; `rate` is the inverse of the time step [1/s]."""
 
     time_step: real
     rate: real
@@ -55,13 +60,13 @@ class Knobs:
 
 @wp.struct
 class Contact:
-    """What impulses do at a point.
+    """Effective masses and coupling of a point.
 
     Attributes:
-        gap: How wide it gapes [m].
-        pn: Normal impulse for a normal velocity [kg], zero where the gap is wider than the margin.
-        pt: Tangential impulse for a slip [kg], likewise.
-        nt: Slip for a normal impulse [1/kg].
+        gap: [m].
+        pn: Normal impulse per normal velocity [kg]; zero if the gap exceeds the margin.
+        pt: Tangential impulse per slip velocity [kg], likewise.
+        nt: Slip velocity per normal impulse [1/kg].
     """
 
     gap: real
@@ -72,7 +77,7 @@ class Contact:
 
 @wp.struct
 class Penetration:
-    """How wide a point gapes [m], below zero where it is pressed in, and its normal (x, z)."""
+    """Gap of a point [m], negative where it penetrates, and its normal (x, z)."""
 
     gap: real
     nx: real
@@ -81,29 +86,31 @@ class Penetration:
 
 @wp.struct
 class Shift:
-    """By how much a step lifts out all that stands above the interfaces seen so far [m]."""
+    """Shift by erp of all blocks above the interfaces handled so far [m]."""
 
     x: real
     z: real
 
 
 @wp.func
-def clear(turn: real) -> real:
-    """A lean [rad] or a rate [rad/s], zero where it is no more than round-off."""
+def drop_round_off(turn: real) -> real:
+    """A lean [rad] or a rate [rad/s]; zero if it is round-off."""
     return wp.where(size(turn) > SEEN, turn, real(0.0))
 
 
 @wp.func
 def side_of(turn: real, rate: real, hint: real, before: real) -> real:
-    """Side to which an interface leans, -1 or 1: by its turn, else its rate, the base's, or before.
+    """Side to which an interface leans, -1 or 1.
+
+    The first of these numbers that is not zero decides.
 
     Args:
-        turn: Rotation of the block against what it stands on [rad].
+        turn: Rotation of the block relative to the one below [rad].
         rate: Rate of that [rad/s].
-        hint: What the base gains or is about to gain [m/s].
+        hint: Present or next gain of the base velocity [m/s].
         before: Side to which the interface leaned before.
     """
-    zero, lean, moves = real(0.0), clear(turn), clear(rate)
+    zero, lean, moves = real(0.0), drop_round_off(turn), drop_round_off(rate)
     still = wp.where(hint != zero, -hint, before)
     return sign_of(wp.where(lean != zero, lean, wp.where(moves != zero, moves, still)))
 
@@ -118,11 +125,11 @@ def predict(v: Velocity, base: Base, knobs: Knobs) -> Velocity:
 
 @wp.func
 def find_contact(point: Point, gap: real, margin: real, up: Mass, low: Mass) -> Contact:
-    """What impulses do at a point: nothing where its gap is wider than the margin [m].
+    """Effective masses and coupling of a point.
 
     Args:
         point: The point.
-        gap: How wide it gapes [m].
+        gap: Its gap [m].
         margin: Collision margin [m].
         up, low: Masses of the upper and of the lower body.
     """
@@ -137,7 +144,7 @@ def find_contact(point: Point, gap: real, margin: real, up: Mass, low: Mass) -> 
 
 @wp.func
 def warm_start(gap: real, margin: real, last: Impulse) -> Impulse:
-    """What the sweeps start from at a point: the last impulses where it is a contact, else none."""
+    """First guess of the impulses of a point: the last ones if it is a contact, else zero."""
     on = wp.where(gap <= margin, real(1.0), real(0.0))
     return Impulse(on * last.n, on * last.t)
 
@@ -153,8 +160,8 @@ def solve_contact(
         mu: Friction coefficient.
         rate: Inverse of the time step [1/s].
         point, contact: The point.
-        other: pn of the other points of the interface: without them both impulses are found at
-            once.
+        other: Sum of pn of the other points of the interface; if zero, this is the only contact,
+            and it is solved exactly.
         last: Its impulses so far.
         u, v: Velocities of the upper and of the lower body.
     """
@@ -179,7 +186,7 @@ def solve_contact(
 
 
 @wp.func
-def deeper(one: Penetration, two: Penetration) -> Penetration:
+def deeper_of(one: Penetration, two: Penetration) -> Penetration:
     """The deeper of two points."""
     first = one.gap < two.gap
     return Penetration(
@@ -191,15 +198,15 @@ def deeper(one: Penetration, two: Penetration) -> Penetration:
 
 @wp.func
 def lift_out(knobs: Knobs, rise: real, deepest: Penetration, shift: Shift) -> Shift:
-    """Adds what an interface gives back of its penetration to the shift of all above it."""
-    slack = sunk_in(knobs.time_step, knobs.gravity, rise)
+    """Adds the correction of the penetration of an interface to the shift of all blocks above."""
+    slack = fall_depth(knobs.time_step, knobs.gravity, rise)
     push = knobs.erp * smaller(deepest.gap + slack, real(0.0))
     return Shift(fused_less(push, deepest.nx, shift.x), fused_less(push, deepest.nz, shift.z))
 
 
 @wp.func
 def integrate(live: bool, dt: real, shift: Shift, u: Velocity, at: Pose) -> Pose:
-    """Moves a block by a step, where its lane is alive."""
+    """The pose of a block after a step, if its lane still runs."""
     theta = wp.where(live, fused(dt, u.omega, at.theta), at.theta)
     turned = in_range(theta)
     return Pose(
@@ -210,12 +217,12 @@ def integrate(live: bool, dt: real, shift: Shift, u: Velocity, at: Pose) -> Pose
 
 
 @wp.func
-def work(dv: real, fall: real, gyration: real, v: Velocity, u: Velocity) -> real:
+def contact_work(dv: real, fall: real, gyration: real, v: Velocity, u: Velocity) -> real:
     """Work of a block's contacts on its mean velocity in a step, for unit mass [J/kg].
 
     Args:
         dv: Change of the base velocity [m/s].
-        fall: What gravity, and a base that rises faster, take from v.z [m/s].
+        fall: Velocity downwards that gravity and a rising base give relative to the base [m/s].
         gyration: Square of the radius of gyration [m^2].
         v, u: Velocity before the step and after it.
     """
@@ -228,14 +235,14 @@ def add_energy(
     live: bool, knobs: Knobs, base: Base, mass: Mass, shift: Shift, v: Velocity, u: Velocity,
     account: wp.ref[Account],
 ):  # fmt: skip
-    """Books a step of a block with the velocity v before it and u after it.
+    """Adds a step of a block, with velocities v before and u after, to the energy account [J].
 
-    What its contacts take from the energy, less what it is lifted by, is added to the loss, the
-    base's work to what is given [J].
+    The loss grows by the energy that its contacts take, less the potential energy by which erp
+    lifts it. The work of the base is added, too.
     """
     fall = fall_in(knobs.time_step, knobs.gravity, base.rise)
-    done = work(base.gain, fall, mass.m / mass.j, v, u)
+    done = contact_work(base.gain, fall, mass.m / mass.j, v, u)
     lost = fused(knobs.gravity, shift.z, done) / mass.m
-    given = worked(base.gain, base.rise, v.x + u.x, v.z + u.z) / mass.m
+    given = base_work(base.gain, base.rise, v.x + u.x, v.z + u.z) / mass.m
     account.loss = account.loss - wp.where(live, lost, real(0.0))
     account.work = account.work - wp.where(live, given, real(0.0))

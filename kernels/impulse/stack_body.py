@@ -1,19 +1,19 @@
 """Velocity-level contact step of a stack in the plane with bodies among its blocks.
 
-As impulse/stack.py, but that an interface has up to three points (see shape/stack_body.py). They
-are visited from the one away from the side to which the interface leans, so that a mirrored scene
-is visited in mirrored order; what is kept of them from the last step moves along with the window.
+As impulse/stack.py, but an interface has up to three points (see shape/stack_body.py). They are
+visited from the one away from the side to which the interface leans, so that a mirrored scene is
+visited in mirrored order. Data of points from the last step move along with the window.
 """
 
 import warp as wp
 
-from warprock.kernels.impulse.stack import clear
+from warprock.kernels.impulse.stack import drop_round_off
 from warprock.kernels.parting import slack
 from warprock.kernels.shape.body_seen import (
     CornerParting,
     Corners,
-    moved_along,
     observe_corners,
+    shift_corners,
 )
 from warprock.kernels.shape.interface import Impulse, Pose, Velocity
 from warprock.kernels.shape.stack_body import Block, Top, Window, find_foot
@@ -26,19 +26,19 @@ def move_impulses(
     way: int, lean: real, same: bool, one: wp.ref[Impulse], two: wp.ref[Impulse],
     three: wp.ref[Impulse],
 ):  # fmt: skip
-    """Lets the impulses of the points of an interface move along with its window.
+    """Moves the impulses of the points of an interface along with its window.
 
     Args:
         way: By how many corners to +x the window has moved.
         lean: Side to which the interface leans in this step.
-        same: Whether it leaned there in the last one; else the impulses change places.
+        same: Whether it leaned there in the last step; else the impulses are swapped.
         one, two, three: Impulses of its points, from the one away from the side to which it leans.
     """
     ahead = wp.where(lean > real(0.0), way, -way)
-    a, b, d = moved_along(
+    a, b, d = shift_corners(
         ahead, wp.where(same, one.n, three.n), two.n, wp.where(same, three.n, one.n)
     )
-    e, f, g = moved_along(
+    e, f, g = shift_corners(
         ahead, wp.where(same, one.t, three.t), two.t, wp.where(same, three.t, one.t)
     )
     one.n = a
@@ -54,12 +54,12 @@ def balance(
     even: real, place: real, one: wp.ref[Impulse], two: wp.ref[Impulse], three: wp.ref[Impulse],
     u: wp.ref[Velocity],
 ):  # fmt: skip
-    """As `balance` in shape/stack_run.py, of three points from -x to +x.
+    """As `balance` in shape/stack_run.py, for three points from -x to +x.
 
-    The image of the second one, which lies at `place` along the face [m], is the one on the other
-    side of the centre.
+    The mirror image of the second point, which lies at `place` along the face [m], is the point on
+    the other side of the centre.
     """
-    zero, side = real(0.0), clear(place)
+    zero, side = real(0.0), drop_round_off(place)
     whole, first, last = even > zero, side >= zero, side <= zero
     n = HALF * (wp.where(first, one.n, two.n) + wp.where(last, three.n, two.n))
     t = HALF * (wp.where(first, one.t, two.t) - wp.where(last, three.t, two.t))
@@ -90,12 +90,12 @@ def view_block(
 def find_corners(
     window: Window, at: Pose, below: Pose, top: Top, lean: real, n1: real, n2: real, n3: real
 ):
-    """What a step shows of the points of an interface, and the place of its block [m].
+    """Normal impulses and gaps of the points of an interface, and the place of its block [m].
 
     Args:
-        window: See `find_foot` in shape/stack_body.py, as all up to top.
+        window: See `find_foot` in shape/stack_body.py, like all arguments up to `top`.
         lean: Side to which the interface leaned in the step.
-        n1, n2, n3: What its points carried, from the one away from there.
+        n1, n2, n3: Normal impulses of its points, from the one away from that side.
     """
     forward = lean > real(0.0)
     has_l, _one, gap_l, _place1 = find_foot(window, -1, at, below, top)
@@ -114,9 +114,9 @@ def observe(
     step: Step, view: View, by: int, corners: Corners, parting: wp.ref[CornerParting],
     slide: wp.ref[Slide], peaks: wp.ref[Peaks], seen: wp.ref[Seen],
 ):  # fmt: skip
-    """As `observe` in shape/stack_run.py, the points of the window in the place of two ends.
+    """As `observe` in shape/stack_run.py, with the points of the window instead of two ends.
 
-    `by` is by how many corners to +x the window has moved in the step.
+    `by` is the number of corners to +x by which the window has moved in the step.
     """
     zero = real(0.0)
     slips = observe_slide(step, view.place, slide)

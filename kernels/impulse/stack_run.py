@@ -1,11 +1,11 @@
 """Runs of the impulse step over stacks of blocks: LANES stacks a thread, side by side.
 
 Loops over the lanes are innermost and work on local matrices, one row a body or a point (see
-rows.py), so that the compiler turns them into vector code; with one lane a thread the same text is
+rows.py), so that the compiler turns them into vector code. With one lane a thread the same text is
 the plain form for any device.
 
-A run begins with SETTLING solves at the start; for what it shares with other stacks see
-shape/stack_run.py. If CHAINS is true blocks are bodies, with three points an interface
+A run begins with SETTLING solves at the start. shape/stack_run.py holds what all stepped stacks
+share. If CHAINS is true, blocks are bodies, with three points an interface
 (impulse/stack_body.py), and the corners of all of them are one table, block by block.
 """
 
@@ -18,7 +18,7 @@ from warprock.kernels.impulse.stack import (
     Penetration,
     Shift,
     add_energy,
-    deeper,
+    deeper_of,
     find_contact,
     integrate,
     lift_out,
@@ -32,7 +32,7 @@ from warprock.kernels.motion import base_velocity, sample_index, sample_segment
 from warprock.kernels.rows import kernel, rows
 from warprock.kernels.shape.above import Motions, move_up
 from warprock.kernels.shape.interface import Impulse, Mass, Point, Pose, Velocity, add_impulses
-from warprock.kernels.shape.rising import pulled
+from warprock.kernels.shape.rising import equivalent_gain
 from warprock.kernels.shape.stack_body import Foot
 from warprock.kernels.shape.stack_found import (
     Found,
@@ -100,7 +100,7 @@ else:
 wp.set_module_options(ONE_VECTOR)
 
 SETTLING = 200
-"""Solves before the run. A stack that stands flat starts from its statics, and needs none."""
+"""Solves before the run. A flat stack starts from its statics and needs none."""
 EACH = 3 if CHAINS else 2
 """Points of an interface."""
 
@@ -111,10 +111,10 @@ def run_lanes(
     motions: Motions, pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real),
     knobs: Knobs, found: Found,
 ):  # fmt: skip
-    """Runs LANES lanes a thread, all at the same time; of boxes there are no `feet`."""
+    """Runs LANES lanes a thread, all at the same time; `feet` is empty for boxes."""
     pack, _one = wp.tid()
     first, dt = pack * LANES, knobs.time_step
-    # Points, a row each: those of interface 1 as they are visited, those of interface 2, ...
+    # Points, a row each: those of interface 1 in the order of visits, those of interface 2, ...
     point = rows(Point, EACH * BLOCKS)
     contact = rows(Contact, EACH * BLOCKS)
     impulse = rows(Impulse, EACH * BLOCKS)
@@ -182,7 +182,7 @@ def run_lanes(
                 lane[i] = begin_step(count, seen[i].mode, base[i].hint, lane[i])
                 seen[i].steps = seen[i].steps + lane[i].live
                 shift[i] = Shift(real(0.0), real(0.0))
-                pull = pulled(base[i].gain, base[i].rise, dt * knobs.gravity)
+                pull = equivalent_gain(base[i].gain, base[i].rise, dt * knobs.gravity)
                 account[i] = keep_account(pull, account[i])
             for k in range(1, bodies):
                 low, p, q, r = k - 1, EACH * k - EACH, EACH * k - EACH + 1, EACH * k - 1
@@ -260,7 +260,7 @@ def run_lanes(
                     live = lane[i].live > 0
                     one = impulse[p, i]
                     two = impulse[q, i]
-                    deepest = deeper(
+                    deepest = deeper_of(
                         Penetration(contact[p, i].gap, point[p, i].nx, point[p, i].nz),
                         Penetration(contact[q, i].gap, point[q, i].nx, point[q, i].nz),
                     )
@@ -270,7 +270,7 @@ def run_lanes(
                         balance(lane[i].even, point[q, i].au, one, two, three, u)
                         impulse[r, i] = three
                         new[k, i] = u
-                        deepest = deeper(
+                        deepest = deeper_of(
                             deepest, Penetration(contact[r, i].gap, point[r, i].nx, point[r, i].nz)
                         )
                     else:
@@ -334,7 +334,7 @@ def run_lanes(
                         found.places[sample, o, 0, f] = x
                         found.places[sample, o, 1, f] = z
     for i in range(LANES):
-        pull = pulled(base[i].gain, base[i].rise, dt * knobs.gravity)
+        pull = equivalent_gain(base[i].gain, base[i].rise, dt * knobs.gravity)
         account[i] = keep_account(pull, account[i])
         found.results[first + i] = result_of(seen[i], account[i])
         for k in range(1, bodies):

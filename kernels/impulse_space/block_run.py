@@ -64,7 +64,12 @@ if THROWN:
         with_attitude,
     )
     from warprock.kernels.impulse_space.bounce import bounce, calm
-    from warprock.kernels.shape_space.thrown import after, leans, new_axes, renamed
+    from warprock.kernels.shape_space.thrown import (
+        compose,
+        needs_new_axes,
+        new_axes,
+        rename_axes_of_block,
+    )
     from warprock.kernels.vectors import Quaternion
 
 wp.set_module_options(BRANCHES if THROWN else ONE_VECTOR)
@@ -186,14 +191,14 @@ def run_lanes(
             if THROWN:
                 if seen[0].mode != RUNNING:
                     break
-                if tumbles and leans(state[0].qx, state[0].qy):
+                if tumbles and needs_new_axes(state[0].qx, state[0].qy):
                     s = state[0]
                     gx, gy, gw = new_axes(s.qx, s.qy, s.qz, s.qw)
-                    own = renamed(own, gx, gy)
+                    own = rename_axes_of_block(own, gx, gy)
                     box[0] = box_of(own)
-                    x, y, z, w = after(s.qx, s.qy, s.qz, s.qw, gx, gy, zero, gw)
+                    x, y, z, w = compose(s.qx, s.qy, s.qz, s.qw, gx, gy, zero, gw)
                     state[0] = with_attitude(s, x, y, z, w)
-                    x, y, z, w = after(named[0], named[1], named[2], named[3], gx, gy, zero, gw)
+                    x, y, z, w = compose(named[0], named[1], named[2], named[3], gx, gy, zero, gw)
                     named = Quaternion(x, y, z, w)
                     for c in range(corners):
                         impulse[c, 0] = Impulse(zero, zero, zero)
@@ -207,6 +212,8 @@ def run_lanes(
                     v = base_velocity(way, half, pool[2, place], pool[0, place], pool[1, place])
                     dv[d, i] = v - base[d, i]
                     base[d, i] = v
+            # A loop of its own: what reads a record and does more than that is no vector code.
+            for i in range(LANES):
                 flat = stands(impulse[0, i], impulse[1, i], impulse[2, i], impulse[3, i])
                 since[i] = wp.where(flat, NEVER, smaller(since[i], time - dt))
                 change = Triple(dv[0, i], dv[1, i], dv[2, i])
@@ -277,16 +284,18 @@ def run_lanes(
                     free[i] = velocity_if(solved.touches, solved.after, free[i])
                     for c in range(4):
                         contact[c, i].on = wp.where(solved.found, zero, contact[c, i].on)
+            swept = int(0)
             for c in range(corners):
                 busy[c] = 0
                 for i in range(LANES):
                     busy[c] += wp.where(contact[c, i].on > zero, 1, 0)
+                swept += busy[c]
                 if busy[c] > 0:
                     for i in range(LANES):
                         u = free[i]
                         gains[c, i] = warm_start(contact[c, i], impulse[c, i], ease[i], u)
                         free[i] = u
-            for step in range(knobs.sweeps * corners):
+            for step in range(wp.where(swept > 0, knobs.sweeps * corners, 0)):
                 c = step % corners
                 if busy[c] > 0:
                     for i in range(LANES):

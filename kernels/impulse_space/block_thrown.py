@@ -12,7 +12,7 @@ from warprock.kernels.shape_space.block import Block, turns_of
 from warprock.kernels.shape_space.block_found import Peaks, start_peaks
 from warprock.kernels.shape_space.frame import frame
 from warprock.kernels.shape_space.lanes import State, turn_of
-from warprock.kernels.shape_space.thrown import Throw, after
+from warprock.kernels.shape_space.thrown import Throw, compose
 from warprock.kernels.vectors import Quaternion, Vector
 
 
@@ -51,7 +51,7 @@ def with_attitude(s: State, x: real, y: real, z: real, w: real) -> State:
 @wp.func
 def as_it_began(s: State, named: Quaternion) -> State:
     """The block in the axes that it began with; `named` leads from these to its own."""
-    x, y, z, w = after(
+    x, y, z, w = compose(
         s.qx, s.qy, s.qz, s.qw, -named[0], -named[1], -named[2], named[3]
     )  # fmt: skip
     return with_attitude(s, x, y, z, w)

@@ -20,7 +20,12 @@ import warp as wp
 from warprock.kernels.impulse_space.block import Knobs
 from warprock.kernels.shape.faces import SLOTS
 from warprock.kernels.shape_space.contact import gains_of, solve_contact
-from warprock.kernels.shape_space.frame import parts_along, pushed, relative_velocity, spun
+from warprock.kernels.shape_space.frame import (
+    parts_along,
+    push_spin,
+    push_velocity,
+    relative_velocity,
+)
 from warprock.kernels.shape_space.stack import (
     CONTACTS,
     UPPER,
@@ -34,7 +39,7 @@ from warprock.kernels.shape_space.stack import (
     PointNumbers,
     Points,
     rows_of,
-    visited,
+    slot_in_turn,
 )
 from warprock.kernels.vectors import Vector
 
@@ -121,12 +126,12 @@ def solve(
             change += wp.dot(more, more)
             whole += wp.dot(new, new)
             p[i] = new
-            u[k] = pushed(u[k], pose.light[k], more)
-            o[k] = spun(o[k], ju, ru[i], more)
+            u[k] = push_velocity(u[k], pose.light[k], more)
+            o[k] = push_spin(o[k], ju, ru[i], more)
             # The ground does not move.
             if low > 0:
-                u[low] = pushed(u[low], pose.light[low], -more)
-                o[low] = spun(o[low], jl, rl[i], -more)
+                u[low] = push_velocity(u[low], pose.light[low], -more)
+                o[low] = push_spin(o[low], jl, rl[i], -more)
         if step >= 0 and change <= SETTLED * SETTLED * whole:
             break
     return p, u, o
@@ -180,7 +185,7 @@ def find_contacts(gaps: CornerNumbers, there: int, lean: Vector, was: int, knobs
     chosen, number, wide, lands, deep = Chosen(), int(0), int(0), int(0), real(-FAR)
     slots = wp.where(there == WHOLE, UPPER, int(SLOTS))
     for s in range(slots):
-        t = visited(s, lean)
+        t = slot_in_turn(s, lean)
         bit = 1 << t
         if (there & bit) != 0:
             deep = larger(deep, -gaps[t])

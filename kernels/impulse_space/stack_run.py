@@ -12,7 +12,7 @@ on.
 
 import warp as wp
 
-from warprock.kernels.impulse.stack import clear
+from warprock.kernels.impulse.stack import drop_round_off
 from warprock.kernels.impulse_space.block import Knobs, side_of, slips
 from warprock.kernels.impulse_space.stack import Pose, Touches, fastest_slip, find_contacts, solve
 from warprock.kernels.instance import BRANCHES
@@ -107,10 +107,10 @@ def lean_of(m: Matrix, rate: Vector, hint: Vector, before: Vector) -> Vector:
         before: Sides that count where nothing tells.
     """
     zero = real(0.0)
-    x = side_of(clear(-m[2, 0]), clear(rate[1]), hint[0], before[0])
-    twist = clear(m[1, 0] * x)
+    x = side_of(drop_round_off(-m[2, 0]), drop_round_off(rate[1]), hint[0], before[0])
+    twist = drop_round_off(m[1, 0] * x)
     side = wp.where(twist != zero, twist, before[1])
-    y = side_of(clear(-m[2, 1]), clear(-rate[0]), hint[1], side)
+    y = side_of(drop_round_off(-m[2, 1]), drop_round_off(-rate[0]), hint[1], side)
     return Vector(x, y, zero)
 
 

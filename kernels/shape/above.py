@@ -1,21 +1,21 @@
-"""The vertical motion of the base of a body in the plane, where there is one (VERTICAL)."""
+"""The vertical motion of the base of a body in the plane, if VERTICAL is true."""
 
 import warp as wp
 
 from warprock.kernels.motion import Motion
 
 Motions = wp.array2d(dtype=Motion) if VERTICAL else wp.array(dtype=Motion)
-"""Motions of the base: along x, [lane]; with those upwards, [direction, lane]."""
+"""Motions of the base: along x, shape [lane]; with those upwards, shape [direction, lane]."""
 
 
 @wp.struct
 class Above:
-    """The vertical motion of a lane's base, and where it stands.
+    """The vertical motion of the base of a lane, and its present segment.
 
     Attributes:
         motion: The motion.
-        segment: Knots of it that are passed.
-        value, slope: What `expand` takes of a record.
+        segment: Knots passed.
+        value, slope: Sample of a record for `expand`.
     """
 
     motion: Motion
@@ -26,9 +26,9 @@ class Above:
 
 @wp.func
 def move_up(v: real, begun: bool, rise: wp.ref[real], rising: wp.ref[real]):
-    """Moves a base on to an upward velocity v: its gain in the step, and the velocity [m/s].
+    """Sets the gain of the upward base velocity in a step, and that velocity, to v [m/s].
 
-    `begun` says whether the base moves yet.
+    `begun` says whether the base has begun to move.
     """
     rise = wp.where(begun, v - rising, real(0.0))
     rising = wp.where(begun, v, rising)

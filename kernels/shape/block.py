@@ -1,7 +1,7 @@
-"""A single block in the plane, as the time-stepping schemes share it.
+"""A single block in the plane, shared by the time-stepping schemes.
 
-Its state, when a corner has parted, and how its lane goes on. `block` is the struct
-`Block` of a scheme and `knobs` its `Knobs`: they have the fields that are named here.
+Its state, the gap of a corner that has parted, and the mode of its lane. `block` is the struct
+`Block` of a scheme and `knobs` its `Knobs`, which have the fields that are used here.
 """
 
 from typing import Any
@@ -17,7 +17,7 @@ class State:
     """A body in the plane, in the frame of its base.
 
     Attributes:
-        x: Of its centre of mass along the base, from where the body would rest [m].
+        x: Centre of mass along the base, from its place at rest [m].
         z: Height of its centre of mass above the base [m].
         theta: Clockwise rotation [rad].
         vx, vz: Velocity of its centre of mass [m/s].
@@ -45,8 +45,8 @@ class Gaps:
     """Gaps of two corners [m].
 
     Attributes:
-        lowest: Of the lower corner at the start of the step.
-        left, right: Of the -x and of the +x corner after it, along their velocities.
+        lowest: Gap of the lower corner at the start of the step.
+        left, right: Gaps of the -x and of the +x corner after the step, along their velocities.
     """
 
     lowest: real
@@ -78,17 +78,17 @@ def limit_of(block: Any, knobs: Any, omega: real) -> real:
 
 @wp.func
 def glides(block: Any, knobs: Any, vx: real, omega: real) -> bool:
-    """Whether a block that stands flat slides."""
+    """Whether a flat block slides."""
     way = knobs.time_step * fused_less(block.half_height, omega, vx)
     return slides(way, knobs.time_step, knobs.gravity)
 
 
 @wp.func
 def mode_of(mode: int, theta: real, omega: real, slide: real) -> int:
-    """How a lane goes on that may have overturned or broken, else `mode`.
+    """Mode of a lane after a step: OVERTURNED, BROKEN, or `mode`.
 
     Args:
-        mode: How it goes on as far as its scheme knows.
+        mode: Its mode by its scheme.
         theta: Rotation [rad].
         omega: Angular velocity [rad/s].
         slide: Slide along the base [m].

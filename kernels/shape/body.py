@@ -1,18 +1,17 @@
-"""A body on contact points in the plane, as the schemes share it.
+"""A body on contact points in the plane, shared by the schemes.
 
 Its contact points are the corners of a chain, convex towards the ground, from the one farthest to
--x to the one farthest to +x; from the centre of mass, at the rotation zero, corner k is at (x, z).
-Ground is flat, so that at a rotation theta (clockwise) no other corner can be lowest than the one
-with
+-x to the one farthest to +x. Corner k lies at (x, z) from the centre of mass at the rotation zero.
+On flat ground the lowest corner at a rotation theta (clockwise) is the one with
 
     angle(k - 1) <= theta <= angle(k),
 
 angle(k) the rotation at which the edge between corners k and k + 1 lies flat; it grows with k. The
-first corner has none before it and the last one none after it.
+first corner has no lower bound and the last one no upper bound.
 
-A body that rolls over from corner to corner moves on without sliding. `along` is where corner k
-comes to stand on the ground then: it grows by the lengths of the edges. The slide is how far the
-lowest corner has come from there.
+A body that rolls from corner to corner moves along the ground without sliding. `along` is the place
+at which corner k then stands on the ground; it grows by the lengths of the edges. The slide is the
+distance of the lowest corner from that place.
 """
 
 import warp as wp
@@ -20,7 +19,7 @@ import warp as wp
 
 @wp.struct
 class Corner:
-    """A corner of a lane's body, [m] and [rad]; beyond the last one `angle` is NEVER."""
+    """A corner of the body of a lane, [m] and [rad]; `angle` of the last one is NEVER."""
 
     x: real
     z: real
@@ -30,7 +29,7 @@ class Corner:
 
 @wp.func
 def is_past(theta: real, angle: real) -> int:
-    """One where a body has turned beyond the edge with this angle: the corners before it count."""
+    """1 if a body has turned beyond the edge with this angle, else 0."""
     return wp.where(theta > angle, 1, 0)
 
 
@@ -42,11 +41,11 @@ def turned_x(x: real, z: real, s: real, c: real) -> real:
 
 @wp.func
 def turned_z(x: real, z: real, s: real, c: real) -> real:
-    """Z of the same [m]."""
+    """Z of a corner of a body turned by such an angle [m]."""
     return z * c - x * s
 
 
 @wp.func
 def turn_corner(x: real, z: real, s: real, c: real):
-    """X and z of the same [m]."""
+    """X and z of a corner of a body turned by such an angle [m]."""
     return turned_x(x, z, s, c), turned_z(x, z, s, c)

@@ -1,4 +1,4 @@
-"""What a run of a body in the plane leaves behind, the same of engines that step."""
+"""Results of a run of a body in the plane, of all stepped engines."""
 
 import warp as wp
 
@@ -15,7 +15,7 @@ class Sides:
 
 @wp.func
 def observe_sides(live: bool, theta: real, sides: Sides) -> Sides:
-    """Those after a step, if the lane still runs, to a rotation [rad]."""
+    """The largest rotations after a step that ends at a rotation [rad], if the lane still runs."""
     return Sides(
         wp.where(live, larger(-theta, sides.left), sides.left),
         wp.where(live, larger(theta, sides.right), sides.right),
@@ -24,7 +24,7 @@ def observe_sides(live: bool, theta: real, sides: Sides) -> Sides:
 
 @wp.struct
 class Found:
-    """As that of stacks, and `sides`: largest rotations to -x and to +x [rad], shape [2, lane]."""
+    """As `Found` of stacks, and `sides`: largest rotations to -x and +x [rad], shape [2, lane]."""
 
     results: wp.array(dtype=Result)
     blocks: wp.array2d(dtype=BlockResult)

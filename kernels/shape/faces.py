@@ -1,18 +1,18 @@
-"""Where the faces of two blocks in space meet: the corners of what they share.
+"""Overlap of the faces of two blocks in space, and its corners.
 
-Both are rectangles. The lower one, a top face, spans |x| <= a, |y| <= b around the origin of its
-own axes, with z its normal; the upper one, a bottom face, is seen from there: its middle o, and the
-directions d and e of its width and depth, with half lengths au and bu. What they share is a polygon
-in the plan of the lower face, of at most eight corners. Each is one of sixteen *slots*, by which a
-contact knows itself again in the next step:
+Both faces are rectangles. The lower one, a top face, spans |x| <= a, |y| <= b around the origin of
+its own axes, with z its normal. The upper one, a bottom face, has in these axes the middle o and
+the directions d and e of its width and depth, with half lengths au and bu. The overlap is a polygon
+in the plan of the lower face, with at most eight corners. Each corner has one of sixteen *slots*,
+which identifies a contact from step to step:
 
     0 to 3    a corner of the upper face over the lower one: bit 1 its side along d, bit 2 along e;
     4 to 11   an end of what the lower face leaves of an edge of the upper one, where it cuts it:
               4 + 2 edge + end; edges 0 and 1 run along d, at -e and +e, 2 and 3 along e, at -d, +d;
     12 to 15  a corner of the lower face under the upper one, bits as before, along x and y.
 
-The gap of a corner is its height above the lower face, on the upper one. Faces whose edges lie over
-one another share the upper face's corners: the lower face counts as larger by a part SAME.
+The gap is the height of the upper face above the lower one at a corner. The lower face counts as
+larger by a part SAME, so that faces with coinciding edges share the corners of the upper face.
 """
 
 import warp as wp
@@ -21,22 +21,22 @@ from warprock.kernels.vectors import Vector
 
 SLOTS = 16
 SAME = real(1.0e-6)
-"""Part of a face by which another one may stick out and still count as on it."""
+"""Part of a face by which another one may stick out and still count as inside."""
 
 
 @wp.func
 def side(bit: int) -> real:
-    """-1 where a bit is not set, else 1."""
+    """-1 if a bit is not set, else 1."""
     return wp.where(bit == 0, real(-1.0), real(1.0))
 
 
 @wp.func
-def mirrored(slot: int, x: int, y: int) -> int:
+def mirror_slot(slot: int, x: int, y: int) -> int:
     """Slot of the same corner in the mirror image of a pair of faces.
 
     Args:
         slot: Slot.
-        x: 1 where the image is mirrored along x, else 0.
+        x: 1 if the image is mirrored along x, else 0.
         y: The same along y.
     """
     if slot < 4:
@@ -51,8 +51,8 @@ def mirrored(slot: int, x: int, y: int) -> int:
 
 
 @wp.func
-def kept(place: real, run: real, bound: real):
-    """Part of a line place + t run, -1 <= t <= 1, that lies within a bound: its ends."""
+def clip_line(place: real, run: real, bound: real):
+    """Ends in t of the part of a line place + t run, -1 <= t <= 1, that lies within a bound."""
     along = wp.where(size(run) < TINY, TINY, run)
     first = (-bound - place) / along
     last = (bound - place) / along
@@ -61,10 +61,10 @@ def kept(place: real, run: real, bound: real):
 
 @wp.func
 def corner(slot: int, o: Vector, d: Vector, e: Vector, au: real, bu: real, a: real, b: real):
-    """One corner of what two faces share.
+    """One corner of the overlap of two faces.
 
     Args:
-        slot: Which.
+        slot: Its slot.
         o: Middle of the upper face from that of the lower one, in its axes [m].
         d, e: Directions of the upper face's width and depth, in those axes.
         au, bu: Half width and half depth of the upper face [m].
@@ -82,8 +82,8 @@ def corner(slot: int, o: Vector, d: Vector, e: Vector, au: real, bu: real, a: re
         edge = (slot - 4) // 2
         middle = o + side(edge & 1) * wp.where(edge < 2, bu * e, au * d)
         run = wp.where(edge < 2, au * d, bu * e)
-        x0, x1 = kept(middle[0], run[0], wide)
-        y0, y1 = kept(middle[1], run[1], deep)
+        x0, x1 = clip_line(middle[0], run[0], wide)
+        y0, y1 = clip_line(middle[1], run[1], deep)
         first, last = larger(x0, y0), smaller(x1, y1)
         at = wp.where((slot - 4) % 2 == 0, first, last)
         return middle + at * run, first < last and size(at) < one

@@ -1,7 +1,8 @@
-"""The interface of a block in the plane and what it stands on: a block, or the ground.
+"""The interface of a block in the plane and the body below it: a block, or the ground.
 
 An interface touches at the two ends of the overlap of the upper block's bottom face and the lower
-one's top face: a corner of one body on the face of the other. See the head of impulse/stack.py.
+one's top face. Each end is a corner of one body on the face of the other. See the head of
+impulse/stack.py.
 """
 
 import warp as wp
@@ -20,7 +21,7 @@ class Box:
 
 @wp.struct
 class Pose:
-    """Where a body is: its centre of mass [m], its clockwise rotation [rad], the sine and cosine.
+    """Centre of mass [m] and clockwise rotation [rad] of a body, with its sine and cosine.
 
     The frame is that of the base.
     """
@@ -54,7 +55,7 @@ class Point:
     """A point at which two bodies touch.
 
     Attributes:
-        nx, nz: Normal of the face that is touched.
+        nx, nz: Normal of the touched face.
         au, bu: Lever from the upper centre along that face and along the normal [m].
         al, bl: The same from the lower centre [m].
     """
@@ -81,12 +82,12 @@ def find_end(side: real, box: Box, at: Pose, low_box: Box, below: Pose):
 
     Args:
         side: Which end.
-        box, at: The upper block, and where it is.
-        low_box, below: The lower one.
+        box, at: The upper block and its pose.
+        low_box, below: The lower one and its pose.
 
     Returns:
-        The point; the gap there [m]; the place of the upper block along what it touches [m],
-        which changes by sliding alone.
+        The point; the gap there [m]; the place of the upper block along the touched face [m], which
+        changes only by sliding.
     """
     dx = at.x - below.x
     dz = at.z - below.z
@@ -98,7 +99,7 @@ def find_end(side: real, box: Box, at: Pose, low_box: Box, below: Pose):
     az = dz + pz
     bx = qx - dx
     bz = qz - dz
-    # A corner of the upper block on the lower face, else one of the lower block on the upper face.
+    # Either a corner of the upper block on the lower face, or one of the lower on the upper face.
     inside = side * wedge(ax, az, below.s, below.c) <= low_box.half_width
     nx = wp.where(inside, below.s, at.s)
     nz = wp.where(inside, below.c, at.c)
@@ -117,7 +118,7 @@ def find_end(side: real, box: Box, at: Pose, low_box: Box, below: Pose):
 
 @wp.func
 def gap_of_end(side: real, box: Box, at: Pose, low_box: Box, below: Pose) -> real:
-    """How wide an end of an interface gapes [m]; arguments as in `find_end`."""
+    """Gap of an end of an interface [m]; arguments as in `find_end`."""
     _point, gap, _place = find_end(side, box, at, low_box, below)
     return gap
 
@@ -139,9 +140,9 @@ def add_impulses(
 
 @wp.func
 def place_on(box: Box, at: Pose, low_box: Box, below: Pose):
-    """Place of a block along what it stands on, and the width of the overlap of the faces [m].
+    """Place of a block along the face below it, and the width of the overlap of the faces [m].
 
-    The place changes by sliding alone; arguments as in `find_end`.
+    The place changes only by sliding; arguments as in `find_end`.
     """
     dx = at.x - below.x
     dz = at.z - below.z

@@ -8,14 +8,15 @@ has two ends, side = +1 and -1. The corner that lies further in touches there: t
 block on the lower one's face (*kind* ON), or that of the lower block under the upper one's face
 (UNDER).
 
-Touch is a sum of ends: 1 (PLUS) if the end to +x touches, 2 (MINUS) if the end to -x does; 3 is a
-closed interface. The place of a contact is one number, its *anchor*: the corner's coordinate on the
-face it touches, or `along` of a closed interface. It changes by sliding alone.
+`touch` is a sum of ends: 1 (PLUS) if the end to +x touches, 2 (MINUS) if the end to -x does; 3 is a
+closed interface. The place of a contact is one number, its *anchor*: the coordinate of the corner
+on the face it touches, or `along` of a closed interface. It changes only by sliding.
 
-If CHAINS is true the blocks are bodies on contact points. An upper block's face is then one edge of
-its chain of corners: the one on which it lies, or on which it would fall. A lower block's face is
-its top. Both faces may lie beside the centre of mass, and the edge may be turned against the body:
-`foot` holds what belongs to that edge. event/stack/edges.py changes the edge.
+If CHAINS is true, the blocks are bodies on contact points. The upper face of an interface is then
+one edge of a chain of corners: the edge on which the body lies, or on which it would fall. The
+lower face is the top of the body below. Both faces may be off the centre of mass, and the edge may
+be rotated relative to the body: the fields `foot...` describe that edge. event/stack/edges.py
+changes it.
 """
 
 import warp as wp
@@ -31,7 +32,7 @@ CLOSED = 3
 ENDLESS = real(1.0e30)
 """Half width of the ground [m]."""
 ALIKE = real(1.0 + 1.0e-9)
-"""Ratio by which a corner may lie outside a face and still count as on it."""
+"""Distance by which a corner may lie outside a face and still count as on it, over the face."""
 
 Values = wp.types.vector(length=BLOCKS, dtype=real)
 """One number a block, or an interface."""
@@ -48,18 +49,18 @@ class Blocks:
     """The blocks of one lane.
 
     Attributes:
-        half_height, half_width: Half sizes of boxes; of bodies the depth of the edge below the
+        half_height, half_width: Half sizes of boxes; for bodies the depth of the edge below the
             centre of mass, and its half length [m].
         inverse_mass, inverse_inertia: [1/kg], [1/(kg m^2)].
         friction: Coefficient of friction at the interface below the block.
-        foot: Rotation against what is below at which the edge lies flat [rad].
+        foot: Rotation relative to the body below at which the edge lies flat [rad].
         foot_sine, foot_cosine: Of that rotation.
         foot_middle: How far the middle of the edge lies to +x of the centre along the edge [m].
-        rolled: Where that middle comes to lie if the block rolls on from its first place [m].
+        rolled: Place of that middle after the block has rolled on from its first place [m].
         ahead, behind: Turn from the edge to the next one to +x and to -x [rad]; NEVER at the last.
         edge: Row of the corners at which the edge begins, see shape/stack_body.py.
-        top_half, top_middle, top_height: Half width of the top; how far its middle lies to +x of
-            the centre, and how high above it [m].
+        top_half, top_middle, top_height: Half width of the top; distance of its middle from the
+            centre to +x, and upwards [m].
     """
 
     half_height: Values
@@ -112,8 +113,8 @@ class Anchor:
 
     Attributes:
         place: Coordinate of the corner on the face that it touches [m]; `along` if closed.
-        rate: How the place changes with the slip of the upper block: by +1 (kind ON, or closed) or
-            -1 (kind UNDER) times as much.
+        rate: Change of the place per slip of the upper block: 1 (kind ON, or closed) or -1 (kind
+            UNDER).
     """
 
     place: real
@@ -122,7 +123,7 @@ class Anchor:
 
 @wp.struct
 class Faces:
-    """The two faces of an interface, as seen from the lower one; all lengths in m.
+    """The two faces of an interface, in the frame of the lower one; all lengths in m.
 
     Attributes:
         lower_width, lower_height: Half width of the lower face, and its height above the centre of
@@ -130,7 +131,7 @@ class Faces:
         upper_width, upper_height: Half width of the upper face, and the height of the centre of its
             block above it.
         along, above: See the head of this file.
-        sine, cosine: Of the rotation of the upper face against the lower one.
+        sine, cosine: Of the rotation of the upper face relative to the lower one.
         lower_middle, upper_middle: See `face_middles`.
     """
 
@@ -149,7 +150,7 @@ class Faces:
 
 @wp.struct
 class End:
-    """One end of an interface, in the frame of the face that is touched there; all lengths in m.
+    """One end of an interface, in the frame of the touched face; all lengths in m.
 
     Attributes:
         upper_x, upper_z: Lever from the centre of the upper block.
@@ -233,7 +234,7 @@ def turn_across(pose: wp.ref[Pose], k: int):
 
 @wp.func
 def turn_foot(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int):
-    """Turns the edge that block k stands on as the block is turned."""
+    """Sets sine and cosine of the edge of block k after a change of its rotation."""
     if CHAINS:
         s = pose.sine[k]
         c = pose.cosine[k]
@@ -244,7 +245,7 @@ def turn_foot(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int):
 
 @wp.func
 def turn_block(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int, theta: real):
-    """Turns block k to a rotation [rad]."""
+    """Sets the rotation of block k [rad]."""
     pose.theta[k] = theta
     pose.sine[k] = sine(theta)
     pose.cosine[k] = cosine(theta)
@@ -253,7 +254,7 @@ def turn_block(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int, theta: real):
 
 @wp.func
 def flat_rotation(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int) -> real:
-    """Rotation at which block k lies flat on what is below it [rad]."""
+    """Rotation at which block k lies flat on the body below [rad]."""
     theta = real(0.0)
     if k > 0:
         theta = pose.theta[k - 1]
@@ -264,7 +265,7 @@ def flat_rotation(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int) -> real:
 
 @wp.func
 def turn_of(pose: wp.ref[Pose], k: int) -> real:
-    """Rotation of the upper face of interface k against the lower one [rad]."""
+    """Rotation of the upper face of interface k relative to the lower one [rad]."""
     below = real(0.0)
     if k > 0:
         below = pose.theta[k - 1]
@@ -279,7 +280,7 @@ def leaning(turn: real) -> int:
     """Ends of an interface that are nearest to the face below; both if it is level.
 
     Args:
-        turn: Rotation of the upper face against the lower one [rad].
+        turn: Rotation of the upper face relative to the lower one [rad].
     """
     zero = real(0.0)
     return wp.where(turn > zero, PLUS, wp.where(turn < zero, MINUS, CLOSED))
@@ -289,7 +290,7 @@ def leaning(turn: real) -> int:
 def ends_below(pose: wp.ref[Pose], k: int) -> int:
     """Ends of interface k that touch; if none does, those nearest to the face below.
 
-    They tell the place of an open interface: with a fixed end a mirrored scene would get another.
+    They give the place of an open interface: with a fixed end a mirrored scene would differ.
     """
     return wp.where(pose.touch[k] == OPEN, leaning(turn_of(pose, k)), pose.touch[k])
 
@@ -311,9 +312,9 @@ def lower_face(blocks: wp.ref[Blocks], k: int):
 
 @wp.func
 def face_middles(blocks: wp.ref[Blocks], k: int):
-    """How far the middles of the faces of interface k lie to +x of the centres along them [m].
+    """Distances from the centres to the middles of the faces of interface k, to +x along them [m].
 
-    First of the upper face, then of the lower one.
+    Those of the upper and of the lower face.
     """
     upper = real(0.0)
     lower = real(0.0)
@@ -343,7 +344,7 @@ def find_anchor(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int, touch: int) 
 
 @wp.func
 def place_at(blocks: wp.ref[Blocks], k: int, touch: int, anchor: Anchor, sd: real, cd: real):
-    """Along and above of interface k from its anchor and the turn across it (sine, cosine)."""
+    """`along` and `above` of interface k, from its anchor and sine and cosine of `turn_of`."""
     low, _height = lower_face(blocks, k)
     side = side_of(touch)
     half_width = side * blocks.half_width[k]
@@ -360,7 +361,7 @@ def place_at(blocks: wp.ref[Blocks], k: int, touch: int, anchor: Anchor, sd: rea
 
 @wp.func
 def place_block(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int, touch: int, anchor: Anchor):
-    """Moves block k, turned already, to where its contact has an anchor."""
+    """Moves block k, whose rotation is set, to the place given by an anchor of its contact."""
     sd, cd = turn_across(pose, k)
     along, above = place_at(blocks, k, touch, anchor, sd, cd)
     pose.along[k] = along
@@ -369,14 +370,14 @@ def place_block(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int, touch: int, 
 
 @wp.func
 def upright_place(blocks: wp.ref[Blocks], k: int, touch: int, anchor: Anchor) -> real:
-    """`along` of interface k if its upper block were turned flat about its corner [m]."""
+    """`along` of interface k after a rotation of its upper block about its corner to flat [m]."""
     along, _above = place_at(blocks, k, touch, anchor, real(0.0), real(1.0))
     return along
 
 
 @wp.func
 def slide_place(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int) -> real:
-    """`upright_place` of interface k in a pose [m]; sliding alone changes it."""
+    """`upright_place` of interface k in a pose [m]; it changes only by sliding."""
     ends = ends_below(pose, k)
     return upright_place(blocks, k, ends, find_anchor(blocks, pose, k, ends))
 
@@ -401,7 +402,7 @@ def find_end(f: Faces, side: real) -> End:
         end.lower_z = f.lower_height * f.cosine + side * f.lower_width * f.sine
         end.gap = f.above * f.cosine - reach * f.sine
     if CHAINS:
-        # Levers from centres that lie beside the middles of the faces.
+        # Levers from the centres of mass, which are off the middles of the faces.
         end.upper_x = end.upper_x + wp.where(end.on, f.upper_middle * f.cosine, f.upper_middle)
         end.upper_z = end.upper_z - wp.where(end.on, f.upper_middle * f.sine, real(0.0))
         end.lower_x = end.lower_x + wp.where(end.on, f.lower_middle, f.lower_middle * f.cosine)

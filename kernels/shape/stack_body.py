@@ -3,12 +3,12 @@
 A block stands on the corners of a chain that is convex towards what is below (see shape/body.py)
 and carries the next one on its top, a flat face. A box stands on two corners.
 
-Only the part of the chain above the top matters. Its points are the corners above the top; where an
+Only the part of the chain above the top matters. Its points are the corners above the top. If an
 edge passes over an end of the top, the point of the edge above that end is one, too. The chain is
-convex, so that only what is near its lowest point can touch. A step looks at three corners, the
-*window*, with the roles -1, 0 and 1: the lowest one (if it lies beyond an end of the top, the first
-corner beyond that end) and its two neighbours. A corner beyond an end is replaced by the point
-above that end, on the edge that leads to it.
+convex, so only points near its lowest one can touch. A step handles three corners, the *window*,
+with the roles -1, 0 and 1. Role 0 is the lowest corner, or the first corner beyond an end of the
+top if the lowest one lies beyond that end; the others are its neighbours. A corner beyond an end is
+replaced by the point above that end, on the edge to that corner.
 """
 
 import warp as wp
@@ -21,10 +21,11 @@ from warprock.kernels.shape.interface import GROUND_FACE, Impulse, Point, Pose
 class Block:
     """One block, and where it starts.
 
-    `aside` is how far its centre is to +x of the one below when both are upright [m], of the
-    lowest block zero; `reach` at least the distance of its corners from its centre [m]; `window`
-    the row of the corner that first has the role 0; `left` and `right` as in shape/stack_run.py;
-    `area` half of that over which it stands at rest [m^2], `rest` its height then [m].
+    `aside` is the distance of its centre to +x of the one below if both are upright [m], zero for
+    the lowest block; `reach` an upper bound of the distance of its corners from its centre [m];
+    `window` the row of the corner that has the role 0 at first; `left` and `right` as in
+    shape/stack_run.py; `area` half of the area on which it stands at rest [m^2]; `rest` its height
+    at rest [m].
     """
 
     inverse_mass: real
@@ -50,9 +51,9 @@ class Block:
 class Foot:
     """A corner as in shape/body.py, and the edge from it to the next one.
 
-    That edge has the direction (cosine, sine) and lies `depth` below the centre of mass. Blocks
-    have the same number of rows; the first corner of a block is there twice, the last one twice or
-    more, so that beside every corner there is one, with the same `along` where there is none.
+    That edge has the direction (cosine, sine) and lies `depth` below the centre of mass. All blocks
+    have the same number of rows. The first corner of a block is repeated once, the last one at
+    least once, so that every corner has neighbours; a repeated one has the same `along`.
     """
 
     x: real
@@ -66,7 +67,7 @@ class Foot:
 
 @wp.struct
 class Top:
-    """The top of a body: its ends along it, from above the centre of mass, and its height [m]."""
+    """The top of a body: its ends and its height, from the centre of mass [m]."""
 
     low: real
     high: real
@@ -75,7 +76,7 @@ class Top:
 
 @wp.struct
 class Window:
-    """The corners that a step looks at: the one with the role 0, and its neighbours."""
+    """The corners of a step: the one with the role 0, and its neighbours."""
 
     before: Foot
     middle: Foot
@@ -84,7 +85,7 @@ class Window:
 
 @wp.struct
 class Middle:
-    """The corner with the role 0: its row, and by how many corners to +x it moved in this step."""
+    """The corner with the role 0: its row, and the number of rows it moved in this step."""
 
     row: int
     way: int
@@ -92,7 +93,7 @@ class Middle:
 
 @wp.func
 def ground_top() -> Top:
-    """The top of the ground, which nothing reaches the end of."""
+    """The top of the ground, without ends."""
     return Top(-GROUND_FACE, GROUND_FACE, real(0.0))
 
 
@@ -106,8 +107,8 @@ def top_of(block: Block) -> Top:
 def start_impulses(block: Block, lean: real, below: real):
     """First guesses of the impulses at the point away from a side, and at the next one.
 
-    `below` is the rotation of what the block stands on [rad]. Turned against that, it stands on the
-    second point alone.
+    `below` is the rotation of the body below [rad]. A block that is rotated relative to it stands
+    on the second point alone.
     """
     zero, ahead, flat = real(0.0), lean > real(0.0), block.theta == below
     one = wp.where(flat, wp.where(ahead, block.left, block.right), zero)
@@ -117,7 +118,7 @@ def start_impulses(block: Block, lean: real, below: real):
 
 @wp.func
 def along_top(foot: Foot, at: Pose, below: Pose) -> real:
-    """Where a corner of a block is along the top of what that stands on [m]."""
+    """Place of a corner of a block along the top below [m]."""
     dx, dz = at.x - below.x, at.z - below.z
     across = dx + turned_x(foot.x, foot.z, at.s, at.c)
     return across * below.c - (dz + turned_z(foot.x, foot.z, at.s, at.c)) * below.s
@@ -125,16 +126,16 @@ def along_top(foot: Foot, at: Pose, below: Pose) -> real:
 
 @wp.func
 def way_of_window(window: Window, lean: real, at: Pose, below: Pose, top: Top) -> int:
-    """By how many corners to +x the window of an interface moves: -1, 0 or 1.
+    """Number of corners to +x by which the window of an interface moves: -1, 0 or 1.
 
-    In a step no more than one edge or one corner is passed, but for such as lie so close together
-    that it does not matter which of them counts.
+    A step passes at most one edge or one corner, except for corners so close together that it does
+    not matter which of them counts.
 
     Args:
         window: The window.
-        lean: Side to which the interface counts as leaning where an edge lies flat.
-        at: Where the block is.
-        below, top: Where that is on which it stands, and its top.
+        lean: Side to which the interface counts as leaning if an edge lies flat.
+        at: Pose of the block.
+        below, top: Pose of the body below, and its top.
     """
     zero, turn = real(0.0), at.theta - below.theta
     before, middle, after = window.before, window.middle, window.after
@@ -153,8 +154,8 @@ def way_of_window(window: Window, lean: real, at: Pose, below: Pose, top: Top) -
 def overlap_of(first: Foot, middle: Foot, last: Foot, at: Pose, below: Pose, top: Top) -> real:
     """Width of the part of a chain over the top below [m].
 
-    The chain reaches from its first to its last corner, or to one between them where it is turned
-    far.
+    The chain reaches from its first to its last corner, or to one between them after a large
+    rotation.
     """
     a = along_top(first, at, below)
     b = along_top(middle, at, below)
@@ -169,12 +170,12 @@ def find_foot(window: Window, role: int, at: Pose, below: Pose, top: Top):
     Args:
         window: The window.
         role: -1, 0 or 1.
-        at: Where the block is.
-        below, top: Where that is on which it stands, and its top.
+        at: Pose of the block.
+        below, top: Pose of the body below, and its top.
 
     Returns:
         Whether there is such a point; the point; the gap there [m]; the place of the block along
-        what it touches [m], which changes by sliding alone.
+        the touched face [m], which changes only by sliding.
     """
     before, middle, after = window.before, window.middle, window.after
     s, c, ls, lc, dx, dz = at.s, at.c, below.s, below.c, at.x - below.x, at.z - below.z
@@ -192,7 +193,7 @@ def find_foot(window: Window, role: int, at: Pose, below: Pose, top: Top):
     has_edge = wp.where(back, has_before, has_after)
     has_corner = wp.where(role < 0, has_before, role == 0 or has_after)
     inside = over == 0
-    # An end is under one edge alone: with the role 0 where its corner lies beyond it.
+    # An end lies under one edge only; the role is 0 if the corner with that role lies beyond it.
     over_end = has_edge and (role == 0 or (over == role and passed != role))
     there = wp.where(inside, has_corner, over_end)
     line_s = wp.where(back, before.sine, middle.sine)
@@ -208,7 +209,7 @@ def find_foot(window: Window, role: int, at: Pose, below: Pose, top: Top):
     al, bl = lx * nz - lz * nx, lx * nx + lz * nz
     depth = wp.where(back, before.depth, middle.depth)
     gap = wp.where(inside, ax * ls + az * lc - top.height, -bx * es - bz * ec - depth)
-    # How far along its edge the end is seen from the corner at which that begins.
+    # Distance of the end along its edge, from the corner at which the edge begins.
     begin = (
         wp.where(back, before.x, middle.x) * line_c + wp.where(back, before.z, middle.z) * line_s
     )

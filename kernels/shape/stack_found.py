@@ -1,4 +1,4 @@
-"""What is seen of a lane in the plane, and what its run leaves behind: of all stepped engines."""
+"""Observed response of a lane in the plane and results of its run, of all stepped engines."""
 
 import warp as wp
 
@@ -8,7 +8,7 @@ from warprock.kernels.modes import RUNNING
 
 @wp.struct
 class BlockResult:
-    """What one block's run leaves behind."""
+    """Results of one block."""
 
     slide: real
     peak: real
@@ -18,7 +18,7 @@ class BlockResult:
 
 @wp.struct
 class Result:
-    """What one lane's run leaves behind."""
+    """Results of one lane."""
 
     uplift_time: real
     moved: real
@@ -34,11 +34,11 @@ class Result:
 
 @wp.struct
 class Found:
-    """Where the kernel leaves what it finds.
+    """Arrays of results.
 
     Attributes:
-        results: Of every lane, shape [lane].
-        blocks: Of every block, shape [block, lane].
+        results: Results of every lane, shape [lane].
+        blocks: Results of every block, shape [block, lane].
         rotations: At the samples [rad], shape [sample, block, lane]; empty if not asked for.
         places: Centres x and z at the samples [m], shape [sample, block, 2, lane]; likewise.
     """
@@ -51,14 +51,14 @@ class Found:
 
 @wp.struct
 class Seen:
-    """What is seen of a lane.
+    """Observed response of a lane up to its time.
 
     Attributes:
-        uplift_time: When a block first lifted [s]; 0 if one leans at the start, NEVER before.
-        moved: When a block last moved [s].
+        uplift_time: Time of the first uplift [s]; 0 if a block leans at the start, NEVER before.
+        moved: Time of the last motion [s].
         deepest: Deepest penetration so far [m].
         impacts: Impacts so far.
-        mode: How the lane goes on, see modes.py.
+        mode: How the lane stands, see modes.py.
         steps: Steps so far.
     """
 
@@ -81,20 +81,20 @@ class Peaks:
 
 @wp.func
 def start_seen(uplift_time: real) -> Seen:
-    """What is seen of a lane before its first step."""
+    """Observed response of a lane before its first step."""
     zero = real(0.0)
     return Seen(uplift_time, zero, zero, 0, RUNNING, 0)
 
 
 @wp.func
 def observe_lane(live: bool, mode: int, depth: real, seen: wp.ref[Seen]):
-    """Counts a step of a lane, if it still runs, and how deep it was and how the lane goes on.
+    """Updates steps, penetration and mode of a lane after a step, if it still runs.
 
     Args:
         live: Whether it still runs.
-        mode: How it goes on.
-        depth: Deepest penetration in the step [m], negative of a gap.
-        seen: What is seen of the lane.
+        mode: Its mode after the step.
+        depth: Deepest penetration in the step [m]; a gap counts as negative.
+        seen: Observed response of the lane.
     """
     seen.deepest = wp.where(live, larger(depth, seen.deepest), seen.deepest)
     seen.steps += wp.where(live, 1, 0)
@@ -103,20 +103,20 @@ def observe_lane(live: bool, mode: int, depth: real, seen: wp.ref[Seen]):
 
 @wp.func
 def start_peaks(theta: real) -> Peaks:
-    """Those of a block that starts at a rotation [rad]."""
+    """Peaks of a block at its start, from its rotation [rad]."""
     return Peaks(size(theta), real(0.0), real(0.0))
 
 
 @wp.func
 def observe_peaks(live: bool, time: real, theta: real, slide: real, peaks: Peaks) -> Peaks:
-    """Those of a block after a step that ends at a time [s], if its lane still runs.
+    """Peaks of a block after a step that ends at a time [s], if its lane still runs.
 
     Args:
         live: Whether it does.
         time: End of the step [s].
         theta: Rotation then [rad].
         slide: Slide then [m].
-        peaks: Those before.
+        peaks: Peaks before.
     """
     higher = live and size(theta) > peaks.rotation
     return Peaks(
@@ -128,7 +128,7 @@ def observe_peaks(live: bool, time: real, theta: real, slide: real, peaks: Peaks
 
 @wp.func
 def result_of(seen: Seen, account: Account) -> Result:
-    """What a lane leaves behind."""
+    """The results of a lane."""
     return Result(
         seen.uplift_time, seen.moved, account.loss, account.jolt, account.supplied,
         account.returned, seen.deepest, seen.impacts, seen.mode, seen.steps,
@@ -137,15 +137,15 @@ def result_of(seen: Seen, account: Account) -> Result:
 
 @wp.func
 def block_result(slide: real, peaks: Peaks) -> BlockResult:
-    """What a block leaves behind that has slid by so much at the end [m]."""
+    """The results of a block, from its slide at the end [m]."""
     return BlockResult(slide, peaks.rotation, peaks.time, peaks.slide)
 
 
 @wp.func
 def at_sample(mode: int, past: real, value: real, rate: real) -> real:
-    """A coordinate at a sample that a lane has passed by a time [s]; where it ended, its last one.
+    """A coordinate at a sample, from the value a time `past` [s] later; once ended, the last one.
 
-    The velocities of a lane that has ended go on changing and need not be finite.
+    The velocities of a lane that has ended may change and need not be finite.
     """
     back = larger(past, real(0.0)) * rate
     return value - wp.where(mode == RUNNING, back, real(0.0))

@@ -1,10 +1,10 @@
-"""What runs of the stepped engines over stacks share: starts and what is seen.
+"""Starts and observed response of stacks, shared by the stepped engines.
 
-These are the stacks whose interfaces touch at the two ends of an overlap, see shape/interface.py.
-A run begins with solves at the start, from velocities of zero, until the contacts carry what they
-carry at rest, or at the release. Velocities belong to half steps, so the first step starts from
-velocities half a step back: -dt/2 times the settled acceleration. An interface rocks while one of
-its ends has parted, see parting.py.
+The interfaces of these stacks touch at the two ends of an overlap, see shape/interface.py. A run
+begins with solves at the start, from velocities of zero, until the contacts carry the loads at rest
+or at the release. Velocities belong to half steps, so the first step starts with those of half a
+step earlier, -dt/2 times the settled acceleration. An interface rocks while one of its ends has
+parted, see parting.py.
 """
 
 from typing import Any
@@ -30,8 +30,8 @@ from warprock.kernels.shape.stack_found import Peaks, Seen, observe_peaks
 class Block:
     """One block of a stack, and where it starts; units as in shape/interface.py.
 
-    `offset` is its slide at the start, `left` and `right` are first guesses of what is carried
-    below it, at -x and at +x: normal impulses [N s], or the engine's normal multipliers [kg m].
+    `offset` is its slide at the start. `left` and `right` are first guesses of the normal impulses
+    [N s], or normal multipliers of the engine [kg m], below it at -x and at +x.
     """
 
     half_width: real
@@ -49,11 +49,10 @@ class Block:
 
 @wp.struct
 class Stack:
-    """One lane's stack.
+    """The stack of a lane at its start.
 
-    That is: the time at which it is first uplifted [s], 0 or NEVER, and the side to which its
-    interfaces count as leaning before they turn, 1 or -1, mirrored with the stack; 0 of a stack
-    that is its own mirror image.
+    Its uplift time [s], 0 or NEVER, and the side to which its interfaces count as leaning before
+    they rotate: 1 or -1, mirrored with the stack; 0 for a stack that is its own mirror image.
     """
 
     uplift_time: real
@@ -66,9 +65,9 @@ class Base:
 
     Attributes:
         v: Its velocity along x [m/s].
-        gain: What that gains in this step [m/s].
-        hint: What it gains or is about to gain, for the lean of what does not move yet [m/s].
-        rising, rise: Its velocity upwards [m/s], and what that gains in this step.
+        gain: Gain of that in this step [m/s].
+        hint: Present or next gain, for the lean of blocks that do not move yet [m/s].
+        rising, rise: Its velocity upwards, and the gain of that in this step [m/s].
     """
 
     v: real
@@ -80,9 +79,9 @@ class Base:
 
 @wp.struct
 class Lane:
-    """Whether a lane lives on in this step, 1 or 0, and whether it is `even`.
+    """Whether a lane still runs in this step, 1 or 0, and whether it is `even`.
 
-    That is 1 of a stack that is its own mirror image, until its base moves along, else 0.
+    `even` is 1 for a stack that is its own mirror image, until its base moves along x; else 0.
     """
 
     live: int
@@ -102,12 +101,12 @@ class Interface:
 
 @wp.struct
 class Slide:
-    """Slide of a block along what it stands on.
+    """Slide of a block along the face below it.
 
     Attributes:
-        start: Place of the block at which there is none [m], see `place_on` in shape/interface.py.
+        start: Place of the block without slide [m], see `place_on` in shape/interface.py.
         now: Slide [m].
-        way: By how much it changed in the last step [m].
+        way: Change of the slide in the last step [m].
     """
 
     start: real
@@ -117,7 +116,7 @@ class Slide:
 
 @wp.func
 def ground() -> Box:
-    """The ground, whose face nothing reaches the end of."""
+    """The ground as a box: no block reaches the ends of its face."""
     return Box(GROUND_FACE, real(0.0))
 
 
@@ -135,7 +134,7 @@ def mass_of(block: Any) -> Mass:
 
 @wp.func
 def start_pose(block: Any) -> Pose:
-    """Where a block starts."""
+    """The pose of a block at its start."""
     return Pose(block.x, block.z, block.theta, sine(block.theta), cosine(block.theta))
 
 
@@ -155,24 +154,24 @@ def start_impulses(block: Block, lean: real):
 
 @wp.func
 def part_kept(count: int) -> real:
-    """Part of the new velocities that a step keeps: all; while contacts settle, none.
+    """Factor by which a step keeps the new velocities: 1; while contacts settle, 0.
 
-    After the last of these solves -1/2: velocities half a step back.
+    After the last of the settling solves it is -1/2: velocities of half a step earlier.
     """
     return wp.where(count > 0, real(1.0), wp.where(count == 0, -HALF, real(0.0)))
 
 
 @wp.func
 def part_of(kept: real, u: Velocity) -> Velocity:
-    """A part of a velocity, see `part_kept`."""
+    """A velocity times the factor of `part_kept`."""
     return Velocity(kept * u.x, kept * u.z, kept * u.omega)
 
 
 @wp.func
 def move_base(v: real, count: int, base: Base) -> Base:
-    """The base in a step after which it moves at v along x [m/s].
+    """The base in a step after which its velocity along x is v [m/s].
 
-    While contacts settle, v is that of the first step, and only the hint tells of it.
+    While contacts settle, v is that of the first step, and only `hint` depends on it.
     """
     hint, moves = v - base.v, count > 0
     gain = wp.where(moves, hint, real(0.0))
@@ -181,9 +180,9 @@ def move_base(v: real, count: int, base: Base) -> Base:
 
 @wp.func
 def begin_step(count: int, mode: int, hint: real, lane: Lane) -> Lane:
-    """Whether a lane lives on in a step, and whether it is still even.
+    """Whether a lane still runs in a step, and whether it is still even.
 
-    The former is kept beside the mode: a loop that both read and wrote the modes would be slow.
+    The former is kept beside the mode, since a loop that reads and writes the modes is slow.
     """
     live = wp.where(count > 0 and mode == RUNNING, 1, 0)
     return Lane(live, wp.where(hint == real(0.0), lane.even, real(0.0)))
@@ -191,7 +190,7 @@ def begin_step(count: int, mode: int, hint: real, lane: Lane) -> Lane:
 
 @wp.func
 def swap_unless(same: bool, one: wp.ref[Impulse], two: wp.ref[Impulse]):
-    """Lets the impulses of two points change places, unless the order of the points is the same."""
+    """Swaps the impulses of two points, unless the order of the points is the same."""
     n = real(one.n)
     t = real(one.t)
     one.n = wp.where(same, n, two.n)
@@ -205,10 +204,10 @@ def balance(
     even: real, one: wp.ref[Impulse], two: wp.ref[Impulse], along: wp.ref[real],
     turning: wp.ref[real],
 ):  # fmt: skip
-    """Impulses of two points that mirror each other, and what they leave of a block's motion.
+    """Impulses of two points that are mirror images, and the velocity of their block.
 
-    Of a stack that is its own mirror image (`even`) the mean of the sweeps in both orders: it moves
-    upwards alone.
+    A stack that is its own mirror image (`even`) takes the mean of the sweeps in both orders, so
+    that it can only move upwards.
     """
     zero, n, t = real(0.0), HALF * (one.n + two.n), HALF * (one.t - two.t)
     one.n = wp.where(even > zero, n, one.n)
@@ -221,9 +220,9 @@ def balance(
 
 @wp.func
 def mode_after(theta: real, turn: real, overlap: real, total: real) -> int:
-    """How a lane goes on with one of its blocks; `total` is finite only if its numbers are.
+    """Mode of a lane after a step, by one of its blocks; `total` is finite if its numbers are.
 
-    A block has overturned, too, once it has turned by a right angle against what it stands on.
+    A block has also overturned once it is at a right angle to the body below.
     """
     zero = real(0.0)
     stands = wp.where(overlap <= zero, SLID_OFF, RUNNING)
@@ -237,7 +236,7 @@ class Step:
 
     Attributes:
         live: 1 if the lane still runs, else 0.
-        time: End of the step [s], before 0 while contacts settle.
+        time: End of the step [s]; negative while contacts settle.
         dt: Its length [s].
         gravity: Acceleration of gravity [m/s^2].
     """
@@ -250,15 +249,15 @@ class Step:
 
 @wp.struct
 class View:
-    """An interface as a step leaves it.
+    """An interface after a step.
 
     Attributes:
         theta: Rotation of the block above it [rad].
-        turn: That against what the block stands on [rad].
+        turn: Rotation of the block relative to the body below [rad].
         place: Place of the block along that [m], see `place_on` in shape/interface.py.
         overlap: Width of the overlap of the faces [m].
-        limit: Gap beyond which a point counts as parted [m], see `slack` in parting.py.
-        total: Finite only if the numbers of the block are.
+        limit: Gap beyond which a point has parted [m], see `slack` in parting.py.
+        total: Finite if the numbers of the block are.
     """
 
     theta: real
@@ -277,10 +276,10 @@ def view_interface(
 
     Args:
         step: The step.
-        box, at: The block, and where it is.
-        low_box, below: What it stands on.
+        box, at: The block and its pose.
+        low_box, below: The body below and its pose.
         u: Velocity of the block.
-        low_omega: Angular velocity of what it stands on [rad/s].
+        low_omega: Angular velocity of the body below [rad/s].
     """
     place, overlap = place_on(box, at, low_box, below)
     reach, square = box.half_width + box.half_height, u.omega * u.omega + low_omega * low_omega
@@ -295,8 +294,8 @@ def bearings(lean: real, n1: real, n2: real, box: Box, at: Pose, low_box: Box, b
 
     Args:
         lean: Side to which the interface leaned in the step.
-        n1, n2: What the end away from there carried, and the other one.
-        box: See `find_end` in shape/interface.py, as all after it.
+        n1, n2: Normal impulses of the end away from that side, and of the other.
+        box: See `find_end` in shape/interface.py, like all arguments after it.
     """
     minus, forward = real(-1.0), lean > real(0.0)
     left = gap_of_end(minus, box, at, low_box, below)
@@ -310,8 +309,8 @@ def bearings(lean: real, n1: real, n2: real, box: Box, at: Pose, low_box: Box, b
 def observe_slide(step: Step, place: real, slide: wp.ref[Slide]) -> bool:
     """Slide of a block after a step, and whether the block slides.
 
-    It does if it slips on the same way in the next step, too: sweeps that end early can move a
-    block that sticks to and fro.
+    It slides if it slips the same way in two steps: sweeps that end early can move a sticking block
+    to and fro.
     """
     now = place - slide.start
     way = now - slide.now
@@ -326,15 +325,15 @@ def observe_slide(step: Step, place: real, slide: wp.ref[Slide]) -> bool:
 def observe_block(
     step: Step, view: View, depth: real, slide: real, peaks: wp.ref[Peaks], seen: wp.ref[Seen]
 ):
-    """What a step shows of a block, and how its lane goes on.
+    """Updates the peaks of a block and the response of its lane after a step.
 
     Args:
         step: The step.
         view: The interface below the block.
-        depth: How deep that is pressed in [m].
+        depth: Penetration there [m].
         slide: Slide of the block [m].
         peaks: Its peaks so far.
-        seen: What is seen of the lane.
+        seen: Observed response of the lane.
     """
     live = step.live > 0
     peaks = observe_peaks(live, step.time, view.theta, slide, peaks)
@@ -348,22 +347,22 @@ def observe(
     step: Step, view: View, left: Bearing, right: Bearing, parting: wp.ref[Parting],
     slide: wp.ref[Slide], peaks: wp.ref[Peaks], seen: wp.ref[Seen],
 ):  # fmt: skip
-    """What a step shows of a block and of the interface below it, and how its lane goes on.
+    """Updates the response of a lane by a block and the interface below it after a step.
 
     Args:
         step: The step.
         view: The interface.
         left, right: Its end at -x and its end at +x.
-        parting: The same two, from step to step.
+        parting: What is kept of both ends.
         slide: Slide of the block.
         peaks: Its peaks so far.
-        seen: What is seen of the lane.
+        seen: Observed response of the lane.
     """
     zero = real(0.0)
     slips = observe_slide(step, view.place, slide)
     time = larger(step.time, zero)
     observe_ends(step.live > 0, time, view.limit, slips, left, right, parting, seen)
-    # A block that has overturned has turned past a right angle: that pose does not count.
+    # The rotation of an overturned block exceeds a right angle: that pose does not count.
     deepest = -smaller(left.gap, right.gap)
     depth = wp.where(size(view.theta) < HALF_PI, deepest, zero)
     observe_block(step, view, depth, slide.now, peaks, seen)

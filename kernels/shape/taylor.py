@@ -1,14 +1,14 @@
 """Taylor polynomials of degree 10 in time, and their first root in a step.
 
-A polynomial is a struct of eleven scalars, so that the compiler keeps it in registers: a vector
-would keep the loop over lanes from being vectorised.
+A polynomial is a struct of eleven scalars, so that the compiler keeps it in registers; a vector
+would prevent vector code of the loop over lanes.
 """
 
 import warp as wp
 
 NEWTON_STEPS = 6
 CONVERGED = by_precision(1.0e-8, 3.0e-4)
-"""A last Newton change below this part of the root leaves an error of its square: round-off."""
+"""If the last Newton change is below this part of the root, the error, its square, is round-off."""
 
 
 @wp.struct
@@ -98,7 +98,7 @@ def root(g: Polynomial, end: real, at_end: real):
         high = wp.where(before, high, x)
         newton = f / d
         y = x - newton
-        # At the root itself round-off may put Newton's value a hair outside.
+        # Close to the root round-off may put Newton's value just outside the bracket.
         small = newton * newton <= CONVERGED * CONVERGED * x * x
         y = wp.where((y >= low and y <= high) or small, y, real(0.5) * (low + high))
         change = wp.where(y < x, x - y, y - x)

@@ -3,13 +3,13 @@
 An attitude is a unit quaternion (x, y, z, w); its rotation matrix, row by row r11 to r33, turns
 body axes (width, depth, height) into those of the base (x in the plane of rocking, y across it,
 z upwards). Its third column is the block's axis: rotation = atan2(r13, r33), rotation across =
-atan2(r23, r33), but for blocks that fall, see `turns_of`.
+atan2(r23, r33), except for blocks that fall, see `turns_of`.
 
-Free rotation keeps the angular momentum in the axes of the base, to the last bit, for it is the
-state; what changes is the attitude. A step turns the block about its own axes one after the other,
-x and y by half a step, z by a step, y and x by half a step, each by the exact rotation under the
-one term m_i^2 / (2 I_i) of the energy: second order, symmetric and symplectic, so that the error of
-the energy stays bounded. A block that turns about one of its axes alone does so exactly.
+The state holds the angular momentum in the axes of the base, so free rotation conserves it to the
+last bit and only changes the attitude. A step turns the block about its own axes one after the
+other: x and y for half a step, z for a step, y and x for half a step. Each turn is the exact
+rotation by one term m_i^2 / (2 I_i) of the energy. The scheme is of second order, symmetric and
+symplectic, so the error of the energy stays bounded. Rotation about one axis alone is exact.
 
 Dullweber, Leimkuhler and McLachlan (1997), Eq. 13 f.
 """
@@ -19,10 +19,10 @@ import warp as wp
 from warprock.kernels.shape_space.lanes import Triple, Turn, into_body, matrix_of, product
 
 TOUCH = real(1.0e-4)
-"""Corners that lie this part of the half width above the lowest one count as touching, where a
-slide is told: a face that leans by less touches with all of its corners."""
+"""Height above the lowest corner, over the half width, up to which corners count as touching for
+the slide: a face that leans by less touches with all of its corners."""
 FALLS = real(0.5)
-"""Height of the top of a block's axis, as a part of its length, below which the block falls: it
+"""Height of the top of a block's axis, over its length, below which the block counts as falling: it
 leans by more than 60 degrees."""
 
 
@@ -41,9 +41,9 @@ class Block:
         friction: Coulomb friction coefficient under the block.
         x, y, z: Centre of mass at the start [m].
         qx, qy, qz, qw: Attitude at the start.
-        flat_x, flat_y: Middle of the bottom face, were the block flat, from the centre of mass of
-            what it stands on, in its axes, at the start [m].
-        flat_c, flat_s: Cosine and sine of the yaw against what it stands on at the start.
+        flat_x, flat_y: Middle of the bottom face at the start if the block were flat, from the
+            centre of mass of the body below, in that body's axes [m].
+        flat_c, flat_s: Cosine and sine of the yaw relative to the body below at the start.
         standing: Corners that touch at the start.
     """
 
@@ -72,16 +72,16 @@ class Block:
 
 
 @wp.func
-def turned(s: real, c: real, a: real, b: real):
+def turn_pair(s: real, c: real, a: real, b: real):
     """Two numbers (a, b) turned by an angle with the sine s and the cosine c."""
     return fused(s, b, c * a), fused_less(s, a, c * b)
 
 
 @wp.func
-def turned_twice(s: real, c: real, a: real, b: real):
+def turn_pair_twice(s: real, c: real, a: real, b: real):
     """Two numbers (a, b) turned by twice that angle."""
     twice = s + s
-    return turned(twice * c, fused_less(twice, s, real(1.0)), a, b)
+    return turn_pair(twice * c, fused_less(twice, s, real(1.0)), a, b)
 
 
 @wp.func
@@ -94,35 +94,35 @@ def turn_freely(
         qx, qy, qz, qw: Attitude.
         spin: Angular momentum in the axes of the base, for unit mass [m^2/s].
         inverse: Inverse moments of inertia about the body's axes, for unit mass [1/m^2].
-        dt: Time [s]; no part of it may turn the block by more than 3 rad.
+        dt: Time [s]; no single turn may exceed 3 rad.
     """
     m, ix, iy, iz = into_body(matrix_of(qx, qy, qz, qw), spin), inverse.x, inverse.y, inverse.z
     mx, my, mz = m.x, m.y, m.z
     quarter = HALF * HALF * dt
-    # About x, for a half of the time. Half angles for the quaternion, twice of them for the
-    # momentum in body axes.
+    # About x, for half of the time. The quaternion takes half angles, the momentum in body axes
+    # twice these.
     s, c = sine(quarter * ix * mx), cosine(quarter * ix * mx)
-    ax, aw = turned(s, c, qx, qw)
-    ay, az = turned(s, c, qy, qz)
-    ny, nz = turned_twice(s, c, my, mz)
+    ax, aw = turn_pair(s, c, qx, qw)
+    ay, az = turn_pair(s, c, qy, qz)
+    ny, nz = turn_pair_twice(s, c, my, mz)
     # About y.
     s, c = sine(quarter * iy * ny), cosine(quarter * iy * ny)
-    bz, bx = turned(s, c, az, ax)
-    by, bw = turned(s, c, ay, aw)
-    kz, kx = turned_twice(s, c, nz, mx)
+    bz, bx = turn_pair(s, c, az, ax)
+    by, bw = turn_pair(s, c, ay, aw)
+    kz, kx = turn_pair_twice(s, c, nz, mx)
     # About z, for the whole time.
     s, c = sine(TWO * quarter * iz * kz), cosine(TWO * quarter * iz * kz)
-    cx, cy = turned(s, c, bx, by)
-    cz, cw = turned(s, c, bz, bw)
-    jx, jy = turned_twice(s, c, kx, ny)
+    cx, cy = turn_pair(s, c, bx, by)
+    cz, cw = turn_pair(s, c, bz, bw)
+    jx, jy = turn_pair_twice(s, c, kx, ny)
     # About y again, and x.
     s, c = sine(quarter * iy * jy), cosine(quarter * iy * jy)
-    dz, dx = turned(s, c, cz, cx)
-    dy, dw = turned(s, c, cy, cw)
-    _hz, hx = turned_twice(s, c, kz, jx)
+    dz, dx = turn_pair(s, c, cz, cx)
+    dy, dw = turn_pair(s, c, cy, cw)
+    _hz, hx = turn_pair_twice(s, c, kz, jx)
     s, c = sine(quarter * ix * hx), cosine(quarter * ix * hx)
-    ex, ew = turned(s, c, dx, dw)
-    ey, ez = turned(s, c, dy, dz)
+    ex, ew = turn_pair(s, c, dx, dw)
+    ey, ez = turn_pair(s, c, dy, dz)
     # One Newton step towards length 1, which removes the round-off.
     back = fused_less(HALF, fused(ew, ew, product(ex, ey, ez, ex, ey, ez)), real(1.5))
     return back * ex, back * ey, back * ez, back * ew
@@ -130,18 +130,18 @@ def turn_freely(
 
 @wp.func
 def slide_of(block: Block, dx: real, dy: real, r: Turn):
-    """Slide of a block along what it stands on, in the axes of that, x and y [m].
+    """Slide of a block along the face below, in the axes of the body below, x and y [m].
 
-    It is the mean displacement of the corners that touch, from where each stood at the start.
+    It is the mean displacement of the touching corners from their places at the start.
 
     Args:
         block: The block.
-        dx, dy: Centre of mass from that of what it stands on (of the ground: its origin), in the
-            axes of that [m].
-        r: Attitude of the block, as seen in those axes.
+        dx, dy: Centre of mass from that of the body below (from the origin of the ground), in that
+            body's axes [m].
+        r: Attitude of the block in those axes.
     """
     zero, one = real(0.0), real(1.0)
-    # Heights of the corners beside that of the middle: -+ along the width, -+ along the depth.
+    # Heights of the corners relative to the middle: -+ along the width, -+ along the depth.
     rise, climb = r.r31 * block.half_width, r.r32 * block.half_depth
     lowest = -wp.where(rise < zero, -rise, rise) - wp.where(climb < zero, -climb, climb)
     reach = lowest + TOUCH * block.half_width
@@ -163,14 +163,14 @@ def slide_of(block: Block, dx: real, dy: real, r: Turn):
 
 @wp.func
 def turns_of(block: Block, r13: real, r23: real, r33: real, qz: real, qw: real):
-    """What tells how far a block has turned, each without a trigonometric function.
+    """Rotations of a block as tangents, which need no trigonometric function.
 
     The two rotations are those of `rotations` in warprock/model/pose.py, of the axis
     (r13, r23, r33).
 
     Returns:
-        Tangents of the rotation in the plane and across it (0 to infinity), the square of that of
-        the tilt, and the tangent of half the yaw since the start; NEVER beyond a right angle.
+        Tangents of the rotation in the plane and across it (0 to infinity), square of the tangent
+        of the tilt, tangent of half the yaw since the start; NEVER beyond a right angle.
     """
     zero = real(0.0)
     size_x = wp.where(r13 < zero, -r13, r13)
@@ -185,7 +185,7 @@ def turns_of(block: Block, r13: real, r23: real, r33: real, qz: real, qw: real):
     tan_x = size_x / larger(run_x, real(1.0e-30))
     tan_y = size_y / larger(run_y, real(1.0e-30))
     tan_tilt = dot(size_x, size_y, size_x, size_y) / larger(square, real(1.0e-30))
-    # The attitude's twist about the vertical against that of the start, as complex numbers.
+    # Twist about the vertical relative to the start, as complex numbers.
     along = dot(qw, qz, block.qw, block.qz)
     across = fused_less(qw, block.qz, qz * block.qw)
     along = wp.where(along < zero, -along, along)

@@ -1,6 +1,6 @@
-"""What a run of blocks in space leaves behind: the same of all engines.
+"""Results of a run of blocks in space, of all engines.
 
-Rotations are kept as tangents, which need no trigonometric function; the host turns them into
+Rotations are kept as tangents, which need no trigonometric function. The host converts them to
 angles.
 """
 
@@ -9,11 +9,11 @@ import warp as wp
 
 @wp.struct
 class BlockResult:
-    """What one block's run leaves behind.
+    """Results of one block.
 
     Attributes:
         qz, qw: Twist of the attitude at the end.
-        slide_x, slide_y: Slide at the end, in the axes of what the block stands on [m].
+        slide_x, slide_y: Slide at the end, in the axes of the body below [m].
         peak, peak_time: Tangent of the largest rotation in the plane of rocking and its time [s].
         peak_across: Tangent of the largest rotation across it.
         peak_tilt: Square of the tangent of the largest tilt.
@@ -35,15 +35,15 @@ class BlockResult:
 
 @wp.struct
 class Result:
-    """What one lane's run leaves behind.
+    """Results of one lane.
 
     Attributes:
-        uplift_time: First departure from the flat state [s], NEVER without one.
+        uplift_time: Time of the first uplift [s], NEVER without one.
         moved: Last time at which a block moved [s].
         loss: Energy lost [J].
         deepest: Deepest penetration of a corner [m].
         impacts: Landings.
-        mode: What became of the lane; the engine's own numbers.
+        mode: How the lane ended; see modes.py.
         steps: Steps taken.
     """
 
@@ -58,11 +58,11 @@ class Result:
 
 @wp.struct
 class Found:
-    """Where the kernel leaves what it finds.
+    """Arrays of results.
 
     Attributes:
-        results: Of every lane, shape [lane].
-        blocks: Of every block, shape [block, lane].
+        results: Results of every lane, shape [lane].
+        blocks: Results of every block, shape [block, lane].
         attitudes: Quaternions at the samples, shape [sample, block, 4, lane]; empty if not asked
             for.
         places: Centres of mass x, y and z at the samples [m], shape [sample, block, 3, lane];
@@ -77,7 +77,7 @@ class Found:
 
 @wp.struct
 class Peaks:
-    """What is seen of a block up to now; its fields are those of `BlockResult`."""
+    """Observed response of a block up to its time; fields as in `BlockResult`."""
 
     slide_x: real
     slide_y: real
@@ -91,7 +91,7 @@ class Peaks:
 
 @wp.func
 def start_peaks(along: real, across: real, tilt: real) -> Peaks:
-    """What is seen of a block before its first step; see `turns_of`."""
+    """Observed response of a block before its first step; see `turns_of`."""
     zero = real(0.0)
     return Peaks(zero, zero, along, zero, across, tilt, zero, zero)
 
@@ -100,7 +100,7 @@ def start_peaks(along: real, across: real, tilt: real) -> Peaks:
 def observe_turns(
     live: bool, time: real, along: real, across: real, tilt: real, yaw: real, p: Peaks
 ) -> Peaks:
-    """Peaks of how far a block has turned after a step, if its lane lives on; see `turns_of`."""
+    """Peaks of the rotations of a block after a step, if its lane still runs; see `turns_of`."""
     higher = live and along > p.rotation
     return Peaks(
         p.slide_x, p.slide_y, wp.where(higher, along, p.rotation), wp.where(higher, time, p.time),
@@ -112,7 +112,7 @@ def observe_turns(
 
 @wp.func
 def observe_slide(live: bool, x: real, y: real, square: real, p: Peaks) -> Peaks:
-    """Slide of a block after a step [m], if its lane lives on, and its square."""
+    """Slide of a block after a step [m], and the peak of its square, if its lane still runs."""
     return Peaks(
         wp.where(live, x, p.slide_x), wp.where(live, y, p.slide_y), p.rotation, p.time, p.across,
         p.tilt, p.yaw, wp.where(live, larger(square, p.slide), p.slide),
@@ -121,7 +121,7 @@ def observe_slide(live: bool, x: real, y: real, square: real, p: Peaks) -> Peaks
 
 @wp.func
 def block_result(qz: real, qw: real, p: Peaks) -> BlockResult:
-    """What a block leaves behind whose attitude has this twist."""
+    """The results of a block, from the twist of its attitude."""
     return BlockResult(
         qz, qw, p.slide_x, p.slide_y, p.rotation, p.time, p.across, p.tilt, p.yaw, p.slide
     )  # fmt: skip

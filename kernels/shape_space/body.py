@@ -1,8 +1,8 @@
 """Bodies in space that stand on any number of contact points.
 
-The axes of a body are its principal axes of inertia, its origin is the centre of mass; the block's
-axes are those in which its case describes it, z upwards where it stands. Attitudes that a run keeps
-are the body's, what it shows of them is the block's.
+The axes of a body are its principal axes of inertia, and its origin is the centre of mass. The
+block's axes are those in which its case describes it, z upwards while it stands. A run keeps
+attitudes of the body's axes; its results are those of the block's axes.
 """
 
 import warp as wp
@@ -12,18 +12,18 @@ from warprock.kernels.shape_space.lanes import matrix_of
 from warprock.kernels.shape_space.thrown import Throw
 
 MOST_POINTS = 64
-"""Most contact points of a body: rows of what a kernel keeps of them."""
+"""Largest number of contact points of a body: rows that a kernel keeps for them."""
 PLANE = by_precision(1.0e-8, 1.0e-4)
 """Least product of the two principal second moments of points that span a plane, over the square of
-their sum: of narrower ones a body turns about the line along them."""
+their sum. On narrower points a body turns about the line along them."""
 APART = by_precision(1.0e-12, 1.0e-6)
-"""Least second moment of points that are not one, over the square of the body's reach: what is less
-is round-off."""
+"""Least second moment of more than one point, over the square of the body's reach; a smaller one is
+round-off."""
 
 
 @wp.struct
 class Frame:
-    """The body of a lane, besides its `Block`, and how it is let go, see `Throw`.
+    """The body of a lane, besides its `Block`, and its start, see `Throw`.
 
     Attributes:
         ax, ay, az, aw: Attitude of the body's axes in the block's axes.
@@ -31,8 +31,7 @@ class Frame:
         feet: Points that touch where the body stands.
         vx, vy, vz: Velocity at the start, in the axes of the base [m/s].
         wx, wy, wz: Angular velocity at the start [rad/s].
-        tumbles: Whether it may come to lie on any of its points; else its run ends once it has
-            overturned.
+        tumbles: Whether it may lie on any of its points; else its run ends once it has overturned.
     """
 
     ax: real
@@ -52,7 +51,7 @@ class Frame:
 
 @wp.func
 def throw_of(frame: Frame) -> Throw:
-    """How a body is let go."""
+    """The start of a body."""
     return Throw(
         frame.vx, frame.vy, frame.vz, frame.wx, frame.wy, frame.wz, frame.tumbles
     )  # fmt: skip
@@ -64,8 +63,8 @@ class Point:
 
     Attributes:
         x, y, z: From the centre of mass, in the body's axes [m].
-        stood_x, stood_y: Where it would be on the ground, did the body stand at its start [m].
-        foot: 1 where it touches then, 0 where it does not, -1 of a row without a point.
+        stood_x, stood_y: Its place on the ground if the body stood at its start [m].
+        foot: 1 if it touches then, 0 if not, -1 in a row without a point.
     """
 
     x: real
@@ -100,11 +99,11 @@ def block_attitude(frame: Frame, qx: real, qy: real, qz: real, qw: real):
 
 @wp.struct
 class Turned:
-    """How far a body has turned.
+    """Rotations of a body.
 
     Attributes:
         along, across, tilt, yaw: See `turns_of`.
-        up: Height of the top of the block's axis, as a part of its length.
+        up: Height of the top of the block's axis, over its length.
         qz, qw: Twist of the block's axes.
     """
 
@@ -119,7 +118,7 @@ class Turned:
 
 @wp.func
 def turns_of_body(block: Block, frame: Frame, qx: real, qy: real, qz: real, qw: real) -> Turned:
-    """How far a body of an attitude has turned."""
+    """Rotations of a body, from its attitude."""
     ex, ey, ez, ew = block_attitude(frame, qx, qy, qz, qw)
     r = matrix_of(ex, ey, ez, ew)
     along, across, tilt, yaw = turns_of(block, r.r13, r.r23, r.r33, ez, ew)
@@ -128,7 +127,7 @@ def turns_of_body(block: Block, frame: Frame, qx: real, qy: real, qz: real, qw: 
 
 @wp.func
 def touches_as_lowest(gap: real, lowest: real, half_width: real) -> bool:
-    """Whether a point counts as touching where a slide is told."""
+    """Whether a point counts as touching for the slide."""
     return gap <= lowest + TOUCH * half_width
 
 

@@ -1,11 +1,11 @@
-"""What impulses at one contact in space do, and the impulses that obey its law.
+"""Effect of impulses at one contact in space, and the impulses that obey its law.
 
-K is the matrix of velocity for impulse at the contact, p = (f_x, f_y, n) its impulse, u its
-velocity. p - K^-1 u stops it: if that pushes and its friction is within Coulomb's bound, the
-contact sticks. Else n = max(n - u_z / K_zz, 0), and then the friction of a slip u_t: for the cone
-f - u_t / (largest eigenvalue of K_t), shortened to the bound, for the box f_x and f_y each within
-the bound. The cone's fixed points are those of Coulomb's law: a slip leaves f = - mu n u_t / |u_t|,
-in whatever direction.
+K is the matrix of velocity per impulse at the contact, p = (f_x, f_y, n) its impulse, u its
+velocity. The impulse p - K^-1 u stops it. If that pushes and its friction is within Coulomb's
+bound, the contact sticks. Else n = max(n - u_z / K_zz, 0), and the friction follows from the slip
+u_t. For the cone it is f - u_t / (largest eigenvalue of K_t), shortened to the bound. For the box
+f_x and f_y are each limited to the bound. The fixed points for the cone are those of Coulomb's law:
+f = - mu n u_t / |u_t| for a slip in any direction.
 """
 
 import warp as wp
@@ -18,16 +18,16 @@ CONE = FRICTION == "cone"
 """Whether friction is bound as a cone, else as a box along x and y."""
 
 Gains = wp.types.vector(length=12, dtype=real)
-"""Of one contact: the inverse of K_zz, p1 to p3 of `slip_gains`, h11 to h33 of `stop_gains`, K_xz
-and K_yz."""
+"""Numbers of one contact: the inverse of K_zz, p1 to p3 of `slip_gains`, h11 to h33 of
+`stop_gains`, K_xz and K_yz."""
 
 
 @wp.func
 def slip_gains(on: real, kxx: real, kxy: real, kyy: real):
-    """Friction of a contact for its slip, from K_t: three numbers, see `drag`.
+    """Friction of a contact per slip velocity, from K_t: three numbers, see `drag`.
 
     For the cone the first is the inverse of the largest eigenvalue. For the box they are the
-    inverses of K_xx and K_yy, with K_xy between them. All but K_xy are zero where `on` is.
+    inverse of K_xx, K_xy, and the inverse of K_yy. All but K_xy are zero if `on` is.
     """
     p1, p2, p3 = on / kxx, kxy, on / kyy
     if CONE:
@@ -64,7 +64,7 @@ def drag(bound: real, fx: real, fy: real, ux: real, uy: real, p1: real, p2: real
 
 @wp.func
 def holds(fx: real, fy: real, n: real, mu: real) -> bool:
-    """Whether the impulses of a contact push, with their friction within its bound."""
+    """Whether the impulses of a contact push and their friction is within its bound."""
     inside = dot(fx, fy, fx, fy) <= mu * mu * n * n
     if not CONE:
         inside = larger(fx, -fx) <= mu * n and larger(fy, -fy) <= mu * n
@@ -73,7 +73,7 @@ def holds(fx: real, fy: real, n: real, mu: real) -> bool:
 
 @wp.func
 def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vector) -> Gains:
-    """What impulses at a contact do: pn, p1 to 3, h11 to 33, kx, ky of `Gains`.
+    """Effect of impulses at a contact: pn, p1 to p3, h11 to h33, kx, ky of `Gains`.
 
     Args:
         both: Sum of the inverse masses of its bodies [1/kg].
@@ -99,16 +99,16 @@ def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vect
 def solve_contact(
     mu: real, gap: real, rate: real, gains: Gains, e: Matrix, p: Vector, u: Vector
 ) -> Vector:  # fmt: skip
-    """Gauss-Seidel on the impulses of a contact, along its directions: what they become [N s].
+    """New impulses of a contact along its directions, by a Gauss-Seidel update [N s].
 
     Args:
         mu: Friction coefficient.
         gap: Gap of the contact [m].
         rate: Inverse of the time step [1/s].
-        gains: What its impulses do, see `gains_of`.
+        gains: Effect of its impulses, see `gains_of`.
         e: Its directions, one a row.
         p: Its impulses so far [N s].
-        u: Velocity of the upper body against the lower one there, see `relative_velocity` [m/s].
+        u: Velocity of the upper body relative to the lower one, see `relative_velocity` [m/s].
     """
     zero, g = real(0.0), gains
     x, y, parting = parts_along(e, u)
@@ -119,7 +119,7 @@ def solve_contact(
     if holds(stop_x, stop_y, stop_z, mu):
         return Vector(stop_x, stop_y, stop_z)
     push = larger(fused_less(g[0], z, p[2]), zero)
-    # The slip that the normal impulse leaves.
+    # Slip velocity after the normal impulse.
     more = push - p[2]
     slip_x, slip_y = fused(more, g[10], x), fused(more, g[11], y)
     fx, fy = drag(mu * push, p[0], p[1], slip_x, slip_y, g[1], g[2], g[3])

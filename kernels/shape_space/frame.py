@@ -74,13 +74,13 @@ def relative_velocity(
 
 
 @wp.func
-def pushed(v: Vector, light: real, p: Vector) -> Vector:
+def push_velocity(v: Vector, light: real, p: Vector) -> Vector:
     """The velocity v of a block of the inverse mass `light` after the impulse p [m/s]."""
     return Vector(fused(light, p[0], v[0]), fused(light, p[1], v[1]), fused(light, p[2], v[2]))
 
 
 @wp.func
-def spun(o: Vector, j: Matrix, r: Vector, p: Vector) -> Vector:
+def push_spin(o: Vector, j: Matrix, r: Vector, p: Vector) -> Vector:
     """The angular velocity o of a block, its inverse inertia j, after an impulse p at r [rad/s]."""
     x, y, z = vector_product(r[0], r[1], r[2], p[0], p[1], p[2])
     return Vector(

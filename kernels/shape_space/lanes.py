@@ -1,7 +1,7 @@
 """Vectors and matrices of packed kernels: structs of numbers.
 
-A loop over lanes does not become vector code where a func takes or returns a short vector of
-float32 (`wp.types.vector`): the compiler keeps its numbers in pairs. Structs it takes apart.
+A loop over lanes does not become vector code if a func takes or returns a short vector of float32
+(`wp.types.vector`): the compiler keeps its numbers in pairs. It splits structs into their fields.
 """
 
 import warp as wp
@@ -18,12 +18,12 @@ class Triple:
 
 @wp.struct
 class State:
-    """What a block keeps from step to step, in the frame of the base.
+    """State of a block, in the frame of the base.
 
     Attributes:
         x, y, z: Centre of mass [m].
         qx, qy, qz, qw: Attitude.
-        vx, vy, vz: Velocity, of half a step before [m/s].
+        vx, vy, vz: Velocity half a step earlier [m/s].
         lx, ly, lz: Angular momentum for unit mass, in the axes of the base [m^2/s].
     """
 

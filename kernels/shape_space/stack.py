@@ -1,18 +1,18 @@
-"""Stacks of blocks in space: numbers of their bodies, and where two blocks can touch.
+"""Stacks of blocks in space: types of rows, and the contacts of two blocks.
 
 Bodies are numbered from the ground: body 0 is the ground, an endless face that nothing moves, body
-k the k-th block. The contacts of interface k, below block k, are the corners of what the bottom
-face of block k and the top face of what it stands on share (see shape/faces.py).
+k the k-th block. The contacts of interface k, below block k, are the corners of the overlap of the
+bottom face of block k and the top face below (see shape/faces.py).
 """
 
 import warp as wp
 
-from warprock.kernels.shape.faces import SLOTS, corner, mirrored
+from warprock.kernels.shape.faces import SLOTS, corner, mirror_slot
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.vectors import Matrix, Vector
 
 CONTACTS = 8
-"""Contacts of an interface: as many as two rectangles share corners."""
+"""Largest number of contacts of an interface: the slots of shape/faces.py."""
 UPPER = 4
 """Slots of the upper face's own corners, the first ones."""
 WHOLE = 15
@@ -49,26 +49,26 @@ def rows_of(rows: Axes, k: int) -> Matrix:
 
 
 @wp.func
-def visited(slot: int, lean: Vector) -> int:
-    """Slot that is visited in the turn of another, where a block leans to the sides given."""
+def slot_in_turn(slot: int, lean: Vector) -> int:
+    """Slot to visit in the turn of `slot`, for a block that leans to given sides."""
     zero = real(0.0)
-    return mirrored(slot, wp.where(lean[0] < zero, 1, 0), wp.where(lean[1] < zero, 1, 0))
+    return mirror_slot(slot, wp.where(lean[0] < zero, 1, 0), wp.where(lean[1] < zero, 1, 0))
 
 
 @wp.func
 def shared_corners(block: Block, below: Block, m: Matrix, c: Vector, lean: Vector):
-    """Corners of what two faces share, by slot (see shape/faces.py), found in a mirror image.
+    """Corners of the overlap of two faces, by slot (see shape/faces.py), found in a mirror image.
 
     Args:
         block: The upper block.
         below: The lower one.
-        m: Attitude of the upper block as seen from the lower one.
-        c: Its centre of mass from that of the lower one, in the axes of that [m].
-        lean: Sides, -1 or 1, along x and y: where -1, the image is mirrored.
+        m: Attitude of the upper block in the axes of the lower one.
+        c: Its centre of mass from that of the lower one, in those axes [m].
+        lean: Sides along x and y; where -1, the image is mirrored.
 
     Returns:
         The points from the lower centre of mass, in the lower axes and not mirrored [m]; the gaps
-        [m]; and in the bits of a number which of them there are.
+        [m]; and a mask of the slots that exist.
     """
     sx, sy = lean[0], lean[1]
     x = c[0] + below.centre_x - m[0, 0] * block.centre_x - m[0, 1] * block.centre_y
@@ -79,12 +79,12 @@ def shared_corners(block: Block, below: Block, m: Matrix, c: Vector, lean: Vecto
     d = Vector(m[0, 0], sx * sy * m[1, 0], sx * m[2, 0])
     e = Vector(sx * sy * m[0, 1], m[1, 1], sy * m[2, 1])
     places, gaps, there, s = Corners(), CornerNumbers(), int(0), int(0)
-    # A face whose corners all lie over the other shares them alone.
+    # If all corners of the upper face lie over the lower one, the overlap is the upper face.
     while s < wp.where(there == WHOLE, UPPER, int(SLOTS)):
         point, exists = corner(
             s, middle, d, e, block.half_width, block.half_depth, below.half_width, below.half_depth
         )
-        t = visited(s, lean)
+        t = slot_in_turn(s, lean)
         places[t] = Vector(
             sx * point[0] - below.centre_x,
             sy * point[1] - below.centre_y,

@@ -1,13 +1,13 @@
-"""Blocks that start in motion, and tumble: the face that is down, by turns of 90 degrees.
+"""Blocks that start in motion and tumble: change of the bottom face by turns of 90 degrees.
 
-Kernels of blocks in space know the four corners of a bottom face. A block that tumbles comes to
-stand on any of its six faces. Its body axes are renamed for that: once the block's axis leans by
-more than 60 degrees, the face that looks downwards most becomes the bottom, and a turn of 90 or
-180 degrees about a body axis leads from the old axes to the new ones. Sizes and moments of inertia
-change places; nothing moves. Corners that touch the base belong to the new bottom, too: those of
-the old top lie higher by half of the block's height at least.
+Kernels of blocks in space handle the four corners of one bottom face. A block that tumbles may
+stand on any of its six faces. For that its body axes are renamed: once the block's axis leans by
+more than 60 degrees, the face that points downwards most becomes the bottom. A turn of 90 or 180
+degrees about a body axis leads from the old axes to the new ones. Sizes and moments of inertia
+are swapped; the block does not move. Corners that touch the base also belong to the new bottom,
+since those of the old top are higher by at least half the height of the block.
 
-Its centre of mass is in its middle.
+The centre of mass is in the middle of the block.
 """
 
 import warp as wp
@@ -18,15 +18,15 @@ from warprock.kernels.shape_space.block_found import Peaks
 from warprock.kernels.shape_space.lanes import State, Triple, matrix_of, turn_of
 
 LEANS = real(0.5)
-"""Height of the top of a block's axis, as a part of its length, below which another face is
-down: of the other two axes one then has .61 at least, so that faces do not change to and fro."""
+"""Height of the top of a block's axis, over its length, below which another face is down. One of
+the other two axes then has at least 0.61, so that the bottom does not alternate."""
 HALVED = real(0.70710678118654752440)
 """Square root of one half."""
 
 
 @wp.struct
 class Throw:
-    """How a block is let go: velocity [m/s], angular velocity [rad/s], in the axes of the base.
+    """Velocity [m/s] and angular velocity [rad/s] of a block at its start, in axes of the base.
 
     `tumbles` says whether it may fall on any of its faces; else its run ends once it has
     overturned.
@@ -46,9 +46,9 @@ def push(throw: Throw, inverse: Triple, s: State) -> State:
     """A block with its velocity and angular momentum at the start.
 
     Args:
-        throw: How it is let go.
+        throw: Its velocities at the start.
         inverse: Its inverse principal moments of inertia, for unit mass [1/m^2].
-        s: The block, its attitude that of its principal axes.
+        s: The block; its attitude is that of its principal axes.
     """
     r = turn_of(s)
     x = (r.r11 * throw.wx + r.r21 * throw.wy + r.r31 * throw.wz) / inverse.x
@@ -66,9 +66,9 @@ def push(throw: Throw, inverse: Triple, s: State) -> State:
 def tumble_on(
     throw: Throw, block: Block, s: State, mode: wp.ref[int], way: wp.ref[real], p: Peaks
 ) -> Peaks:  # fmt: skip
-    """Lets the lane of a body that tumbles live on; its slide is the way of its centre [m].
+    """Keeps the lane of a body that tumbles running; its slide is that of its centre [m].
 
-    `way` is the square of the largest way so far [m^2].
+    `way` is the square of the largest distance so far [m^2].
     """
     tumbles = throw.tumbles == 1
     mode = wp.where(tumbles and mode == OVERTURNED, RUNNING, mode)
@@ -82,14 +82,14 @@ def tumble_on(
 
 
 @wp.func
-def leans(qx: real, qy: real) -> bool:
-    """Whether another face is down than that which is called the bottom."""
+def needs_new_axes(qx: real, qy: real) -> bool:
+    """Whether the bottom face is no longer the one that points down."""
     return real(1.0) - real(2.0) * (qx * qx + qy * qy) < LEANS
 
 
 @wp.func
 def new_axes(qx: real, qy: real, qz: real, qw: real):
-    """The turn from the body axes to those whose bottom is the face that looks down most."""
+    """The turn from the body axes to those whose bottom is the face that points down most."""
     zero, one = real(0.0), real(1.0)
     r = matrix_of(qx, qy, qz, qw)
     r31, r32, r33 = r.r31, r.r32, r.r33
@@ -105,10 +105,10 @@ def new_axes(qx: real, qy: real, qz: real, qw: real):
 
 
 @wp.func
-def after(
+def compose(
     ax: real, ay: real, az: real, aw: real, bx: real, by: real, bz: real, bw: real
 ):  # fmt: skip
-    """Quaternion of the turn b followed by the turn a, of length 1 but for its round-off."""
+    """Quaternion of the turn b followed by the turn a, of length 1 to round-off."""
     x = aw * bx + ax * bw + ay * bz - az * by
     y = aw * by + ay * bw + az * bx - ax * bz
     z = aw * bz + az * bw + ax * by - ay * bx
@@ -118,7 +118,7 @@ def after(
 
 
 @wp.func
-def renamed(block: Block, gx: real, gy: real) -> Block:
+def rename_axes_of_block(block: Block, gx: real, gy: real) -> Block:
     """The block with its axes renamed by a turn about x or y, of 180 degrees only about x."""
     n = block
     half_turn = gx == real(1.0)
@@ -138,7 +138,7 @@ def renamed(block: Block, gx: real, gy: real) -> Block:
 
 @wp.func
 def old_corner(k: int, gx: real, gy: real, gw: real) -> int:
-    """Number of a bottom corner in the old axes, -1 of one that was at the top.
+    """Number of a bottom corner in the old axes; -1 if it was at the top.
 
     Corners are numbered around the face: (-, -), (+, -), (+, +), (-, +).
     """

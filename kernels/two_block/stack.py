@@ -1,22 +1,31 @@
 """Two stacked rocking blocks by Taylor series, event by event.
 
 A step is one expansion of degree 10 in the present pattern (head of two_block/stack_mechanics.py).
-It
-ends at the first of: the length over which the series is sure, a knot of the motion, a contact
-that closes (an impact), the resultant of a closed contact leaving its width (the contact opens
-next), |rotation| = pi/2 (overturned). Every event is a root of a series, found to round-off.
+It ends at the first of these:
 
-At an impact and at a velocity step of the base the rule of two_block/stack_contact.py decides, and
-then
-the rest rule: a contact that opens closes at once if, under the acceleration of that moment, its
-next swing would stay below `rest_rotation`. The infinitely many impacts that it leaves out are
-neither counted nor given their time.
+- the length over which the series is accurate;
+- a knot of the motion;
+- a contact closes: an impact;
+- the resultant of a closed contact leaves its width: the contact opens next;
+- |rotation| = pi/2: a block has overturned.
+
+Every event is a root of a series, found to round-off.
+
+At an impact and at a velocity step of the base, two_block/stack_contact.py chooses the new pattern.
+Then the rest rule follows: a contact that opens is closed at once if its next swing would stay
+below `rest_rotation`, under the acceleration of that moment. The infinitely many impacts that this
+leaves out are not counted and take no time.
 """
 
 import warp as wp
 
 from warprock.kernels.modes import BROKEN, OVERTURNED
-from warprock.kernels.two_block.stack_contact import ADMISSIBLE, after_force, after_impulse, settle
+from warprock.kernels.two_block.stack_contact import (
+    ADMISSIBLE,
+    after_force,
+    after_impulse,
+    close_slow_contacts,
+)
 from warprock.kernels.two_block.stack_mechanics import (
     ROUND_OFF,
     Pair,
@@ -30,7 +39,7 @@ from warprock.kernels.two_block.stack_mechanics import (
 from warprock.kernels.two_block.stack_series import (
     Series,
     bearing_series,
-    closing,
+    closing_time,
     derive,
     first_crossing,
     root,
@@ -42,23 +51,31 @@ NOTHING, GROUND, INTERFACE, OPENING, FALL = 0, 1, 2, 3, 4
 """Events that end a step."""
 
 TOLERANCE = by_precision(1.0e-14, 1.0e-7)
-"""Largest last term of a rotation's series in a step [rad]."""
+"""Largest last term of the series of a rotation in a step [rad]."""
 TOUCHING = by_precision(1.0e-14, 1.0e-7)
-"""Gap [rad] below which a second contact that closes takes part in an impact."""
+"""Gap [rad] below which a second closing contact takes part in an impact."""
 OVERSTEP = by_precision(1.0e-9, 1.0e-5)
-"""Time by which the opening of a contact is overstepped, so that its cause is clear [s]."""
+"""Time by which a step ends after the opening of a contact, so that its margin is negative [s]."""
 SLACK = real(2.0) * ROUND_OFF
 
 
 @wp.struct
 class State:
-    """One lane: the state of its blocks, and what has happened so far.
+    """State of one lane, and its observed response.
 
-    rotation [rad] and rate [rad/s]; the pattern (ground, interface); time [s]; segment, the knots
-    passed; mode; peaks of |rotation| and their times; time of the first uplift and time since
-    when the stack rests, NEVER before; loss, the energy lost in impacts [J]; impacts; regrip,
-    whether forces have still to decide about the contacts; outside, how often the model had no
-    admissible answer or a contact had to pull.
+    Attributes:
+        rotation, rate: [rad], [rad/s].
+        ground, interface: The pattern.
+        time: [s].
+        segment: Knots of the motion passed.
+        mode: How the lane stands, see modes.py.
+        peak, peak_time: Largest |rotation| of the blocks and their times [s].
+        uplift_time: Time of the first uplift [s], NEVER before.
+        rest_time: Time since which the stack rests [s], NEVER while it moves.
+        loss: Energy lost in impacts [J].
+        impacts: Their number.
+        regrip: Whether the forces have yet to choose which closed contacts open.
+        outside: How often no pattern was admissible or a contact had to pull.
     """
 
     rotation: Pair
@@ -85,7 +102,7 @@ def sign_or_zero(x: real) -> real:
 
 
 @wp.func
-def release(stack: Stack) -> State:
+def start_lane(stack: Stack) -> State:
     """The state of a stack at its start."""
     s = State()
     s.rotation = Pair(stack.lower.rotation_start, stack.upper.rotation_start)
@@ -100,8 +117,8 @@ def release(stack: Stack) -> State:
 
 
 @wp.func
-def in_pattern(state: State, s1: real, s2: real) -> State:
-    """The state with a pattern, and the times of uplift and rest that follow."""
+def set_pattern(state: State, s1: real, s2: real) -> State:
+    """The state with a new pattern, and the times of uplift and rest that follow from it."""
     rested = state.ground == real(0.0) and state.interface == real(0.0)
     rests = s1 == real(0.0) and s2 == real(0.0)
     s = state
@@ -116,8 +133,8 @@ def in_pattern(state: State, s1: real, s2: real) -> State:
 
 
 @wp.func
-def note_peak(state: State, block: int, rotation: real, time: real) -> State:
-    """The state with a rotation of one block as a candidate for its peak."""
+def observe_peak(state: State, block: int, rotation: real, time: real) -> State:
+    """The state with the peak of a block updated by a rotation."""
     s = state
     if size(rotation) > s.peak[block]:
         s.peak[block] = size(rotation)
@@ -126,10 +143,10 @@ def note_peak(state: State, block: int, rotation: real, time: real) -> State:
 
 
 @wp.func
-def regrip(stack: Stack, state: State, a: real) -> State:
-    """Lets the forces of this moment open closed contacts."""
+def reopen_contacts(stack: Stack, state: State, a: real) -> State:
+    """Opens closed contacts by the forces at this time."""
     found = after_force(stack, state.ground, state.interface, state.rotation, state.rate, a)
-    s = in_pattern(state, found.ground, found.interface)
+    s = set_pattern(state, found.ground, found.interface)
     s.regrip = 0
     if found.rank < ADMISSIBLE or found.pulls:
         s.outside = s.outside + 1
@@ -138,7 +155,7 @@ def regrip(stack: Stack, state: State, a: real) -> State:
 
 @wp.func
 def strike(stack: Stack, state: State, shut1: bool, shut2: bool, dv: real, a: real) -> State:
-    """An impact, or a step dv of the base's velocity, at the contacts that touch."""
+    """The state after an impact, or a step dv of the base velocity, at the touching contacts."""
     s1 = state.ground
     s2 = state.interface
     before = kinetic_energy(stack, s1, s2, state.rotation, state.rate)
@@ -146,11 +163,11 @@ def strike(stack: Stack, state: State, shut1: bool, shut2: bool, dv: real, a: re
     s = state
     if found.rank < ADMISSIBLE or found.pulls:
         s.outside = s.outside + 1
-    # Once a contact is closed, the other one may open too slowly to count.
+    # Once one contact is closed, the other one may open too slowly to count.
     for _ in range(2):
-        found = settle(stack, found, shut1, shut2, s.rotation, a)
+        found = close_slow_contacts(stack, found, shut1, shut2, s.rotation, a)
     s.rate = found.motion
-    s = in_pattern(s, found.ground, found.interface)
+    s = set_pattern(s, found.ground, found.interface)
     s.regrip = 1
     if dv == real(0.0):
         after = kinetic_energy(stack, s.ground, s.interface, s.rotation, s.rate)
@@ -161,7 +178,7 @@ def strike(stack: Stack, state: State, shut1: bool, shut2: bool, dv: real, a: re
 
 @wp.func
 def land(stack: Stack, state: State, event: int, a: real) -> State:
-    """An impact: the gap of the contact that closes is exactly zero from here on."""
+    """The state after an impact; the gap of the closing contact is exactly zero from then on."""
     zero = real(0.0)
     s = state
     s1 = s.ground
@@ -189,7 +206,7 @@ def presses(gap: Series, lever: real) -> bool:
 
 @wp.func
 def first_opening(stack: Stack, state: State, x1: Series, x2: Series, a: Series, h: real) -> real:
-    """First time in a step at which the resultant of a closed contact leaves its width."""
+    """First time in a step [s] at which the resultant of a closed contact leaves its width."""
     zero = real(0.0)
     found = NEVER
     s1 = state.ground
@@ -225,8 +242,8 @@ def first_fall(x: Series, h: real) -> real:
 
 
 @wp.func
-def arrive(state: State, x1: Series, x2: Series, tau: real, time: real) -> State:
-    """The state after a time tau of a step, turning points noted, snapped to its pattern."""
+def end_step(state: State, x1: Series, x2: Series, tau: real, time: real) -> State:
+    """The state after a time tau of a step, with its peaks; closed contacts are exactly closed."""
     s = state
     v1 = derive(x1)
     v2 = derive(x2)
@@ -234,18 +251,18 @@ def arrive(state: State, x1: Series, x2: Series, tau: real, time: real) -> State
     w2 = value(v2, tau)
     if w1 * v1[0] < real(0.0):
         turn1 = root(v1, real(0.0), tau)
-        s = note_peak(s, 0, value(x1, turn1), state.time + turn1)
+        s = observe_peak(s, 0, value(x1, turn1), state.time + turn1)
     if w2 * v2[0] < real(0.0):
         turn2 = root(v2, real(0.0), tau)
-        s = note_peak(s, 1, value(x2, turn2), state.time + turn2)
+        s = observe_peak(s, 1, value(x2, turn2), state.time + turn2)
     first = value(x1, tau)
     second = value(x2, tau)
     glued = s.interface == real(0.0)
     s.rotation = Pair(first, wp.where(glued, first, second))
     s.rate = Pair(w1, wp.where(glued, w1, w2))
     s.time = time
-    s = note_peak(s, 0, s.rotation[0], time)
-    return note_peak(s, 1, s.rotation[1], time)
+    s = observe_peak(s, 0, s.rotation[0], time)
+    return observe_peak(s, 1, s.rotation[1], time)
 
 
 @wp.func
@@ -266,8 +283,8 @@ def step(stack: Stack, state: State, a: Series, until: real, x1: Series, x2: Ser
         tau = zero
         event = wp.where(presses(gap1, s1), GROUND, INTERFACE)
     else:
-        lands1 = wp.where(s1 == zero, NEVER, closing(gap1, h))
-        lands2 = wp.where(s2 == zero, NEVER, closing(gap2, h))
+        lands1 = wp.where(s1 == zero, NEVER, closing_time(gap1, h))
+        lands2 = wp.where(s2 == zero, NEVER, closing_time(gap2, h))
         opening = first_opening(stack, state, x1, x2, a, h)
         fall = smaller(first_fall(x1, h), first_fall(x2, h))
         first = smaller(smaller(lands1, lands2), smaller(opening, fall))
@@ -278,20 +295,20 @@ def step(stack: Stack, state: State, a: Series, until: real, x1: Series, x2: Ser
             event = wp.where(first == lands1, GROUND, event)
             tau = wp.where(event == OPENING, smaller(tau + OVERSTEP, h), tau)
     time = wp.where(whole and tau >= h, until, state.time + tau)
-    s = arrive(state, x1, x2, tau, time)
+    s = end_step(state, x1, x2, tau, time)
     lands = event < OPENING and event > NOTHING
     if lands:
         s = land(stack, s, event, value(a, tau))
     elif event == FALL:
-        s = topple(s)
+        s = overturn(s)
     elif event == OPENING:
         s.regrip = 1
-    return check(stack, s, value(a, tau))
+    return check_state(stack, s, value(a, tau))
 
 
 @wp.func
-def topple(state: State) -> State:
-    """The state of a lane one block of which has overturned: its rotation is pi/2."""
+def overturn(state: State) -> State:
+    """The state of an overturned lane: the rotation of one block is exactly pi/2."""
     s = state
     s.mode = OVERTURNED
     upper_falls = size(s.rotation[1]) > size(s.rotation[0])
@@ -299,13 +316,13 @@ def topple(state: State) -> State:
         s.rotation[1] = HALF_PI * sign_of(s.rotation[1])
     if not upper_falls or s.interface == real(0.0):
         s.rotation[0] = HALF_PI * sign_of(s.rotation[0])
-    s = note_peak(s, 0, s.rotation[0], s.time)
-    return note_peak(s, 1, s.rotation[1], s.time)
+    s = observe_peak(s, 0, s.rotation[0], s.time)
+    return observe_peak(s, 1, s.rotation[1], s.time)
 
 
 @wp.func
-def check(stack: Stack, state: State, a: real) -> State:
-    """The state, broken if it is not finite; contacts that have to pull are noted."""
+def check_state(stack: Stack, state: State, a: real) -> State:
+    """The state, BROKEN if it is not finite; counts contacts that have to pull in `outside`."""
     s = state
     total = s.rotation[0] + s.rotation[1] + s.rate[0] + s.rate[1] + s.time + a
     sound = total - total == real(0.0)

@@ -1,13 +1,15 @@
-"""What impulses and forces make of the contacts of two stacked blocks: one rule for all.
+"""The pattern of two stacked blocks after impulses and under forces: one rule for both.
 
-An impulse leaves the velocities of the new pattern that are closest to those before in the norm
-of kinetic energy, q+ = (J'^T M J')^-1 J'^T M J q-: the angular momentum of the whole about the new
-ground pivot and that of the upper block about the new interface pivot stay (Psycharis 1990;
-Spanos, Roussis and Politis 2001; Kounadis 2015), and energy never grows. A new pattern is
-admissible when the corners that it lifts open, and touching contacts push, inside their width
-where they stay closed. Contacts that are open keep their pivots. If several are admissible, or
-none, the one that dissipates least is taken, of the admissible ones or of those whose lifted
-corners open. Forces choose by the same conditions, with accelerations for the velocities.
+After an impulse the velocities are those of the new pattern that are closest to the old ones in the
+norm of kinetic energy, q+ = (J'^T M J')^-1 J'^T M J q-. The angular momentum of the whole about the
+new ground pivot is conserved, and that of the upper block about the new interface pivot (Psycharis
+1990; Spanos, Roussis and Politis 2001; Kounadis 2015). Energy never grows.
+
+A new pattern is admissible if the corners that it lifts open and its touching contacts push; the
+resultant of a contact that stays closed must lie inside its width. Open contacts keep their pivots.
+If several patterns are admissible, the one that dissipates least is taken; if none is, the one that
+dissipates least of those whose lifted corners open. Under forces the same conditions hold, with
+accelerations in the place of velocities.
 """
 
 import warp as wp
@@ -17,6 +19,7 @@ from warprock.kernels.two_block.stack_mechanics import (
     Places,
     Stack,
     accelerations,
+    centre_motion,
     cross_terms,
     equations,
     ground_pulls,
@@ -24,7 +27,6 @@ from warprock.kernels.two_block.stack_mechanics import (
     inverse,
     kinetic_energy,
     least_margin,
-    of_centres,
     reactions,
     solve,
     spins,
@@ -37,7 +39,7 @@ PATTERNS = 9
 
 @wp.struct
 class Choice:
-    """A pattern chosen: its rates or accelerations, its rank, and whether a pivot pulls."""
+    """The chosen pattern: its rates or accelerations, its rank, and whether a pivot pulls."""
 
     ground: real
     interface: real
@@ -49,7 +51,7 @@ class Choice:
 
 @wp.func
 def corner(place: int) -> real:
-    """Corners in the order in which they are tried: 0, +1, -1."""
+    """The pivots in the order in which they are tried: 0, +1, -1."""
     return wp.where(place == 0, real(0.0), wp.where(place == 1, real(1.0), real(-1.0)))
 
 
@@ -77,8 +79,8 @@ def project(stack: Stack, s1: real, s2: real, rotation: Pair, momentum: Places, 
 
 @wp.func
 def momenta(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, dv: real) -> Places:
-    """Momenta of the centres seen from the base, after a step dv of the base's velocity."""
-    v = of_centres(stack, s1, s2, rotation, rate, Pair(real(0.0), real(0.0)))
+    """Momenta of the centres relative to the base, after a step dv of the base velocity."""
+    v = centre_motion(stack, s1, s2, rotation, rate, Pair(real(0.0), real(0.0)))
     m1 = stack.lower.mass
     m2 = stack.upper.mass
     return Places(m1 * (v[0] - dv), m1 * v[1], m2 * (v[2] - dv), m2 * v[3])
@@ -86,7 +88,7 @@ def momenta(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, dv: re
 
 @wp.func
 def opens(s1: real, s2: real, shut1: bool, shut2: bool, motion: Pair) -> bool:
-    """Whether the touching corners that a pattern lifts do open."""
+    """Whether the touching corners that a pattern lifts open."""
     zero = real(0.0)
     stuck1 = shut1 and s1 != zero and not s1 * motion[0] > zero
     stuck2 = shut2 and s2 != zero and not s2 * (motion[1] - motion[0]) > zero
@@ -98,7 +100,7 @@ def after_impulse(
     stack: Stack, s1: real, s2: real, shut1: bool, shut2: bool,
     rotation: Pair, rate: Pair, dv: real,
 ) -> Choice:  # fmt: skip
-    """Pattern and rates after an impact, or after a step dv [m/s] of the base's velocity.
+    """Pattern and rates after an impact, or after a step dv [m/s] of the base velocity.
 
     Args:
         stack: The stack.
@@ -146,10 +148,10 @@ def after_impulse(
 
 @wp.func
 def after_force(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, a: real) -> Choice:
-    """The pattern that the forces lead to, among those that keep the present pivots.
+    """The pattern that the forces choose, among those that keep the present pivots.
 
-    Closed contacts stay closed, or open with an acceleration > 0. The present pattern comes
-    first; it stays if none is admissible.
+    Closed contacts stay closed, or open with an acceleration > 0. The present pattern is tried
+    first, and kept if none is admissible.
     """
     shut1 = s1 == real(0.0)
     shut2 = s2 == real(0.0)
@@ -177,29 +179,29 @@ def after_force(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, a:
 
 
 @wp.func
-def slow(lever: real, speed: real, bend: real, rest_rotation: real) -> bool:
-    """Whether a contact that opens at a speed would close again below a rotation."""
+def closes_again(lever: real, speed: real, bend: real, rest_rotation: real) -> bool:
+    """Whether a contact that opens with a rate would close again before it opens by a rotation."""
     falls = lever != real(0.0) and bend < real(0.0)
     return falls and speed * speed < real(-2.0) * bend * rest_rotation
 
 
 @wp.func
-def settle(
+def close_slow_contacts(
     stack: Stack, found: Choice, shut1: bool, shut2: bool, rotation: Pair, a: real
 ) -> Choice:
     """The rest rule: closes touching contacts that open too slowly to count.
 
-    Both if both may be closed, else the ground, else the interface; only if what is closed stays
-    closed under the acceleration of that moment.
+    It closes both if both may be closed, else the ground, else the interface. The contacts must
+    then stay closed under the acceleration at that time.
     """
     zero = real(0.0)
     s1 = found.ground
     s2 = found.interface
     w = found.motion
     bend = accelerations(stack, s1, s2, rotation, w, a)
-    small1 = shut1 and slow(s1, w[0], s1 * bend[0], stack.lower.rest_rotation)
+    small1 = shut1 and closes_again(s1, w[0], s1 * bend[0], stack.lower.rest_rotation)
     gap = s2 * (bend[1] - bend[0])
-    small2 = shut2 and slow(s2, w[1] - w[0], gap, stack.upper.rest_rotation)
+    small2 = shut2 and closes_again(s2, w[1] - w[0], gap, stack.upper.rest_rotation)
     momentum = momenta(stack, s1, s2, rotation, w, zero)
     spin = spins(stack, w)
     part = int(0)

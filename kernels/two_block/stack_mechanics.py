@@ -1,4 +1,4 @@
-"""Two stacked blocks in one pattern: equations of motion and what the contacts bear.
+"""Two stacked blocks in one pattern: equations of motion and contact forces.
 
 Rotations theta_1 (lower block) and theta_2 are absolute, clockwise positive. A *pattern* is the
 pair of signs (ground, interface) of the corners on which the blocks pivot: ground = sign(theta_1),
@@ -34,7 +34,7 @@ Inverse = wp.types.vector(length=3, dtype=real)
 
 LARGE = real(1.0e30)
 ROUND_OFF = by_precision(1.0e-12, 1.0e-5)
-"""Part of the largest moment of a reaction that counts as zero."""
+"""Moment that counts as zero, as a part of the largest moment of a reaction."""
 
 
 @wp.struct
@@ -50,13 +50,13 @@ class Block:
 
 @wp.struct
 class Lane:
-    """What belongs to both blocks of a lane.
+    """Data of a lane besides its blocks.
 
     Attributes:
         gravity: [m/s^2].
         ground, interface: Half widths of the contacts [m].
         reach: Size of the stack [m].
-        upper_narrower: 1 where the narrower face of the interface is the upper block's, else 0.
+        upper_narrower: 1 if the upper block has the narrower face of the interface, else 0.
         step_length: Longest step [s].
         step_limit: Most steps.
     """
@@ -72,7 +72,7 @@ class Lane:
 
 @wp.struct
 class Stack:
-    """Two blocks, and what belongs to both of them, see `Lane`."""
+    """Two blocks, and the data of their lane, see `Lane`."""
 
     lower: Block
     upper: Block
@@ -96,7 +96,7 @@ def stack_of(lower: Block, upper: Block, lane: Lane) -> Stack:
 
 @wp.struct
 class Equations:
-    """Coefficients of the equations of motion in a pattern; M12 and C from even and odd."""
+    """Coefficients of the equations of motion in a pattern; `even` and `odd` give M12 and C."""
 
     m11: real
     m22: real
@@ -133,7 +133,7 @@ def equations(stack: Stack, s1: real, s2: real) -> Equations:
 
 @wp.func
 def inverse(s1: real, s2: real, m11: real, m12: real, m22: real) -> Inverse:
-    """Inverse of the mass matrix of a pattern; zero in the rows of blocks that do not turn."""
+    """Inverse of the mass matrix of a pattern; rows of blocks that do not turn are zero."""
     zero, one = real(0.0), real(1.0)
     both = one / (m11 + m12 + m12 + m22)
     over = one / fused_less(m12, m12, m11 * m22)
@@ -149,7 +149,7 @@ def inverse(s1: real, s2: real, m11: real, m12: real, m22: real) -> Inverse:
 
 @wp.func
 def solve(over: Inverse, r1: real, r2: real) -> Pair:
-    """Solution for the right sides of both equations; of a glued pair twice the same."""
+    """Solution for the right sides of both equations; a glued pair has two equal numbers."""
     return Pair(fused(over[0], r1, over[1] * r2), fused(over[1], r1, over[2] * r2))
 
 
@@ -167,7 +167,7 @@ def cross_terms(eq: Equations, rotation: Pair) -> Pair:
 
 @wp.func
 def accelerations(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, a: real) -> Pair:
-    """Second derivatives of both rotations [rad/s^2] in a pattern whose contacts they respect."""
+    """Second derivatives of both rotations [rad/s^2] in a pattern."""
     eq = equations(stack, s1, s2)
     mixed = cross_terms(eq, rotation)
     sin1 = sine(rotation[0])
@@ -184,7 +184,7 @@ def accelerations(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, 
 
 @wp.func
 def kinetic_energy(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair) -> real:
-    """Kinetic energy seen from the base [J]."""
+    """Kinetic energy in the frame of the base [J]."""
     eq = equations(stack, s1, s2)
     m12 = cross_terms(eq, rotation)[0]
     twice = eq.m11 * rate[0] * rate[0] + eq.m22 * rate[1] * rate[1]
@@ -198,12 +198,13 @@ def spins(stack: Stack, rate: Pair) -> Pair:
 
 
 @wp.func
-def of_centres(
+def centre_motion(
     stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, square: Pair
 ) -> Places:
-    """J rate - levers x square: velocities of the centres [m/s], with squares of zero.
+    """J rate - levers x square, the velocities or accelerations of both centres.
 
-    With accelerations for the rates and the squared rates for the squares: accelerations.
+    With rates and squares of zero these are velocities [m/s]. With angular accelerations for the
+    rates and squared rates for the squares they are accelerations [m/s^2].
     """
     foot = s1 * stack.ground
     corner = s2 * stack.interface
@@ -232,9 +233,9 @@ def of_centres(
 def reactions(
     stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, bend: Pair, a: real
 ) -> Places:
-    """Forces that the contacts must give: mass times acceleration less gravity [N]."""
+    """Contact forces: mass times acceleration, less gravity [N]."""
     square = Pair(rate[0] * rate[0], rate[1] * rate[1])
-    at = of_centres(stack, s1, s2, rotation, bend, square)
+    at = centre_motion(stack, s1, s2, rotation, bend, square)
     g = stack.gravity
     return Places(
         stack.lower.mass * (at[0] + a),
@@ -248,11 +249,12 @@ def reactions(
 def least_margin(
     stack: Stack, s1: real, s2: real, rotation: Pair, force: Places, turn: Pair
 ) -> real:
-    """Smallest of N (c -+ e) over the closed contacts [N m], round-off added.
+    """Smallest of N (c -+ e) over the closed contacts [N m], plus round-off.
 
-    A closed contact holds while its normal force N acts at an e within its half width c. Moments
-    are compared, for N may be zero. Forces and impulses (in N s) of `reactions` alike; `turn` is
-    moment of inertia times angular acceleration (change of angular velocity).
+    A closed contact stays closed while its normal force N acts at an eccentricity e within its half
+    width c. The margin is a moment, since N may be zero. `force` holds forces or impulses [N s] of
+    `reactions`; `turn` is moment of inertia times angular acceleration, or times the change of
+    angular velocity.
     """
     zero = real(0.0)
     sin2 = sine(rotation[1])
@@ -281,7 +283,7 @@ def ground_pulls(force: Places) -> bool:
 def interface_pulls(stack: Stack, rotation: Pair, force: Places) -> bool:
     """Whether the lower block would have to pull the upper one.
 
-    The corner of the narrower face stands on the other face: the force is normal to that one.
+    The corner of the narrower face stands on the other face, whose normal counts.
     """
     face = wp.where(stack.upper_narrower == 1, rotation[0], rotation[1])
     across = force[2] * sine(face) + force[3] * cosine(face)

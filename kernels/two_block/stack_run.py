@@ -9,13 +9,13 @@ import warp as wp
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, expand, knot_step, knot_time, sample_index
-from warprock.kernels.two_block.stack import check, regrip, release, step, strike
+from warprock.kernels.two_block.stack import check_state, reopen_contacts, start_lane, step, strike
 from warprock.kernels.two_block.stack_mechanics import Block, Lane, stack_of
 from warprock.kernels.two_block.stack_series import Series, motion_series, value
 
 FLAGS = f"{BRANCHES['cpu_compiler_flags']} -fno-slp-vectorize"
-"""Else the compiler packs pairs out of chains of sums, which then wait for one another: a fifth
-longer a step."""
+"""Without this flag the compiler packs pairs of sums of a chain, which then wait for one another: a
+step takes a fifth longer."""
 wp.set_module_options(BRANCHES | {"cpu_compiler_flags": FLAGS})
 
 LANES = 1
@@ -24,14 +24,14 @@ LANES = 1
 
 @wp.struct
 class Knobs:
-    """What the lanes have in common: the length of the run [s]."""
+    """Settings that all lanes share: the length of the run [s]."""
 
     duration: real
 
 
 @wp.struct
 class BlockResult:
-    """What the run of one block leaves behind."""
+    """Results of one block."""
 
     peak: real
     peak_time: real
@@ -39,7 +39,7 @@ class BlockResult:
 
 @wp.struct
 class Result:
-    """What one lane's run leaves behind."""
+    """Results of one lane."""
 
     uplift_time: real
     rest_time: real
@@ -53,7 +53,7 @@ class Result:
 
 @wp.struct
 class Found:
-    """Where the answers go."""
+    """Arrays of results."""
 
     results: wp.array(dtype=Result)
     blocks: wp.array2d(dtype=BlockResult)
@@ -62,7 +62,7 @@ class Found:
 
 @wp.func
 def base_series(m: Motion, segment: int, time: real, sample: real, slope: real) -> Series:
-    """Taylor coefficients of the base's acceleration."""
+    """Taylor coefficients of the acceleration of the base."""
     a, zero = expand(m, segment, time, sample, slope), real(0.0)
     return Series(a.a0, a.a1, a.a2, a.a3, a.a4, a.a5, a.a6, a.a7, a.a8, zero, zero)
 
@@ -81,8 +81,8 @@ def run_lanes(
     lane = wp.tid()
     m = motions[lane]
     stack = stack_of(blocks[0, lane], blocks[1, lane], lanes[lane])
-    s = release(stack)
-    s = check(stack, s, real(0.0))
+    s = start_lane(stack)
+    s = check_state(stack, s, real(0.0))
     samples = wp.where(found.rotations.shape[0] > 0, sample_times.shape[0], 0)
     sample = int(0)
     steps = int(0)
@@ -102,7 +102,7 @@ def run_lanes(
         else:
             a = base_series(m, s.segment, s.time, pool[0, place], pool[1, place])
             if s.regrip == 1:
-                s = regrip(stack, s, a[0])
+                s = reopen_contacts(stack, s, a[0])
             x1, x2 = motion_series(stack, s.ground, s.interface, s.rotation, s.rate, a)
             begin = s.time
             s = step(stack, s, a, smaller(knot, knobs.duration), x1, x2)

@@ -1,12 +1,12 @@
 """Taylor series of the motion of two stacked blocks, and the first root of a series in a step.
 
-In a pattern every coefficient of both rotations follows from lower ones: with S = sin(theta) and
-C = cos(theta), S' = theta' C and C' = -theta' S, and the products in the equations of motion (head
-of two_block/stack_mechanics.py) are sums by Leibniz's rule. The base's acceleration is known to
-degree 8, so the rotations are to degree 10, and with them what the contacts bear to degree 8.
+In a pattern every coefficient of both rotations follows from lower ones. With S = sin(theta) and
+C = cos(theta), S' = theta' C and C' = -theta' S; products in the equations of motion (head of
+two_block/stack_mechanics.py) are sums by Leibniz's rule. The acceleration of the base is known to
+degree 8, so the rotations are known to degree 10 and the contact forces to degree 8.
 
-Loops in which `wp.static` stands are written out, which keeps coefficients out of memory: the run
-is three times as fast.
+`wp.static` in a loop unrolls it, which keeps coefficients out of memory: the run is three times as
+fast.
 """
 
 import warp as wp
@@ -22,17 +22,17 @@ from warprock.kernels.two_block.stack_mechanics import (
 
 DEGREE = 10
 ORDERS = DEGREE - 1
-"""Coefficients of an acceleration."""
+"""Number of Taylor coefficients of an acceleration."""
 GIVEN = 2 if LINEAR else ORDERS
-"""Coefficients of the base's acceleration that are not zero."""
+"""Number of coefficients of the acceleration of the base that are not zero."""
 Series = wp.types.vector(length=DEGREE + 1, dtype=real)
 """Coefficients of powers of the time since the start of a step."""
 
 LOOKS = 4
-"""Parts of a step in each of which a watched quantity turns at most once."""
+"""Number of parts of a step; in each a watched quantity has at most one turning point."""
 PART = real(1.0 / LOOKS)
 ROOT_STEPS = 60
-"""Most steps towards a root; Newton's method takes some four, halving alone 53."""
+"""Largest number of steps towards a root; Newton's method takes some four, bisection alone 53."""
 RESOLVED = by_precision(4.0e-16, 2.0e-7)
 """Relative change of a root that ends the search."""
 
@@ -83,14 +83,14 @@ def expand_circle(x: Series):
 
 
 @wp.func
-def swing(w: real, s: real, c: real, u: Pair) -> Pair:
-    """The pair u + w (c, -s): a term of what a rate w makes of a sine and a cosine."""
+def add_turn(w: real, s: real, c: real, u: Pair) -> Pair:
+    """The pair u + w (c, -s): adds a term of the derivative of a sine and a cosine at a rate w."""
     return Pair(fused(w, c, u[0]), fused_less(w, s, u[1]))
 
 
 @wp.func(inline=False)
 def motion_series(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, a: Series):
-    """Both rotations in the pattern (s1, s2), from the series of the base's acceleration."""
+    """Both rotations in the pattern (s1, s2), from the series of the acceleration of the base."""
     eq, g = equations(stack, s1, s2), stack.gravity
     w1, w2, bend1, bend2 = Series(), Series(), Series(), Series()
     sin1, cos1, sin2, cos2 = Series(), Series(), Series(), Series()
@@ -108,24 +108,24 @@ def motion_series(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, 
     for n in range(ORDERS):
         mixed[n] = fused_less(eq.odd, sind[n], eq.even * cosd[n])
         turn[n] = fused(eq.even, sind[n], eq.odd * cosd[n])
-        # What the base pulls and gravity weighs: a sin + g cos and g sin - a cos, of both blocks.
+        # Load by the base and by gravity: a sin + g cos and g sin - a cos, of both blocks.
         load1, load2 = Pair(g * cos1[n], g * sin1[n]), Pair(g * cos2[n], g * sin2[n])
         for i in range(wp.static(min(n + 1, GIVEN))):
-            load1 = swing(a[i], cos1[wp.static(n - i)], sin1[wp.static(n - i)], load1)
-            load2 = swing(a[i], cos2[wp.static(n - i)], sin2[wp.static(n - i)], load2)
+            load1 = add_turn(a[i], cos1[wp.static(n - i)], sin1[wp.static(n - i)], load1)
+            load2 = add_turn(a[i], cos2[wp.static(n - i)], sin2[wp.static(n - i)], load2)
         # theta' times the cosine is the derivative of the sine.
         u1, u2, ud, square = Pair(), Pair(), Pair(), Pair()
         for i in range(wp.static(n + 1)):
             j = wp.static(n - i)
             square = Pair(fused(w1[i], w1[j], square[0]), fused(w2[i], w2[j], square[1]))
-            u1 = swing(w1[i], sin1[j], cos1[j], u1)
-            u2 = swing(w2[i], sin2[j], cos2[j], u2)
-            ud = swing(w1[i] - w2[i], sind[j], cosd[j], ud)
+            u1 = add_turn(w1[i], sin1[j], cos1[j], u1)
+            u2 = add_turn(w2[i], sin2[j], cos2[j], u2)
+            ud = add_turn(w1[i] - w2[i], sind[j], cosd[j], ud)
         square1[n] = square[0]
         square2[n] = square[1]
         r1 = fused_less(eq.arm_1, load1[0], eq.height_1 * load1[1])
         r2 = fused_less(eq.arm_2, load2[0], eq.height_2 * load2[1])
-        # Sums of their own do not wait for one another; what is known last comes last.
+        # Separate sums do not wait for one another. The term that is known last comes last.
         e1, e2 = real(0.0), real(0.0)
         for i in range(wp.static(n + 1)):
             j = wp.static(n - i)
@@ -150,7 +150,7 @@ def motion_series(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, 
 
 @wp.func
 def bearing_series(stack: Stack, s1: real, s2: real, x1: Series, x2: Series, a: Series):
-    """What closed contacts bear: normal force and moment about the middle of each, 0 to degree 8.
+    """Normal force and moment about the middle of each closed contact, degrees 0 to 8.
 
     Args:
         stack: The stack.
@@ -220,7 +220,7 @@ def root(p: Series, low: real, high: real) -> real:
 
 @wp.func
 def stays_above(p: Series, h: real) -> bool:
-    """Whether the first term of a series is more than all others can take away in (0, h]."""
+    """Whether the first term of a series exceeds the sum of all others in size on (0, h]."""
     rest = real(0.0)
     for k in range(DEGREE):
         rest = fused(rest, h, size(p[DEGREE - k]))
@@ -238,7 +238,7 @@ def first_crossing(p: Series, h: real) -> real:
 
 @wp.func(inline=False)
 def crossing_in_parts(p: Series, h: real) -> real:
-    """`first_crossing`; seen is also one that crosses and comes back within a part of the step."""
+    """`first_crossing`, which also finds a crossing that comes back within a part of the step."""
     zero = real(0.0)
     slope = derive(p)
     part = PART * h
@@ -266,8 +266,8 @@ def crossing_in_parts(p: Series, h: real) -> real:
 
 
 @wp.func
-def closing(gap: Series, h: real) -> real:
-    """First time in (0, h] at which a gap closes; the zeros that it starts with are divided out."""
+def closing_time(gap: Series, h: real) -> real:
+    """First time in (0, h] at which a gap closes; zeros at the start are divided out."""
     g = Series(gap)
     zeros = int(0)
     while zeros < 2 and not g[0] > real(0.0):
@@ -280,7 +280,7 @@ def closing(gap: Series, h: real) -> real:
 
 @wp.func
 def sure_step(x1: Series, x2: Series, tolerance: real) -> real:
-    """Step over which the last two terms of both rotations stay below a tolerance [rad]."""
+    """Length of a step in which the last terms of both rotations stay below a tolerance [rad]."""
     even = size(x1[DEGREE]) + size(x2[DEGREE])
     odd = size(x1[DEGREE - 1]) + size(x2[DEGREE - 1])
     of_even = wp.pow(tolerance / (even + TINY), OVER_10)

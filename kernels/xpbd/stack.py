@@ -2,48 +2,51 @@
 
 Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
 body k the k-th block. Interface k, below block k, touches at the two ends of the overlap of the
-upper block's bottom face and the lower one's top face, see shape/interface.py. What is kept here
-as an `Impulse` is one times the length of a sub-step, a multiplier [kg m]; a correction of a pose
-is kept as a `Velocity`, times that length likewise [m], [rad].
+upper block's bottom face and the lower one's top face, see shape/interface.py. Here an `Impulse`
+holds a multiplier [kg m], an impulse times the length of a sub-step. A `Velocity` holds a
+correction of a pose [m], [rad], a velocity times that length.
 
 One sub-step of length h:
 
     1. predict: velocity v* = v + h (0, -g) - (dv_base, 0) and pose q* = q + h v*;
-    2. the ends whose gap at q is at most g h^2, a step's fall, are contacts. Their gaps and their
-       places along the faces are taken at q and at q*, exactly; their gradients J at q;
-    3. both passes are `iterations` Gauss-Seidel sweeps over the contacts, each of which corrects
-       the two bodies of its interface by M^-1 J^T times its multipliers n, t [kg m] (impulses are
-       n / h, t / h). They share the rows and differ in what these ask for:
+    2. the ends whose gap at q is at most g h^2, the fall in one step, are contacts. Their gaps and
+       their places along the faces are taken exactly at q and at q*, their gradients J at q;
+    3. both passes are `iterations` Gauss-Seidel sweeps over the contacts. Each contact corrects the
+       two bodies of its interface by M^-1 J^T times its multipliers n, t [kg m] (impulses are
+       n / h, t / h). Both passes share the rows and differ in the conditions:
            velocity pass:  growth of the gap from q = 0,  slip from q = 0
            pose pass:      gap + (alpha / h^2) n = 0,     distance from the anchor = 0
-       or more than that with n = 0; and |t| <= mu n. alpha is the compliance of one contact
-       [m/N]. The velocity pass starts from its last multipliers, the pose pass from the new ones;
+       each >= 0 with n = 0 if the contact opens, and |t| <= mu n. alpha is the compliance of one
+       contact [m/N]. The velocity pass starts from its last multipliers, the pose pass from the new
+       ones of the velocity pass;
     4. v(n + 1) = v* + correction of the velocity pass / h, q(n + 1) = q* + that of the pose pass.
 
-The velocity pass is restitution zero: without it v would be (q(n + 1) - q(n)) / h. That it comes
-first makes it a start for the poses; neither pass depends on the other's result. The anchor is the
-place where an end came to stick; it goes when the pose pass slips there or the end opens.
+The velocity pass makes the restitution zero: without it v would be (q(n + 1) - q(n)) / h. It comes
+first so that its multipliers are a start for the pose pass; neither pass depends on the result of
+the other. The anchor is the place where an end came to stick. An end loses it when it slips in the
+pose pass or opens.
 
-How it comes to rigid contact, at first order:
+Why this converges to rigid contact, at first order:
 
 - Growth and slip are differences of exact poses, so that v is the chord of the motion, and J is
-  taken where the force acts: between impacts both passes agree, and the scheme is SHAKE, of second
-  order. (With J at q* it would be of first order everywhere; with J v for the growth of a gap a
-  turn about a corner would be braked at every step.)
-- At an impact a corner goes through the face, for it is no contact until the sub-step after. That
-  one pushes it out by M^-1 J^T, which moves the pose to where a block would be that had met the
-  face in time. Divided by h that push would be a velocity that does not vanish with h, a bounce;
-  the velocity pass leaves the plastic impulse alone, which is Housner's.
-- What stays is of the order of h: the old corner carries until the end of the sub-step of the
-  impact, wherever in it the impact was; half a sub-step too long or too short, nothing in the mean.
-  (Stopped at the face, a corner would take over too early, by a sub-step in the mean.)
-- Compliance presses poses in and leaves velocities alone: impacts are plastic at any. At rest an
-  end is pressed in by alpha times its force; it gets there as an overdamped spring, in a time of
-  about alpha m / h, so that a contact is the more rigid the smaller h is, and both limits, h -> 0
-  and alpha -> 0, may be taken in any order.
-- Sweeps that end early leave gaps and slips. Those come back in the next step, because gaps are
-  absolute and an end that sticks keeps its anchor: what the sweeps reduce stays reduced. (With
-  slip counted from the start of each sub-step alone, tall stacks creep and their errors grow.)
+  taken where the force acts. So between impacts both passes agree, and the scheme is SHAKE, of
+  second order. (With J at q* it would be of first order everywhere. With J v for the growth of a
+  gap, a rotation about a corner would be braked in every step.)
+- At an impact a corner penetrates the face, since it is no contact until the next sub-step. The
+  pose pass of that sub-step pushes it out by M^-1 J^T, to the pose of a block that had met the face
+  in time. Divided by h this push would be a velocity that does not vanish with h, a bounce. The
+  velocity pass applies only the plastic impulse, which is Housner's.
+- The remaining error is of the order of h: the old corner carries until the end of the sub-step of
+  the impact, wherever in it the impact is. That is half a sub-step too long or too short, and
+  nothing in the mean. (If a corner stopped at the face, it would take over a sub-step too early in
+  the mean.)
+- Compliance changes poses and not velocities, so impacts are plastic at any compliance. At rest the
+  penetration of an end is alpha times its force. It gets there like an overdamped spring, in a time
+  of about alpha m / h. So a contact is the more rigid the smaller h is, and both limits, h -> 0 and
+  alpha -> 0, may be taken in any order.
+- Sweeps that end early leave gaps and slips. The next step corrects them, because gaps are absolute
+  and an end that sticks keeps its anchor. (With slip counted from the start of each sub-step alone,
+  tall stacks creep and their errors grow.)
 
 Macklin, Mueller and Chentanez (2016) for compliance, Macklin et al. (2019) for sub-steps, Mueller
 et al. (2020) for rigid bodies and the velocity pass; Ryckaert, Ciccotti and Berendsen (1977) for
@@ -63,12 +66,12 @@ else:
     from warprock.kernels.xpbd.stack_pair import TURNS, couple, gap_and_slip
 
 LOOSE = real(1.0e30)
-"""Anchor of an end that has slipped or opened: none."""
+"""Anchor of an end without one: it has slipped or opened."""
 
 
 @wp.struct
 class Knobs:
-    """What a step needs to know of the settings; `rate` is the inverse of the time step [1/s].
+    """Settings of a step; `rate` is the inverse of the time step [1/s].
 
     `softness` is the compliance over the square of the time step [1/kg].
     """
@@ -81,7 +84,7 @@ class Knobs:
 
 @wp.struct
 class Ahead:
-    """Sine and cosine of the rotation that is predicted of a body."""
+    """Sine and cosine of the predicted rotation of a body."""
 
     s: real
     c: real
@@ -97,12 +100,14 @@ class Spot:
 
 @wp.func
 def side_of(turn: real, rate: real, hint: real, before: real) -> real:
-    """Side to which an interface leans, -1 or 1: by its turn, else its rate, the base's, or before.
+    """Side to which an interface leans, -1 or 1.
+
+    The first of these numbers that is not zero decides.
 
     Args:
-        turn: Rotation of the block against what it stands on [rad].
+        turn: Rotation of the block relative to the one below [rad].
         rate: Rate of that [rad/s].
-        hint: What the base gains or is about to gain [m/s].
+        hint: Present or next gain of the base velocity [m/s].
         before: Side to which the interface leaned before.
     """
     zero = real(0.0)
@@ -112,7 +117,7 @@ def side_of(turn: real, rate: real, hint: real, before: real) -> real:
 
 @wp.func
 def swap_anchors_unless(same: bool, one: wp.ref[real], two: wp.ref[real]):
-    """Lets two anchors change places, unless the order of the ends is the same."""
+    """Swaps two anchors, unless the order of the ends is the same."""
     place = real(one)
     one = wp.where(same, place, two)
     two = wp.where(same, two, place)
@@ -126,20 +131,20 @@ def predict(v: Velocity, dv: real, knobs: Knobs) -> Velocity:
 
 @wp.func
 def turn_ahead(dt: real, at: Pose, omega: real) -> Ahead:
-    """The rotation that is predicted of a block for a time step later."""
+    """The predicted rotation of a block a time step later."""
     turned = fused(dt, omega, at.theta)
     return Ahead(sine(in_range(turned)), cosine(in_range(turned)))
 
 
 @wp.func
 def pose_ahead(dt: real, at: Pose, below: Pose, u: Velocity, v: Velocity, ahead: Ahead) -> Pose:
-    """The pose that is predicted of a block, from the centre of what it stands on.
+    """The predicted pose of a block, from the centre of the body below.
 
-    Its rotation is known by its sine and cosine alone.
+    Only the sine and the cosine of its rotation are set.
 
     Args:
         dt: Time step [s].
-        at, below: Where the two are at the start of the step.
+        at, below: Poses of both at the start of the step.
         u, v: Their predicted velocities.
         ahead: Predicted rotation of the block.
     """
@@ -149,7 +154,7 @@ def pose_ahead(dt: real, at: Pose, below: Pose, u: Velocity, v: Velocity, ahead:
 
 @wp.func
 def below_ahead(ahead: Ahead) -> Pose:
-    """The same of what the block stands on."""
+    """The predicted pose of the body below, in the same frame."""
     zero = real(0.0)
     return Pose(zero, zero, zero, ahead.s, ahead.c)
 
@@ -162,13 +167,13 @@ def without_tiny(value: real) -> real:
 
 @wp.func
 def closes(knobs: Knobs, gap: real) -> bool:
-    """Whether an end is a contact: whether a step's fall closes its gap at the start."""
+    """Whether an end is a contact: the fall in one step closes its gap."""
     return gap <= knobs.gravity * knobs.time_step * knobs.time_step
 
 
 @wp.func
 def warm_start(closed: bool, last: Impulse) -> Impulse:
-    """What the sweeps start from at an end: the last multipliers where it is a contact."""
+    """First guess of the multipliers of an end: the last ones if it is a contact, else zero."""
     on = wp.where(closed, real(1.0), real(0.0))
     return Impulse(on * last.n, on * without_tiny(last.t))
 
@@ -177,14 +182,14 @@ def warm_start(closed: bool, last: Impulse) -> Impulse:
 def find_contact(
     knobs: Knobs, up: Mass, low: Mass, point: Point, now: Spot, then: Spot, anchor: real
 ):
-    """What an end asks for in the velocity pass and in the pose pass, and how it sticks.
+    """The conditions of an end in the velocity pass and in the pose pass, and its anchor.
 
     Args:
         knobs: Settings.
         up, low: Masses of the upper and of the lower body.
         point: The end at the start of the step.
-        now, then: Its gap and place at the start, and as predicted.
-        anchor: Its anchor; one that has none sticks from now on.
+        now, then: Its gap and place at the start, and predicted ones.
+        anchor: Its anchor; an end without one gets the present place.
     """
     closed = closes(knobs, now.gap)
     on = wp.where(closed, real(1.0), real(0.0))
@@ -200,7 +205,7 @@ def find_contact(
 
 @wp.func
 def solve(mu: real, up: Mass, low: Mass, first: End, second: End, u: Velocity, v: Velocity):
-    """TURNS sweeps over the multipliers of an interface; those of an end alone are found exactly.
+    """TURNS sweeps over the multipliers of an interface; a single contact is solved exactly.
 
     Args:
         mu: Friction coefficient.
@@ -217,7 +222,7 @@ def solve(mu: real, up: Mass, low: Mass, first: End, second: End, u: Velocity, v
     b = real(first.last.t)
     e = real(second.last.n)
     f = real(second.last.t)
-    # Gaps and slips as they would be without these four, over what one of them does.
+    # Gaps and slips without these four multipliers, each over its diagonal element.
     gap1, slip1 = gap_and_slip(first, u, v)
     gap2, slip2 = gap_and_slip(second, u, v)
     u1 = -dn1 * less_three(fused_less(k.n1n1, a, gap1), k.n1t1, b, k.n1n2, e, k.n1t2, f)
@@ -233,7 +238,7 @@ def solve(mu: real, up: Mass, low: Mass, first: End, second: End, u: Velocity, v
         mu, wp.where(only_one, a1, c3), wp.where(only_one, b1, d3), wp.where(only_one, u1, u2),
         wp.where(only_one, s1, s2),
     )  # fmt: skip
-    # The value found last comes last in each row, so that the other terms need not wait for it.
+    # The value that is known last comes last in each row, so that other terms need not wait for it.
     for _ in range(TURNS):
         a = larger(less_three(u1, a1, b, a2, e, a3, f), real(0.0))
         b = larger(smaller(less_three(s1, b2, e, b3, f, b1, a), mu * a), -mu * a)
@@ -245,12 +250,12 @@ def solve(mu: real, up: Mass, low: Mass, first: End, second: End, u: Velocity, v
 
 @wp.func
 def integrate(live: bool, dt: real, at: Pose, u: Velocity, lift: Velocity) -> Pose:
-    """Moves a block by a step, where its lane is alive.
+    """The pose of a block after a step, if its lane still runs.
 
     Args:
-        live: Whether it is.
+        live: Whether it does.
         dt: Time step [s].
-        at: Where the block is.
+        at: Pose of the block before.
         u: Its predicted velocity.
         lift: Correction of its predicted pose.
     """
@@ -268,22 +273,23 @@ def add_energy(
     live: bool, knobs: Knobs, dv: real, mass: Mass, u: Velocity, push: Velocity, lift: Velocity,
     account: wp.ref[Account],
 ):  # fmt: skip
-    """Books a step of a block.
+    """Adds a step of a block to the energy account of its lane.
 
-    What its contacts take from its energy is added to the loss [J]: their work on the mean velocity
-    of the step, less what poses are lifted by beyond velocities. The base's work is added, too [J].
+    The loss [J] grows by the energy that contacts take: minus their work on the mean velocity of
+    the step, less the potential energy by which the pose pass lifts the block. The work of the base
+    [J] is added, too.
 
     Args:
-        live: Whether its lane is alive.
+        live: Whether its lane still runs.
         knobs: Settings.
-        dv: What the base gains in the step [m/s].
+        dv: Gain of the base velocity in the step [m/s].
         mass: Mass of the block.
         u: Its predicted velocity.
         push: Correction of that, times the time step.
         lift: Correction of its predicted pose.
         account: Account of the lane.
     """
-    # Change of the velocity by contacts; it times the sum of the velocities before and after.
+    # Change of the velocity by contacts, times the sum of the velocities before and after.
     px = knobs.rate * push.x
     pz = knobs.rate * push.z
     po = knobs.rate * push.omega
@@ -308,5 +314,5 @@ def correct(rate: real, u: Velocity, push: Velocity) -> Velocity:
 
 @wp.func
 def anchor_after(mu: real, pose: Impulse, anchor: real) -> real:
-    """Anchor of an end after a step with the multipliers of its pose: none if it slips."""
+    """Anchor of an end after a step, from the multipliers of the pose pass: none if it slips."""
     return wp.where(size(pose.t) < mu * pose.n, anchor, LOOSE)

@@ -1,4 +1,4 @@
-"""What xpbd/stack.py does at an interface, for a block that stands on the ground.
+"""Functions of xpbd/stack.py at the interface of a block and the ground.
 
 The ground is level and nothing moves it. So both ends are corners of the block, their normal is
 (0, 1), and the ground gets no correction. The functions have the names and arguments of those in
@@ -12,7 +12,7 @@ from warprock.kernels.shape.interface import Box, Impulse, Mass, Point, Pose, Ve
 from warprock.kernels.xpbd.stack_pair import Coupling, End
 
 TURNS = max(n for n in range(1, MAX_UNROLL + 1) if max(ITERATIONS, 1) % n == 0)
-"""Sweeps in one call, written out: there is no other interface to visit."""
+"""Sweeps in one call, unrolled: there is no other interface to visit."""
 
 
 @wp.func

@@ -1,6 +1,6 @@
-"""What xpbd/stack.py does at an interface of two bodies that both give way.
+"""Functions of xpbd/stack.py at the interface of two blocks.
 
-stack_ground.py has the same funcs for a block that stands on the ground.
+stack_ground.py has the same functions for a block on the ground.
 """
 
 import warp as wp
@@ -13,12 +13,12 @@ TURNS = 1
 
 @wp.struct
 class Contact:
-    """What an end asks for in a pass, and how its multipliers answer.
+    """The conditions of an end in a pass, without multipliers.
 
     Attributes:
-        gap: By how much the gap would grow, in the pose pass the gap [m].
-        slip: By how much the place would change, in the pose pass its distance from the anchor [m].
-        dn: Normal multiplier for a metre of gap [kg], nothing of an open end.
+        gap: Growth of the gap; in the pose pass the gap [m].
+        slip: Change of the place; in the pose pass its distance from the anchor [m].
+        dn: Normal multiplier per metre of gap [kg]; zero for an open end.
     """
 
     gap: real
@@ -31,7 +31,7 @@ class Grip:
     """How an end sticks.
 
     Attributes:
-        dt: Tangential multiplier for a metre of slip [kg], nothing of an open end.
+        dt: Tangential multiplier per metre of slip [kg]; zero for an open end.
         anchor: Place at which the end came to stick [m], or LOOSE.
     """
 
@@ -41,7 +41,7 @@ class Grip:
 
 @wp.struct
 class End:
-    """An end of an interface in a pass: where it is, what it asks for, its multipliers so far.
+    """An end of an interface in a pass: its point, its conditions, its multipliers so far.
 
     `dt` is that of its `Grip`.
     """
@@ -54,10 +54,10 @@ class End:
 
 @wp.struct
 class Coupling:
-    """What the multipliers of both ends do to their gaps (n) and slips (t) [1/kg].
+    """Gaps (n) and slips (t) of both ends per unit multiplier [1/kg].
 
-    `n1t2` is what t of the second end does to the gap of the first one, and n of the first one to
-    the slip of the second.
+    `n1t2` is the gap of the first end per t of the second, which equals the slip of the second end
+    per n of the first.
     """
 
     n1n1: real
@@ -74,7 +74,7 @@ class Coupling:
 
 @wp.func
 def couple(up: Mass, low: Mass, one: Point, two: Point) -> Coupling:
-    """What the multipliers of both ends of an interface do.
+    """The coupling of the multipliers of both ends of an interface.
 
     Args:
         up, low: Masses of the upper and of the lower body.
@@ -111,7 +111,7 @@ def add_changes(
     up: Mass, low: Mass, first: End, second: End, one: Impulse, two: Impulse,
     u: wp.ref[Velocity], v: wp.ref[Velocity],
 ):  # fmt: skip
-    """Adds what the multipliers of both ends have gained to the corrections of both bodies.
+    """Updates the corrections of both bodies by the change of the multipliers of both ends.
 
     Args:
         up, low: Masses of the upper and of the lower body.

@@ -1,14 +1,14 @@
 """Runs of the position-level step over stacks of blocks: LANES stacks a thread, side by side.
 
 A single block is a stack of one. Loops over the lanes are innermost and work on local matrices,
-one row a body or a point (see rows.py), so that the compiler turns them into vector code; with one
+one row a body or a point (see rows.py), so that the compiler turns them into vector code. With one
 lane a thread the same text is the plain form for any device.
 
-A run begins with SETTLING solves at the start; for what it shares with other stacks see
-shape/stack_run.py.
+A run begins with SETTLING solves at the start. shape/stack_run.py holds what all stepped stacks
+share.
 
-Measured: the packed form of two blocks runs in float32 at 0.97 of the speed that it had with one
-argument a number: the loop over lanes of a sweep has 5 % more instructions.
+Measured: with structs the packed form of two blocks runs in float32 at 0.97 of the speed that it
+had with one argument a number, since the loop over lanes of a sweep has 5 % more instructions.
 """
 
 import warp as wp
@@ -84,7 +84,7 @@ else:
 wp.set_module_options(ONE_VECTOR)
 
 SETTLING = 40 * BLOCKS
-"""Solves before the run. A stack that stands flat starts from its statics, and needs none."""
+"""Solves before the run. A flat stack starts from its statics and needs none."""
 BEFORE = real(SETTLING)
 
 
@@ -99,10 +99,10 @@ def run_lanes(
     # Points, a row each: the first and the second end of interface 1, of interface 2, ...
     point = rows(Point, 2 * BLOCKS)
     grip = rows(Grip, 2 * BLOCKS)
-    # The same in the velocity pass, then in the pose pass: multipliers are kept as impulses.
+    # Points in the velocity pass, then in the pose pass. Multipliers are kept as impulses.
     contact = rows(Contact, 4 * BLOCKS)
     impulse = rows(Impulse, 4 * BLOCKS)
-    # Bodies, the ground first, and their corrections in the one pass and in the other.
+    # Bodies, the ground first, and their corrections in both passes.
     box = rows(Box, BLOCKS + 1)
     mass = rows(Mass, BLOCKS + 1)
     pose = rows(Pose, BLOCKS + 1)
@@ -117,7 +117,7 @@ def run_lanes(
     base = rows(Base)
     account = rows(Account)
     seen = rows(Seen)
-    # Variables, not constants: else Warp would write out the loops over them.
+    # Variables, not constants, so that Warp does not unroll the loops over them.
     bodies, points, parts = int(BLOCKS + 1), int(2 * BLOCKS), int(2)
     sweeps = int(ITERATIONS // TURNS)
     for i in range(LANES):
@@ -201,7 +201,7 @@ def run_lanes(
                     impulse[p, i] = one
                     move[k, i] = u
                     move[low, i] = v
-            for part in range(parts):  # Velocities, then poses, which start from what those took.
+            for part in range(parts):  # Velocities, then poses, which start from their multipliers.
                 for k in range(1, bodies * part):
                     p, q, b = 2 * k - 2, 2 * k - 1, bodies + k
                     r, w = points + p, points + q

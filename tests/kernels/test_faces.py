@@ -15,7 +15,7 @@ Array = npt.NDArray[np.float64]
 
 real = wp.float64
 faces = kernel_module("shape/faces", precision="float64")
-corner, mirrored, Vector, SLOTS = faces.corner, faces.mirrored, faces.Vector, faces.SLOTS
+corner, mirror_slot, Vector, SLOTS = faces.corner, faces.mirror_slot, faces.Vector, faces.SLOTS
 wp.set_module_options(module_options() | BRANCHES)
 
 SIGNS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
@@ -41,7 +41,7 @@ def find(
 @wp.kernel
 def image(x: int, y: int, found: wp.array(dtype=int)) -> None:
     """Slots in a mirror image."""
-    found[wp.tid()] = mirrored(wp.tid(), x, y)
+    found[wp.tid()] = mirror_slot(wp.tid(), x, y)
 
 
 def shared(pairs: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
