@@ -116,6 +116,7 @@ class Result:
     steps: int
     impacts: int
     sweeps: int
+    astray: int
     uplift_time: real
     moved: real
     deepest: real
@@ -392,8 +393,8 @@ def run_lanes(
         sees = seen[i]
         book = account[i]
         found.results[first + i] = Result(
-            sees.mode, sees.steps, sees.impacts, sees.sweeps, sees.uplift_time, sees.moved,
-            sees.deepest, sees.peak, sees.peak_time, sees.collapse_time, sees.still, sees.residual,
+            sees.mode, sees.steps, sees.impacts, sees.sweeps, sees.astray, sees.uplift_time,
+            sees.moved, sees.deepest, sees.peak, sees.peak_time, sees.collapse_time, sees.still, sees.residual,
             book.loss, book.supplied, book.returned,
         )  # fmt: skip
         for k in range(block_count):

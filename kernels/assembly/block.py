@@ -79,6 +79,7 @@ class Seen:
         steps: Steps so far.
         impacts: Impacts so far.
         sweeps: Sweeps of all steps.
+        astray: Steps, of all contacts, in which a corner was below an edge to whose side it came.
         uplift_time: When a joint first opened [s]; NEVER before.
         moved: When something last moved [s].
         deepest: Deepest penetration so far [m].
@@ -94,6 +95,7 @@ class Seen:
     steps: int
     impacts: int
     sweeps: int
+    astray: int
     uplift_time: real
     moved: real
     deepest: real
@@ -109,7 +111,7 @@ class Seen:
 def start_seen() -> Seen:
     """What is seen of a lane before its first step."""
     zero = real(0.0)
-    return Seen(RUNNING, 0, 0, 0, NEVER, zero, zero, zero, zero, NEVER, zero, zero, zero)
+    return Seen(RUNNING, 0, 0, 0, 0, NEVER, zero, zero, zero, zero, NEVER, zero, zero, zero)
 
 
 @wp.func
@@ -209,7 +211,7 @@ def observe_gap(
     Args:
         live: Whether its lane still runs.
         time: Start of the step [s].
-        gap: Gap [m]; NEVER where the corner has left the other edge.
+        gap: Gap [m]; NEVER where the corner has left the other edge, ASTRAY where it is below it.
         limit: Gap beyond which it has parted [m], see `slack` in parting.py.
         impulse: What it carried in the last step.
         track: The contact from step to step.
@@ -223,6 +225,7 @@ def observe_gap(
     lifted = smaller(smaller(track.since, time), seen.uplift_time)
     seen.uplift_time = wp.where(live and apart, lifted, seen.uplift_time)
     seen.moved = wp.where(live and apart, time, seen.moved)
+    seen.astray = seen.astray + wp.where(live and gap > NEVER, 1, 0)
     seen.deepest = wp.where(live, larger(-opening, seen.deepest), seen.deepest)
     track.opening = wp.where(live, larger(opening, track.opening), track.opening)
     track.parted = wp.where(live, wp.where(apart, 1, 0), track.parted)

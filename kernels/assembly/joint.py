@@ -23,6 +23,12 @@ Angles are positive counterclockwise here.
 
 import warp as wp
 
+STRAY = real(0.1)
+"""How deep a corner may be below an edge, over the length of the edge: no step lets it through from
+above, so that one that is deeper has come from the side."""
+ASTRAY = real(2.0e30)
+"""The gap of such a corner, at which there is no contact."""
+
 
 @wp.struct
 class Edges:
@@ -122,7 +128,8 @@ def find_contact(edges: Edges, end: real, rate: real, a: Pose, b: Pose, ma: Mass
         ma, mb: Their masses.
 
     Returns:
-        The contact, and its gap [m]; NEVER where the corner has left the other edge.
+        The contact, and its gap [m]; NEVER where the corner has left the other edge, ASTRAY where
+        it came below that edge from its side.
     """
     zero, one = real(0.0), real(1.0)
     px, pz = fused(end, edges.a_along_x, edges.a_x), fused(end, edges.a_along_z, edges.a_z)
@@ -150,7 +157,9 @@ def find_contact(edges: Edges, end: real, rate: real, a: Pose, b: Pose, ma: Mass
     ab, bb = -wedge(rbx, rbz, nx, nz), -dot(rbx, rbz, nx, nz)
     kn = fused(mb.j, ab * ab, fused(ma.j, aa * aa, ma.m + mb.m))
     kt = fused(mb.j, bb * bb, fused(ma.j, ba * ba, ma.m + mb.m))
-    gap = wp.where(there, dot(sx, sz, nx, nz), NEVER)
+    gap = dot(sx, sz, nx, nz)
+    astray = there and gap * gap > STRAY * STRAY * square and gap < zero
+    gap = wp.where(there, wp.where(astray, ASTRAY, gap), NEVER)
     closing = rate * larger(gap, zero)
     at = Contact(nx, nz, aa, ab, ba, bb, kn, kt, one / kn, one / kt, closing, edges.friction)
     return at, gap

@@ -32,9 +32,10 @@ ALONG, STRAIGHT = 16, 4
 """Sweeps with a direction p, and plain ones after them: where contacts begin or end to slide in
 every sweep, directions alone may lead in circles."""
 
-LONG, SHARE = 200, real(1.0e-3)
+LONG, SHARE = 200, real(1.0e-2)
 """Sweeps after which a change by this share of the fastest corner's speed will do. Where blocks
-that fall wedge one another in, their impulses grow from sweep to sweep without end."""
+that slide and fall wedge one another in, sweeps go on in circles, or impulses grow without end. The
+length of the step is a larger error there: what touches late by a step has moved by all of it."""
 
 
 @wp.struct

@@ -336,12 +336,12 @@ def find_contacts(
     place = fused_less(tall, turn, -side * along)
     low, top = shared_stretch(slave, plane, place, cos_turn)
     middle = HALF * (low + top)
+    overlap = fused(middle, turn, depth_of(dx, ez, both, ps, pc, tall, turn, cos_turn))
+    slid = -side * (place - lean * slave * one_minus_cosine(turn, cos_turn))
     stretch = Stretch(
         ps, pc, turn, cos_turn, side, along, dot(dx, dz, ps, pc), HALF * (top - low),
         fused_less(tall, turn, middle * cos_turn), side * dot(middle, tall, turn, cos_turn),
     )  # fmt: skip
-    overlap = fused(middle, turn, depth_of(dx, ez, both, ps, pc, tall, turn, cos_turn))
-    slid = -side * (place - lean * slave * one_minus_cosine(turn, cos_turn))
     meeting = meeting_of(overlap, stretch, u.x - v.x, u.z - v.z, u.omega, v.omega)
     return stretch, meeting, slid
 
@@ -378,10 +378,10 @@ def solve_spring(
     stretch = fused(pace.dt, vt, old)
     wanted = -knobs.shear_stiffness * fused(knobs.stiffness_damping, vt, stretch)
     shear = larger(smaller(wanted, bound), -bound)
-    kept = wp.where(size(wanted) <= bound, stretch, -knobs.shear_flexibility * shear)
+    kept = wp.where(shear == wanted, stretch, -knobs.shear_flexibility * shear)
     energy = fused(knobs.shear_stiffness * kept, kept, wp.where(closed, elastic * pressed, zero))
     spring.u = wp.where(live, kept, old)
-    moved = wp.where(closed, slips + size(stretch - kept), larger(slips, FAILED))
+    moved = wp.where(closed, slips + larger(stretch - kept, kept - stretch), larger(slips, FAILED))
     spring.slip = wp.where(live, moved, slips)
     return normal, shear, energy
 

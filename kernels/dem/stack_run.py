@@ -257,13 +257,10 @@ def run_lanes(
                         away = SPACING * real(2 * p + 1 - ODD)
                         share = SPACING * wp.where(p == pairs - 1 or p < ODD, HALF, real(1.0))
                         for i in range(LANES):
-                            # Each spring is kept before the next is found: a lane a thread is
-                            # 5 to 8 % faster so.
                             mu = interface[k, i].friction
-                            one = spring[row + 2 * p, i]
+                            one, two = spring[row + 2 * p, i], spring[row + 2 * p + 1, i]
                             first_end = press(knobs, pace[i], mu, -away, meeting[i], one)
                             spring[row + 2 * p, i] = one
-                            two = spring[row + 2 * p + 1, i]
                             second_end = press(knobs, pace[i], mu, away, meeting[i], two)
                             spring[row + 2 * p + 1, i] = two
                             sums[i] = add_pair(share, away, first_end, second_end, sums[i])

@@ -62,12 +62,6 @@ else:
     from warprock.kernels.event_space.block_law import project, sliding_bits
     from warprock.kernels.event_space.block_law import solve as solve_two
 
-STICKS = 0
-"""An edge of the hull sticks..."""
-BOTH = 1
-"""...or both of its ends push, whatever they do besides..."""
-ANY = 2
-"""...or one of its ends does."""
 BEGINNINGS = 12
 """Directions from which those of an edge that slides are sought: beside either end to either side,
 and eight in which both ends slide alike."""
@@ -173,26 +167,31 @@ def stick_edge(
 
 @wp.func(inline=False)
 def solve_hull(
-    s: Shape, pose: Pose, t: Touches, way: int, grain: real, v: Vector, w: Vector
+    s: Shape, pose: Pose, t: Touches, stick: bool, grain: real, v: Vector, w: Vector
 ) -> Carried:  # fmt: skip
     """The motion over an edge or a corner of the hull of the points that touch.
 
-    `way` is STICKS, BOTH or ANY.
+    An edge that sticks where `stick` holds. Else one of which both ends push, whatever they do
+    besides; where there is none, a corner, which is an edge of which one end pushes.
     """
-    best, total = Carried(), t.total
+    best, corner, total = Carried(), Carried(), t.total
     first = first_on_hull(t)
     i, turns = int(first), int(0)
     while not best.fits and turns < total:
         j = next_on_hull(t, APART * s.reach * s.reach, i)
-        if way == STICKS:
-            best = stick_edge(s, pose, t, i, j, grain, v, w)
+        if stick:
+            c = stick_edge(s, pose, t, i, j, grain, v, w)
         else:
-            best = solve_edge(s, pose, t, i, j, grain, v, w)
-        ends = bit_of(t.which[i]) | bit_of(t.which[j])
-        whole = best.held == ends or (way == ANY and best.held != wp.uint64(0))
-        best.fits = best.fits and whole and not sinks(t, grain, best.v, best.w)
+            c = solve_edge(s, pose, t, i, j, grain, v, w)
+        if c.fits and c.held != wp.uint64(0) and not sinks(t, grain, c.v, c.w):
+            if c.held == (bit_of(t.which[i]) | bit_of(t.which[j])):
+                best = c
+            elif not corner.fits:
+                corner = c
         i = int(j)
         turns = wp.where(i == first, total, turns + 1)
+    if corner.fits and not best.fits:
+        best = corner
     return best
 
 
@@ -273,13 +272,11 @@ def solve(s: Shape, pose: Pose, t: Touches, dust: real, v: Vector, w: Vector) ->
     elif t.total > 0:
         c = stick_flat(s, pose, t, v, w)
         if not c.fits and c.held == wp.uint64(0):
-            c = solve_hull(s, pose, t, STICKS, grain, v, w)
+            c = solve_hull(s, pose, t, True, grain, v, w)
         if not c.fits:
             c = slide_flat(s, pose, t, v, w)
         if not c.fits:
-            c = solve_hull(s, pose, t, BOTH, grain, v, w)
-        if not c.fits:
-            c = solve_hull(s, pose, t, ANY, grain, v, w)
+            c = solve_hull(s, pose, t, False, grain, v, w)
         if not c.fits and not sinks(t, grain, v, w):
             c = Carried()
             c.v = v

@@ -212,6 +212,8 @@ def run_lanes(
                     v = base_velocity(way, half, pool[2, place], pool[0, place], pool[1, place])
                     dv[d, i] = v - base[d, i]
                     base[d, i] = v
+            # A loop of its own: what reads a record and does more than that is no vector code.
+            for i in range(LANES):
                 flat = stands(impulse[0, i], impulse[1, i], impulse[2, i], impulse[3, i])
                 since[i] = wp.where(flat, NEVER, smaller(since[i], time - dt))
                 change = Triple(dv[0, i], dv[1, i], dv[2, i])
@@ -282,16 +284,18 @@ def run_lanes(
                     free[i] = velocity_if(solved.touches, solved.after, free[i])
                     for c in range(4):
                         contact[c, i].on = wp.where(solved.found, zero, contact[c, i].on)
+            swept = int(0)
             for c in range(corners):
                 busy[c] = 0
                 for i in range(LANES):
                     busy[c] += wp.where(contact[c, i].on > zero, 1, 0)
+                swept += busy[c]
                 if busy[c] > 0:
                     for i in range(LANES):
                         u = free[i]
                         gains[c, i] = warm_start(contact[c, i], impulse[c, i], ease[i], u)
                         free[i] = u
-            for step in range(knobs.sweeps * corners):
+            for step in range(wp.where(swept > 0, knobs.sweeps * corners, 0)):
                 c = step % corners
                 if busy[c] > 0:
                     for i in range(LANES):

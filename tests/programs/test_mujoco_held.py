@@ -160,6 +160,19 @@ def test_compare_sets_mujoco_beside_a_facade(tmp_path):
     assert "-e mujoco" not in told.stdout.rpartition("next:")[2]
 
 
+@mujoco
+def test_compare_sets_a_frame_and_its_column_side_by_side_and_leaves_a_page(tmp_path):
+    pytest.importorskip("mujoco")
+    case, folder = tmp_path / "case.toml", tmp_path / "results"
+    frame = ("-s", "frame.columns=2", "-s", "frame.beam_mass=10 t", "-s", "contact.friction=1")
+    succeed("init", "free", case, "-s", "block.width=1 m", "-s", "block.height=6 m", *frame)
+    asked = ("-e", "housner", "-e", "mujoco", "-s", "start.rotation_ratio=0.3")
+    told = succeed("compare", case, *asked, "-s", "run.duration=1 s", "-o", folder)
+    assert "mujoco is within" in told.stdout
+    assert (folder / "report.html").is_file()
+    assert "damping_ratio = 2.0" in (folder / "costs.csv").read_text(encoding="utf-8")
+
+
 def test_what_a_program_is_not_given_it_declines():
     pytest.importorskip("mujoco")
     lanes, times = make_lanes([0.6], [4.8], -0.5, 5.0), SampleTimes(1.0, 0.01)

@@ -96,7 +96,12 @@ def test_nineteen_lanes_of_twenty_err_by_less_than_their_estimates(
 
 def test_every_engine_with_an_order_has_its_factors() -> None:
     table = calibration.shipped_factors()
-    ordered = [engine for engine in ENGINES if engine_class(engine).order is not None]
+    # No factor of assemblies was measured: their estimates are as they come.
+    ordered = [
+        name
+        for name in ENGINES
+        if engine_class(name).order is not None and not engine_class(name).assemblies
+    ]
     for engine in ordered:
         for name in ("free", "pulses", "records"):
             for quantity in QUANTITIES:

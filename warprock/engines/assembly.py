@@ -59,7 +59,9 @@ class Assembly(AbstractEngine):
     A lane ends, too, once it has collapsed (outcome OVERTURNED): the centre of a block is lower
     than at the start by half of the longest joint of the block, or a block has turned by a right
     angle. It is at rest while no joint gapes and no corner moves. A lane that gained more energy
-    than its base supplied, or whose blocks went through one another, has the status UNSTABLE.
+    than its base supplied, or whose blocks went through one another, has the status UNSTABLE; one
+    of which a corner came below an edge from its side has OUTSIDE_MODEL: other contacts than those
+    of the joints would have met it there.
     """
 
     name: ClassVar[str] = "assembly"
@@ -139,7 +141,10 @@ class Assembly(AbstractEngine):
         joints = joints_moved(own, found.contacts)
         state = JointState.OPENED * joints.opened + JointState.SLID * joints.slid
         rest_time = still_since(rows, times.times[-1] - 0.5 * self.settings.time_step)
-        bad = [(_unstable(own, rows), Status.UNSTABLE)]
+        bad = [
+            (_unstable(own, rows), Status.UNSTABLE),
+            (rows["astray"] > 0, Status.OUTSIDE_MODEL),
+        ]
         blocks = np.arange(found.blocks.shape[1]) < _count(own)[:, None]
         moved, last = (np.where(blocks, found.blocks[name], 0.0) for name in ("moved", "last"))
         return lane_fields(rows, rest_time, bad) | {

@@ -100,7 +100,7 @@ def _said(motion: SceneMotion, sample: int) -> str:
     ties = [part.states[sample] for part in motion.parts if part.states is not None]
     if ties:
         said = ", ".join(TIE_WORDS[TieState(state)] for state in ties)
-        parts.append(f"{'tie' if len(ties) == 1 else 'ties'} {said}")
+        parts.append(f"{'tie' if len(ties) == 1 else 'ties:'} {said}")
     if motion.end is not None and motion.times[sample] >= motion.end:
         parts.append(f"{motion.outcome} at {motion.end:.2f} s; what follows is not modelled")
     elif sample == len(motion.times) - 1:

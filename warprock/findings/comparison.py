@@ -41,7 +41,7 @@ def find_comparison(case: Case, found: Mapping[str, Any], show: Callable[[], Non
     """
     tables = {TABLE: pd.DataFrame(found["rows"])}
     if found["costs"]:
-        tables["costs"] = pd.DataFrame(found["costs"])
+        tables["costs"] = _costs(found["costs"])
     facts = plain({**found, "asked": case_facts(case), **surroundings(case)})
     engine = _nearest(facts)[1] if _against_housner(facts) else found["engines"][0]
     where = case.name if case.folder is None else case.file
@@ -66,7 +66,7 @@ def tell_comparison(facts: Facts, tables: Tables) -> Finding:
         )
     )
     if facts.get("costs"):
-        sheets.append(sheet_of("What the programs took", pd.DataFrame(facts["costs"])))
+        sheets.append(sheet_of("What the programs took", _costs(facts["costs"])))
     headline = f"{counted(len(names), 'engine')} were held against {names[0]}."
     if "observed" in facts:
         headline = f"{counted(len(names), 'engine')} were held against poses that were observed."
@@ -84,6 +84,15 @@ def tell_comparison(facts: Facts, tables: Tables) -> Finding:
     )
 
 
+def _costs(rows: list[dict[str, Any]]) -> pd.DataFrame:
+    """What programs took, their settings as text."""
+    told = {
+        number: ", ".join(f"{name} = {value}" for name, value in row["settings"].items())
+        for number, row in enumerate(rows)
+    }
+    return pd.DataFrame(rows).assign(settings=pd.Series(told))
+
+
 COMPARISON = Kind(
     (TABLE,),
     tell_comparison,
@@ -91,7 +100,7 @@ COMPARISON = Kind(
     {
         "asked": CASE,
         "engines": [str],
-        "costs?": ROWS,
+        "costs?": [{"settings": {...: (str, float, bool, None)}, **ROWS[0]}],
         **dict.fromkeys(("stacked", "spatial"), bool),
         "rows": ROWS,
     },

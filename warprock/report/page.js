@@ -496,7 +496,7 @@
       parts.push((lane.ground ? "support" : "base") + " moved " + (1000 * base[0]).toFixed(1) + " mm, accelerated " + this.at(lane.acc, lane.rate).toFixed(2) + " m/s²");
     if (lane.ground) parts.push("ground moved " + (1000 * this.ground()[0]).toFixed(1) + " mm");
     const ties = (lane.parts || []).filter((part) => part.states).map((part) => this.doing(part));
-    if (ties.length) parts.push((ties.length > 1 ? "ties " : "tie ") + ties.join(", "));
+    if (ties.length) parts.push((ties.length > 1 ? "ties: " : "tie ") + ties.join(", "));
     if (lane.rise)
       parts.push("upwards " + (1000 * base[2]).toFixed(1) + " mm, " + this.at(lane.rise, lane.rate).toFixed(2) + " m/s²");
     if (this.ended()) parts.push(this.ended());

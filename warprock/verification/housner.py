@@ -45,9 +45,11 @@ def where_housner_holds(
             needs along the way, at impacts and at velocity steps.
     """
     lanes = lane_set.lanes
-    friction, needed = lanes.friction, reference_response["friction_needed"]
+    friction, needed = lanes.friction, _friction_needed(reference_response)
     leaves = reference_response["status"] == Status.OUTSIDE_MODEL
     closed_form = 1.0 - 1.5 * np.sin(lanes.slenderness_angle) ** 2
+    if lanes.hold is not None and lanes.hold.frame is not None:
+        closed_form = lanes.hold.frame.angular_restitution(lanes.slenderness_angle)
     prescribed = np.abs(lanes.angular_restitution - closed_form) > RESTITUTION_BOUND
     if lanes.body is not None:
         # Of a body both sides have their own; an engine that runs one follows what is prescribed.
@@ -69,6 +71,12 @@ def where_housner_holds(
             why.append("the case prescribes an angular restitution of its own")
         reasons.append("; ".join(why))
     return reasons
+
+
+def _friction_needed(reference: Response) -> Array:
+    """What friction Housner's block needs, shape [lane]; NaN of frames, which do not say it."""
+    unknown = np.full(len(reference["status"]), np.nan)
+    return np.asarray(reference.fields.get("friction_needed", unknown))
 
 
 def _history_errors(response: Response, reference: Response, scale: Array) -> tuple[Array, Array]:
@@ -125,7 +133,7 @@ def compare_with_housner(
         engine=response.engine,
         holds=[not why for why in reasons],
         why=reasons,
-        friction_needed=reference_response["friction_needed"],
+        friction_needed=_friction_needed(reference_response),
         outcome=[Outcome(int(code)).name.lower() for code in response["outcome"]],
         reference_outcome=[
             Outcome(int(code)).name.lower() for code in reference_response["outcome"]
