@@ -18,6 +18,7 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions
 from warprock.model.response import USABLE, Outcome, Response, SampleTimes, Status
 from warprock.model.scene import scene_kind
+from warprock.oracle.sliding_swings import slide
 from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
@@ -95,6 +96,60 @@ def test_without_sliding_it_is_housner(wall, ties, load, seed):
 @every_kind
 def test_many_lanes_without_sliding_are_housner(wall, ties, load, seed):
     assert_follows_housner(300, seed, wall=wall, ties=ties, load=load)
+
+
+BEYOND = 1e-7
+"""What is left between `event` and the oracle of sliding, in slenderness angles: the events of the
+oracle lie on a dense output of order 7."""
+
+
+def assert_follows_oracle(part: float, seed: int, *, wall: bool, ties: int, load: bool) -> None:
+    """A part of 24 random lanes with little friction beside SciPy, those that slide most."""
+    lanes, motions = held_batch(24, seed, wall=wall, ties=ties, load=load)
+    friction = np.random.default_rng(seed + 100).uniform(0.05, 0.8, 24)
+    lanes = dataclasses.replace(lanes, friction=friction)
+    times = SampleTimes(2.0, 0.02, places=True)
+    event = run(lanes, motions, times)
+    falls = event["outcome"] == Outcome.OVERTURNED
+    chosen = np.argsort(np.where(falls, 0.0, -event["peak_slide"]))[: round(24 * part)]
+    assert event["peak_slide"][chosen[0]] > 1e-3
+    for lane in chosen.tolist():
+        found = slide(lanes, motions, lane, times)
+        assert found.status == Status.OK
+        angle = lanes.slenderness_angle[lane]
+        np.testing.assert_allclose(
+            event["rotation"][lane], found.rotation, rtol=0.0, atol=BEYOND * angle, err_msg=lane
+        )
+        np.testing.assert_allclose(event["x"][lane], found.x, rtol=0.0, atol=BEYOND, err_msg=lane)
+        assert event["impact_count"][lane] == len(found.impacts)
+        names = {
+            "energy_lost": found.energy_lost,
+            "residual_slide": found.slide,
+            "uplift_time": found.uplift_time,
+            "rest_time": found.rest_time,
+        }
+        if ties:
+            names |= {
+                "tie_energy_lost": found.tie_energy_lost,
+                "broken_ties": sum(tie.broken < np.inf for tie in found.ties),
+            }
+        for name, value in names.items():
+            if name == "residual_slide" and event["outcome"][lane] == Outcome.OVERTURNED:
+                continue
+            np.testing.assert_allclose(
+                event[name][lane], value, rtol=1e-6, atol=1e-7, err_msg=f"{lane} {name}"
+            )
+
+
+@pytest.mark.parametrize(("wall", "ties", "load", "seed"), [KINDS[1], KINDS[5]])
+def test_with_sliding_it_follows_the_oracle(wall, ties, load, seed):
+    assert_follows_oracle(1.0 / 24.0, seed, wall=wall, ties=ties, load=load)
+
+
+@pytest.mark.thorough
+@every_kind
+def test_many_sliding_lanes_follow_the_oracle(wall, ties, load, seed):
+    assert_follows_oracle(1.0, seed, wall=wall, ties=ties, load=load)
 
 
 def test_without_anything_that_holds_it_is_the_free_block():
@@ -278,6 +333,21 @@ def test_a_lane_does_not_depend_on_its_neighbours_or_on_histories():
         np.testing.assert_array_equal(plain[name], whole[name], err_msg=name)
         np.testing.assert_array_equal(plain[name][few], found[name][1:], err_msg=name)
     np.testing.assert_array_equal(whole["rotation"][few], found["rotation"][1:])
+
+
+def test_float32_is_the_same_motion():
+    lanes, motions = held_batch(60, 5, wall=True, ties=2)
+    friction = np.random.default_rng(2).uniform(0.05, 0.8, 60)
+    lanes = dataclasses.replace(lanes, friction=friction)
+    times = SampleTimes(3.0, 0.02)
+    fine = run(lanes, motions, times)
+    coarse = run_batch("event", lanes, motions, times, precision="float32", workers=1)
+    np.testing.assert_array_equal(coarse["status"], Status.OK)
+    np.testing.assert_array_equal(coarse["outcome"], fine["outcome"])
+    # Some hundred roundings of 6e-8, larger where a block comes close to its balance.
+    gaps = np.abs(coarse["rotation"] - fine["rotation"]).max(axis=1) / lanes.slenderness_angle
+    assert np.median(gaps) < 1e-5
+    assert gaps.max() < 1e-2
 
 
 EVENTS = {

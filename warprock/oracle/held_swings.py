@@ -137,10 +137,7 @@ class HeldRun:
             friction: Of the contact, which only says from where on a fall is not judged.
         """
         self.block, self.rtol, self.duration = block, rtol, times.duration
-        self.wall = 0 if hold.wall is None else int(hold.wall[lane])
-        self.rebound = 0.0 if hold.rebound is None else float(hold.rebound[lane])
-        self.ties = _ties(hold, lane, block)
-        self.load = _load(hold, lane, block)
+        self.ties, self.load, self.wall, self.rebound = hold_of_lane(hold, lane, block)
         self.times = times.times
         self.rotation = np.full(len(self.times), np.nan)
         self.filled = 0
@@ -513,6 +510,15 @@ class HeldRun:
     def finish(self) -> None:
         """Counts where the run ends as a candidate for the peak."""
         self._note()
+
+
+def hold_of_lane(
+    hold: Hold, lane: int, block: PivotingBlock
+) -> tuple[list[HeldTie], HeldLoad, int, float]:
+    """What holds the block of a lane: ties, load, the side of its wall (0 without), rebound."""
+    wall = 0 if hold.wall is None else int(hold.wall[lane])
+    rebound = 0.0 if hold.rebound is None else float(hold.rebound[lane])
+    return _ties(hold, lane, block), _load(hold, lane, block), wall, rebound
 
 
 def _load(hold: Hold, lane: int, block: PivotingBlock) -> HeldLoad:
