@@ -394,8 +394,8 @@ def run_lanes(
         book = account[i]
         found.results[first + i] = Result(
             sees.mode, sees.steps, sees.impacts, sees.sweeps, sees.astray, sees.uplift_time,
-            sees.moved, sees.deepest, sees.peak, sees.peak_time, sees.collapse_time, sees.still, sees.residual,
-            book.loss, book.supplied, book.returned,
+            sees.moved, sees.deepest, sees.peak, sees.peak_time, sees.collapse_time, sees.still,
+            sees.residual, book.loss, book.supplied, book.returned,
         )  # fmt: skip
         for k in range(block_count):
             dx, dz = pose[k, i].x - blocks[k, first + i].x, pose[k, i].z - blocks[k, first + i].z
