@@ -74,7 +74,7 @@ def test_the_usual_measures_are_those_that_the_block_can_have():
     box = load_case(CASE, ONE)
     names = [each.name for each in measures.usual_measures(box, "housner")]
     assert [name.split()[0] for name in names] == [
-        *("base", "base", "base", "ballast", "straps", "isolator"),
+        *("base", "base", "base", "ballast", "straps", "isolator", "floor"),
     ]
     slid = [each.name for each in measures.usual_measures(box, "event")]
     assert slid[-2:] == ["friction 0.5 times", "friction 1.5 times"]
