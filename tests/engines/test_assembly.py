@@ -68,7 +68,7 @@ def drums(count: int) -> Laid:
         (oppenheim(7), 0.3736),
         (oppenheim(27), 0.3538),
         (drums(12), 1.0 / 6.0),
-        pytest.param(drums(20), 0.1, marks=pytest.mark.thorough),
+        (drums(20), 0.1),
     ],
     ids=["7 voussoirs", "27 voussoirs", "12 drums", "20 drums"],
 )
