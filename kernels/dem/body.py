@@ -1,15 +1,15 @@
 """Soft-spring step of a body on contact points.
 
-As dem/stack.py, with a spring under every corner (see shape/body.py) in the place of springs along
-a face. In the frame of the base, z is the height of the centre of mass over that of the rigid body
-at rest; a corner (x, z) from it at the rotation zero, raised by `rise` above the ground then, is at
-(X, Z) from it at theta, and
+As dem/stack.py, with a spring under every corner (see shape/body.py) instead of springs along a
+face. In the frame of the base, z is the height of the centre of mass above that of the rigid body
+at rest. A corner lies at (x, z) from it at the rotation zero, `raised` above the ground, and at
+(X, Z) at the rotation theta. Then
 
     overlap  o = -(z + raised - x s - z_corner (1 - c)),
     parting  v_n = vz - omega X,
     sliding  v_t = vx + omega Z.
 
-The stresses of the spring stand for an area of the base.
+Each spring represents an area of the base.
 """
 
 import warp as wp
@@ -27,7 +27,7 @@ class Corner:
         x, z: From the centre of mass at the rotation zero [m].
         raised: Height above the ground of a rigid body at rest [m]; endless of a row that is none.
         along: See shape/body.py [m].
-        area: That it stands for [m^2].
+        area: Area that its spring represents [m^2].
     """
 
     x: real
@@ -53,7 +53,7 @@ class Deepest:
 
 @wp.func
 def depth_of(x: real, z: real, raised: real, height: real, s: real, lift: real) -> real:
-    """How deep a corner is in the base [m].
+    """Penetration of a corner [m].
 
     Args:
         x, z, raised: Fields of `Corner`.
@@ -65,7 +65,7 @@ def depth_of(x: real, z: real, raised: real, height: real, s: real, lift: real) 
 
 @wp.func
 def find_deepest(number: int, depth: real, deep: Deepest) -> Deepest:
-    """The deepest corners, with one more of a number and a depth [m]."""
+    """The deepest corners, updated by a corner with a number and a depth [m]."""
     first = depth > deep.first
     return Deepest(
         wp.where(first, depth, deep.first),
@@ -76,14 +76,14 @@ def find_deepest(number: int, depth: real, deep: Deepest) -> Deepest:
 
 @wp.func
 def has_work(depth: real, spring: Spring) -> int:
-    """Whether a spring has anything to do, 1 or 0: nothing if it has opened before and is open."""
+    """Whether a spring may carry, 1 or 0; it does not if it has opened before and is open."""
     zero = real(0.0)
     return wp.where(depth <= zero and spring.u == zero and spring.slip > zero, 0, 1)
 
 
 @wp.struct
 class Pressed:
-    """What the springs of a body do besides loading it.
+    """Energy and number of pressed springs of a body.
 
     Attributes:
         stored: Energy in them [J].
@@ -99,14 +99,14 @@ def press(
     knobs: Knobs, pace: Pace, mu: real, corner: Corner, depth: real, at: Pose, u: Velocity,
     spring: wp.ref[Spring],
 ):  # fmt: skip
-    """What the spring of a corner does to a body: its load, its energy and whether it is held.
+    """Adds the load of the spring of a corner to its body, with its energy and whether it sticks.
 
     Args:
         knobs: See `solve_spring` in dem/stack.py, as pace, mu and spring.
         corner: The corner.
-        depth: How deep it is in the base [m].
-        at, u: Where the body is and how it moves.
-        spring: The spring.
+        depth: Penetration of the corner [m].
+        at, u: Pose and velocity of the body.
+        spring: The spring; updated.
     """
     lever_x = turned_x(corner.x, corner.z, at.s, at.c)
     lever_z = turned_z(corner.x, corner.z, at.s, at.c)

@@ -16,7 +16,7 @@ from warprock.kernels.dem.stack import (
     Pace,
     Spring,
     integrate,
-    rise,
+    one_minus_cosine,
 )
 from warprock.kernels.dem.stack_lanes import (
     Seat,
@@ -156,7 +156,7 @@ def run_lanes(
                 base[i] = move_base(v, climb, pace[i].live, base[i])
                 pull = equivalent_gain(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
                 account[i] = keep_account(pull, account[i])
-                step[i].lift = rise(pose[i].s, pose[i].c)
+                step[i].lift = one_minus_cosine(pose[i].s, pose[i].c)
                 step[i].held = 0
                 deep[i] = Deepest(-NEVER, -NEVER, 0)
             for p in range(points):

@@ -239,7 +239,7 @@ class Sums:
 
 
 @wp.func
-def rise(s: real, c: real) -> real:
+def one_minus_cosine(s: real, c: real) -> real:
     """1 - c of an angle with the sine s and the cosine c, without cancellation."""
     one = real(1.0)
     zero = real(0.0)
@@ -296,7 +296,9 @@ def depth_of(
     cos_turn: real,
 ) -> real:  # fmt: skip
     """Depth of the middle of the slave's face below the plane [m]; names as in `find_contacts`."""
-    sunk = fused_less(tall, rise(turn, cos_turn), both * rise(tilted, across))
+    sunk = fused_less(
+        tall, one_minus_cosine(turn, cos_turn), both * one_minus_cosine(tilted, across)
+    )
     return fused_less(ez, across, fused_less(dx, tilted, sunk))
 
 
@@ -335,7 +337,7 @@ def find_contacts(
     low, top = shared_stretch(slave, plane, place, cos_turn)
     middle = HALF * (low + top)
     overlap = fused(middle, turn, depth_of(dx, ez, both, ps, pc, tall, turn, cos_turn))
-    slid = -side * (place - lean * slave * rise(turn, cos_turn))
+    slid = -side * (place - lean * slave * one_minus_cosine(turn, cos_turn))
     stretch = Stretch(
         ps, pc, turn, cos_turn, side, along, dot(dx, dz, ps, pc), HALF * (top - low),
         fused_less(tall, turn, middle * cos_turn), side * dot(middle, tall, turn, cos_turn),

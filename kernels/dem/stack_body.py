@@ -1,9 +1,9 @@
 """Soft-spring step of a stack in the plane with bodies among its blocks.
 
 As dem/stack.py, with a spring under each of the up to three points of an interface (see
-shape/stack_body.py) in the place of springs along a face. A point has half of the area that the
-block and what it stands on share at rest. What a spring knows moves along with the window; one
-that comes into view has opened before.
+shape/stack_body.py) instead of springs along a face. A point represents half of the contact area of
+the interface at rest. The state of a spring moves along with the window; a point that comes into
+view counts as opened before.
 """
 
 import warp as wp
@@ -20,8 +20,8 @@ class Interface:
 
     Attributes:
         friction: tan(phi).
-        area: That each of its points stands for [m^2].
-        start: Place of the block along what it stands on where it has not slid [m].
+        area: Area that each of its points represents [m^2].
+        start: Place of the block along the face below without slide [m].
         window: Row of the corner with the role 0.
     """
 
@@ -36,9 +36,9 @@ class Contact:
     """A point of an interface.
 
     Attributes:
-        there: 1 where there is such a point, else 0.
-        overlap: How deep it is [m].
-        vn: Velocity at which it parts [m/s], vt at which it slides.
+        there: 1 if the point exists, else 0.
+        overlap: Its penetration [m].
+        vn, vt: Velocity at which it parts, and at which it slides [m/s].
     """
 
     there: int
@@ -49,12 +49,12 @@ class Contact:
 
 @wp.struct
 class Force:
-    """What the springs of a point do.
+    """Force and energy of the springs of a point.
 
     Attributes:
         n, t: Normal and tangential force [N].
-        stored: Energy in them [J].
-        held: 1 where the point is pressed and does not slip, else 0.
+        stored: Energy in the springs [J].
+        held: 1 if the point is pressed and does not slip, else 0.
     """
 
     n: real
@@ -65,11 +65,11 @@ class Force:
 
 @wp.struct
 class Contacts:
-    """What is seen of the points of an interface.
+    """Observed points of an interface.
 
     Attributes:
         first, second: The deepest overlap of a point so far, and the second one [m].
-        speed: At which the point with the role 0 slides [m/s].
+        speed: Slip velocity of the point with the role 0 [m/s].
         held: Points so far that are pressed and do not slip.
     """
 
@@ -101,11 +101,11 @@ def find_contact(
     """A point of an interface, see `find_foot`, and how it moves.
 
     Args:
-        window: See `find_foot`, as all up to top.
-        u, v: Velocities of the block and of what it stands on.
+        window: See `find_foot`, like all arguments up to `top`.
+        u, v: Velocities of the block and of the body below.
 
     Returns:
-        How it meets; the point; the place of the block along what it touches [m].
+        The contact; the point; the place of the block along the touched face [m].
     """
     there, point, gap, place = find_foot(window, role, at, below, top)
     wx, wz = u.x - v.x, u.z - v.z
@@ -121,7 +121,7 @@ def find_contact(
 def press(
     knobs: Knobs, pace: Pace, interface: Interface, contact: Contact, spring: wp.ref[Spring]
 ) -> Force:  # fmt: skip
-    """What the springs of a point do, see `solve_spring` in dem/stack.py; they move on."""
+    """Force of the springs of a point, see `solve_spring` in dem/stack.py; updates the springs."""
     zero, there, area = real(0.0), contact.there == 1, interface.area
     before = real(spring.slip)
     normal, shear, energy = solve_spring(
@@ -135,7 +135,7 @@ def press(
 
 @wp.func
 def load_blocks(point: Point, force: Force, up: wp.ref[Load], low: wp.ref[Load]):
-    """Adds the force of a point to the loads of the block and of what it stands on."""
+    """Adds the force of a point to the loads of the block and of the body below."""
     n, t = force.n, force.t
     px = point.nx * n + point.nz * t
     pz = point.nz * n - point.nx * t
@@ -148,8 +148,8 @@ def load_blocks(point: Point, force: Force, up: wp.ref[Load], low: wp.ref[Load])
 
 
 @wp.func
-def see_contact(role: int, contact: Contact, held: int, all: Contacts) -> Contacts:
-    """What is seen of the points of an interface, with one more that has a role."""
+def observe_contact(role: int, contact: Contact, held: int, all: Contacts) -> Contacts:
+    """The observed points of an interface, updated by the point with a role."""
     first, depth = contact.overlap > all.first, contact.overlap
     return Contacts(
         wp.where(first, depth, all.first),

@@ -1,6 +1,6 @@
-"""What becomes of lanes of soft-spring blocks: how they step, and what is seen of them.
+"""Lanes of soft-spring blocks: their clock, their energy account, and their observed response.
 
-Blocks in space take `passes_left`, `time_past` and `observe_faces` from here.
+Blocks in space use `passes_left`, `time_past` and `observe_faces` of this file.
 """
 
 import warp as wp
@@ -16,12 +16,12 @@ PIVOT = real(0.75)
 sub-contacts only the last one then carries, which is when a rigid block lifts; of many, the
 resultant has moved by 0.92 of the way. In space the end is the corner that is pressed most."""
 APART = real(-1.0)
-"""What an interface that has parted keeps for the time since which it gapes."""
+"""Value of `since` for an interface that has parted, see `observe_faces`."""
 
 
 @wp.func
 def passes_left(until: real, steps: int, dt: real, mode: int) -> int:
-    """Steps that a lane has to take to reach a time; may be one too many."""
+    """Number of steps that a lane needs to reach a time; may be one too many."""
     left = (until - real(steps) * dt) / dt
     running = mode == RUNNING and left > real(0.0)
     return wp.where(running, int(wp.ceil(wp.where(running, left, real(0.0)))) + 1, 0)
@@ -38,17 +38,17 @@ def observe_faces(
     live: bool, time: real, overlap: real, tilt: real, shared: real, slips: bool,
     since: wp.ref[real], seen: wp.ref[Seen],
 ):  # fmt: skip
-    """Whether an interface rocks or slides, whether it has landed, and whether it is still there.
+    """Updates a lane by an interface: whether it rocks or slides, has landed, and still exists.
 
     Args:
         live: Whether the lane still runs.
         time: Time [s].
-        overlap: Depth to which the faces overlap in the middle of what they share [m].
-        tilt: By how much it is deeper at the end, or corner, where it is deepest [m].
-        shared: How much they share.
+        overlap: Penetration in the middle of the shared part of the faces [m].
+        tilt: Penetration at the deepest end, or corner, less that in the middle [m].
+        shared: Size of the shared part of the faces.
         slips: Whether the faces slip.
-        since: Time since which the middle gapes [s]: APART once it has parted, NEVER if closed.
-        seen: What is seen of the lane: impacts are interfaces that have landed.
+        since: Time since which the middle is open [s]: APART once it has parted, NEVER if closed.
+        seen: Observed response of the lane; an interface that lands is an impact.
     """
     zero = real(0.0)
     gapes = overlap <= zero
@@ -67,12 +67,12 @@ def observe_faces(
 
 @wp.struct
 class Seat:
-    """How a block sits on what is below it.
+    """Contact and slide of a block on the face below.
 
     Attributes:
-        since: Time since which its interface gapes, see `observe_faces` [s].
-        place: Where it is along that, as its interface was last seen [m].
-        slide: How far it has slid [m].
+        since: Time since which its interface is open, see `observe_faces` [s].
+        place: Its last observed place along the face below [m].
+        slide: Its slide [m].
     """
 
     since: real
@@ -82,7 +82,7 @@ class Seat:
 
 @wp.func
 def lost_so_far(energy: Energy) -> real:
-    """What springs and dampers have taken from the blocks before this step [J]."""
+    """Energy that springs and dampers have taken from the blocks before this step [J]."""
     return energy.spent - (energy.stored - energy.at_start)
 
 
@@ -91,7 +91,7 @@ def begin_step(until: real, mode: int, pace: wp.ref[Pace], energy: wp.ref[Energy
     """Begins a step of a lane, if it runs and has not reached a time [s].
 
     Returns:
-        What is lost so far [J], see `lost_so_far`.
+        Energy lost so far [J], see `lost_so_far`.
     """
     runs = mode == RUNNING and real(pace.steps) * pace.dt < until
     pace.span = wp.where(pace.steps == 0, HALF * pace.dt, pace.dt)
@@ -106,7 +106,7 @@ def begin_step(until: real, mode: int, pace: wp.ref[Pace], energy: wp.ref[Energy
 
 @wp.func
 def move_base(v: real, rise: real, live: int, base: Base) -> Base:
-    """Takes the base of a lane to the velocities v along x and `rise` upwards [m/s]."""
+    """The base of a lane with the new velocities v along x and `rise` upwards [m/s]."""
     return Base(
         wp.where(live == 1, v, base.vx), v - base.vx,
         wp.where(live == 1, rise, base.vz), rise - base.vz,
@@ -124,21 +124,21 @@ def observe_interface(
     pace: Pace, overlap: real, tilt: real, shared: real, slips: bool, since: wp.ref[real],
     seen: wp.ref[Seen],
 ):  # fmt: skip
-    """What a step shows of an interface as it begins, see `observe_faces`."""
+    """Observes an interface at the start of a step, see `observe_faces`."""
     time = real(pace.steps - 1) * pace.dt
     observe_faces(pace.live == 1, time, overlap, tilt, shared, slips, since, seen)
 
 
 @wp.func
 def mode_after(live: bool, theta: real, u: Velocity, slid: real, mode: int) -> int:
-    """How a lane goes on after a step of one of its blocks.
+    """Mode of a lane after a step of one of its blocks.
 
     Args:
         live: Whether it still runs.
         theta: Rotation of the block [rad].
         u: Velocity of the block.
         slid: Slide of the block [m].
-        mode: How it goes on as far as is known.
+        mode: Its mode before.
     """
     zero, speed = real(0.0), u.x + u.z + u.omega
     sound = theta - theta == zero and speed - speed == zero and slid - slid == zero

@@ -60,8 +60,8 @@ if CHAINS:
         find_contact,
         load_blocks,
         move_springs,
+        observe_contact,
         press,
-        see_contact,
     )
     from warprock.kernels.shape.stack_body import Block, Window, overlap_of, way_of_window
     from warprock.kernels.shape.stack_body import Top as Face
@@ -227,7 +227,7 @@ def run_lanes(
                             load[k, i] = above
                             load[low, i] = below
                             energy[i].stored = energy[i].stored + force.stored
-                            contacts[i] = see_contact(role, contact, force.held, contacts[i])
+                            contacts[i] = observe_contact(role, contact, force.held, contacts[i])
                             seat[k, i].place = wp.where(role == 0, along, seat[k, i].place)
                     for i in range(LANES):
                         w = interface[k, i].window

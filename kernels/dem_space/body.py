@@ -1,17 +1,17 @@
 """Soft-spring step of a body in space that stands on points.
 
-As dem_space/stack.py, with a spring under every contact point (see shape_space/body.py) in the
-place of springs along a face. With z the height of the centre of mass over that of the rigid body
-at rest, h, a point at the lever r from the centre has
+As dem_space/stack.py, with a spring under every contact point (see shape_space/body.py) instead of
+springs along a face. With z the height of the centre of mass above that of the rigid body at rest,
+h, a point at the lever r from the centre has
 
     overlap    o = -(z + h + r_z),
     velocity   V = v + omega x r,
 
-and the stresses of its spring stand for an area of the base, the same for all points.
+and its spring represents an area of the base, the same for all points.
 
-Springs close while they push. A body rocks while the points that push do not span a plane and the
-middle of its feet gapes; it slides while a point that pushes slips faster than springs swing that
-stick.
+A spring is closed while it pushes. A body rocks while the points that push do not span a plane and
+the middle of its feet is open. It slides while a point that pushes slips faster than sticking
+springs oscillate.
 """
 
 import warp as wp
@@ -94,7 +94,7 @@ class Lever:
 
 @wp.struct
 class Footprint:
-    """Sums over the points of a body, of what they show in a step.
+    """Sums over the points of a body in a step.
 
     Attributes:
         count: Points that push, with `sx` to `yy` the sums of levers and of products [m, m^2].
@@ -129,7 +129,7 @@ def frame_of(lane: Lane) -> Frame:
 
 @wp.func
 def start_body(block: Block, frame: Frame):
-    """Puts a body where it starts: its state, its peaks."""
+    """State and peaks of a body at its start."""
     zero = real(0.0)
     a, b, c, d = body_attitude(frame, block.qx, block.qy, block.qz, block.qw)
     now = turns_of_body(block, frame, a, b, c, d)
@@ -166,7 +166,7 @@ def find_lever(m: Turn, p: Point) -> Lever:
 
 @wp.func
 def touch_of(height: real, s: State, spin: Spin, r: Lever) -> Touch:
-    """How a point meets the base; `height` is that of the centre of mass at rest [m]."""
+    """Penetration and velocity of a point; `height` is that of the centre of mass at rest [m]."""
     return Touch(
         -(s.z + (height + r.z)),
         s.vz + spin.x * r.y - spin.y * r.x,
@@ -180,12 +180,12 @@ def solve_point(
     knobs: Knobs, pace: Pace, mu: real, area: real, there: bool, touch: Touch,
     spring: wp.ref[Spring],
 ) -> Stress:  # fmt: skip
-    """What a point bears that stands for an area [m^2]: forces [N] and twice an energy [J].
+    """Forces of a point that represents an area [m^2] [N], and twice its energy [J].
 
-    `there` says whether there is a point.
+    `there` says whether the point exists.
     """
     share = wp.where(there, area, real(0.0))
-    # What is no point lies far above.
+    # A row without a point lies far above.
     depth = wp.where(there, touch.overlap, real(-1.0))
     meets = Touch(depth, touch.vn, touch.vx, touch.vy)
     bears = load_spring(knobs, pace.live == 1 and there, mu, pace.dt, meets, spring)
@@ -205,7 +205,7 @@ def add_force(force: Stress, r: Lever, load: wp.ref[Load]):
 
 @wp.func
 def start_footprint() -> Footprint:
-    """Sums over no points."""
+    """The sums before the first point."""
     zero = real(0.0)
     return Footprint(zero, zero, zero, zero, zero, zero, zero, -NEVER, zero, zero, zero, zero)
 
@@ -214,13 +214,13 @@ def start_footprint() -> Footprint:
 def add_point(
     point: Point, low: bool, touch: Touch, n: real, s: State, r: Lever, sums: wp.ref[Footprint]
 ):
-    """Adds what a point shows to the sums of its body.
+    """Adds a point to the sums of its body.
 
     Args:
         point: The point.
-        low: Whether it counts as touching where a slide is told.
-        touch: How it meets the base.
-        n: What it pushes with [N].
+        low: Whether it counts as touching for the slide.
+        touch: Its penetration and velocity.
+        n: Its normal force [N].
         s: State of the body.
         r: Lever of the point.
         sums: Those of the body.
@@ -246,7 +246,7 @@ def add_point(
 
 @wp.func
 def is_low(point: Point, r: Lever, lowest: real, half_width: real) -> bool:
-    """Whether a point counts as touching where a slide is told; `lowest` is the lowest one [m]."""
+    """Whether a point counts as touching for the slide; `lowest` is the lowest height [m]."""
     return point.foot >= real(0.0) and touches_as_lowest(r.z, lowest, half_width)
 
 
@@ -255,9 +255,9 @@ def observe_points(
     pace: Pace, frame: Frame, sums: Footprint, since: wp.ref[real], peaks: wp.ref[Peaks],
     seen: wp.ref[Seen],
 ):  # fmt: skip
-    """What the points show of a body, see `observe_faces`.
+    """Observes a body by the sums over its points, see `observe_faces`.
 
-    A body that stands counts as closed, on whatever points.
+    A body that stands counts as closed, on any points.
     """
     zero, one, live = real(0.0), real(1.0), pace.live == 1
     time = real(pace.steps - 1) * pace.dt
@@ -275,12 +275,12 @@ def observe_points(
 def observe_body(
     pace: Pace, block: Block, frame: Frame, s: State, peaks: wp.ref[Peaks], mode: int
 ) -> int:
-    """Sees a body after a step: the mode of its lane."""
+    """Updates the peaks of a body after a step; returns the mode of its lane."""
     live, zero = pace.live == 1, real(0.0)
     now = turns_of_body(block, frame, s.qx, s.qy, s.qz, s.qw)
     time = real(pace.steps) * pace.dt
     peaks = observe_turns(live, time, now.along, now.across, now.tilt, now.yaw, peaks)
-    # A sum is finite only if all of its numbers are.
+    # A sum of numbers is finite if all of them are.
     total = s.x + s.y + s.z + peaks.slide_x + peaks.slide_y + s.qx + s.qy + s.qz + s.qw
     over = wp.where(now.up <= zero and mode != BROKEN, OVERTURNED, mode)
     return wp.where(live, wp.where(total - total == zero, over, BROKEN), mode)

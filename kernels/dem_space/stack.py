@@ -37,7 +37,7 @@ Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks in space.
 import warp as wp
 
 from warprock.kernels.dem.stack import FAILED, Knobs
-from warprock.kernels.dem_space.stack_meet import Link, back_from, held_in, parts_along
+from warprock.kernels.dem_space.stack_meet import Link, clip_to_face, out_of_lower, parts_along
 from warprock.kernels.shape_space.block import Block, turn_freely
 from warprock.kernels.shape_space.lanes import State, Triple, product, turn_of, vector_product
 
@@ -294,9 +294,9 @@ def solve_pair(
     `first` is the spring of the point at -(a, b), `second` that of the one at (a, b).
     """
     live, share = pace.live == 1, pair.share
-    f, g = held_in(link, -pair.a, -pair.b)
+    f, g = clip_to_face(link, -pair.a, -pair.b)
     one = load_spring(knobs, live, link.mu, pace.dt, touch_at(link, f, g), first)
-    h, q = held_in(link, pair.a, pair.b)
+    h, q = clip_to_face(link, pair.a, pair.b)
     two = load_spring(knobs, live, link.mu, pace.dt, touch_at(link, h, q), second)
     # f n1 + h n2 by sums and differences, which mirrored scenes mirror to the last bit.
     h, f = share * HALF * (h - f), share * HALF * (h + f)
@@ -344,9 +344,9 @@ def load_blocks(
     m1, m2, m3 = s1 + r1, s2 + r2, s3 + r3
     u1, u2, u3 = vector_product(link.p1, link.p2, link.p3, sums.t1, sums.t2, sums.n)
     v1, v2, v3 = vector_product(link.d1, link.d2, link.d3, sums.t1, sums.t2, sums.n)
-    f1, f2, f3 = back_from(lower, sums.t1, sums.t2, sums.n)
-    u1, u2, u3 = back_from(lower, u1 + m1, u2 + m2, u3 + m3)
-    v1, v2, v3 = back_from(lower, v1 + m1, v2 + m2, v3 + m3)
+    f1, f2, f3 = out_of_lower(lower, sums.t1, sums.t2, sums.n)
+    u1, u2, u3 = out_of_lower(lower, u1 + m1, u2 + m2, u3 + m3)
+    v1, v2, v3 = out_of_lower(lower, v1 + m1, v2 + m2, v3 + m3)
     above.fx = fused(link.area, f1, above.fx)
     above.fy = fused(link.area, f2, above.fy)
     above.fz = fused(link.area, f3, above.fz)
@@ -363,7 +363,7 @@ def load_blocks(
 
 
 @wp.func
-def drive(over: real, drag: real, fx: real, fy: real, fz: real, vx: real, vy: real, vz: real):
+def accelerate(over: real, drag: real, fx: real, fy: real, fz: real, vx: real, vy: real, vz: real):
     """Acceleration by a force, or by a moment, with mass damping."""
     return fused(over, fx, -drag * vx), fused(over, fy, -drag * vy), fused(over, fz, -drag * vz)
 
@@ -377,8 +377,8 @@ def integrate(
     live, dt, span = pace.live == 1, pace.dt, pace.span
     mass, over, drag = block.mass, real(1.0) / block.mass, knobs.mass_damping
     ix, iy, iz = block.inverse_x, block.inverse_y, block.inverse_z
-    px, py, pz = drive(over, drag, load.fx, load.fy, load.fz, s.vx, s.vy, s.vz)
-    ax, ay, az = drive(over, drag, load.mx, load.my, load.mz, s.lx, s.ly, s.lz)
+    px, py, pz = accelerate(over, drag, load.fx, load.fy, load.fz, s.vx, s.vy, s.vz)
+    ax, ay, az = accelerate(over, drag, load.mx, load.my, load.mz, s.lx, s.ly, s.lz)
     ux, uy = fused(span, px, s.vx - jolt.x), fused(span, py, s.vy - jolt.y)
     uz = fused(span, pz - knobs.gravity, s.vz - jolt.z)
     kx, ky, kz = fused(span, ax, s.lx), fused(span, ay, s.ly), fused(span, az, s.lz)

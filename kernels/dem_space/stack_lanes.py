@@ -1,7 +1,7 @@
-"""Lanes of the soft-spring kernel of blocks in space: how they start and step, and what is seen.
+"""Lanes of the soft-spring kernel of blocks in space: start, clock and observed response.
 
-What is seen of blocks are tangents, see shape_space/block_found.py. The time `since` which an
-interface gapes is that of `observe_faces`.
+Observed rotations are tangents, see shape_space/block_found.py. `since`, the time since which an
+interface is open, is that of `observe_faces`.
 """
 
 import warp as wp
@@ -43,7 +43,7 @@ class Base:
 
 @wp.func
 def start_block(block: Block):
-    """Puts a block where it starts: its state, its peaks."""
+    """State and peaks of a block at its start."""
     zero = real(0.0)
     r = matrix_of(block.qx, block.qy, block.qz, block.qw)
     along, across, tilt, _yaw = turns_of(block, r.r13, r.r23, r.r33, block.qz, block.qw)
@@ -56,14 +56,14 @@ def start_block(block: Block):
 
 @wp.func
 def observe_block(pace: Pace, block: Block, s: State, peaks: wp.ref[Peaks], mode: int) -> int:
-    """Sees a block after a step, see `turns_of`: the mode of its lane."""
+    """Updates the peaks of a block after a step, see `turns_of`; returns the mode of its lane."""
     live, zero, r = pace.live == 1, real(0.0), turn_of(s)
     time = real(pace.steps) * pace.dt
     along, across, tilt, yaw = turns_of(block, r.r13, r.r23, r.r33, s.qz, s.qw)
     way = peaks.slide_x * peaks.slide_x + peaks.slide_y * peaks.slide_y
     peaks = observe_turns(live, time, along, across, tilt, size(yaw), peaks)
     peaks.slide = wp.where(live, larger(way, peaks.slide), peaks.slide)
-    # A sum is finite only if all of its numbers are.
+    # A sum of numbers is finite if all of them are.
     total = s.x + s.y + s.z + s.qx + s.qy + s.qz + s.qw + peaks.slide_x + peaks.slide_y
     over = wp.where(r.r33 <= zero and mode != BROKEN, OVERTURNED, mode)
     return wp.where(live, wp.where(total - total == zero, over, BROKEN), mode)
@@ -71,9 +71,9 @@ def observe_block(pace: Pace, block: Block, s: State, peaks: wp.ref[Peaks], mode
 
 @wp.func
 def observe_interface(pace: Pace, link: Link, since: wp.ref[real], seen: wp.ref[Seen]):
-    """What a step of a lane shows of an interface as it begins, see `observe_faces`.
+    """Observes an interface of a lane at the start of a step, see `observe_faces`.
 
-    What its faces share slides where its fastest point slips by more than `creep`, see `Lane`.
+    It slides if its fastest point slips by more than `creep`, see `Lane`.
     """
     x = size(link.v1) + size(link.j1) + size(link.k1)
     y = size(link.v2) + size(link.j2) + size(link.k2)
@@ -86,13 +86,13 @@ def observe_interface(pace: Pace, link: Link, since: wp.ref[real], seen: wp.ref[
 
 @wp.func
 def move_base(v: real, live: int, base: Base) -> Base:
-    """Takes the base of a lane along one direction to v [m/s]."""
+    """The base of a lane with a new velocity v along one direction [m/s]."""
     return Base(wp.where(live == 1, v, base.v), v - base.v)
 
 
 @wp.func
 def begin_step(until: real, mode: int, pace: wp.ref[Pace], energy: wp.ref[Energy]):
-    """Begins a step: forces act over half of the first one; energies of the last one are kept."""
+    """Begins a step; forces act over half of the first one. Keeps the energies of the last one."""
     runs = mode == RUNNING and real(pace.steps) * pace.dt < until
     pace.span = wp.where(pace.steps == 0, HALF * pace.dt, pace.dt)
     energy.at_start = wp.where(pace.steps == 1, energy.stored, energy.at_start)
@@ -115,6 +115,6 @@ def pose_before(block: Block, past: real, s: State) -> Pose:
 
 @wp.func
 def result_of(seen: Seen, energy: Energy, steps: int) -> Result:
-    """What the run of a lane leaves behind."""
+    """Results of a lane."""
     lost = energy.spent - (energy.stored - energy.at_start)
     return Result(seen.uplift_time, seen.moved, lost, seen.deepest, seen.impacts, seen.mode, steps)

@@ -1,11 +1,10 @@
-"""Where the springs between two blocks in space are and how their faces move.
+"""Places of the springs between two blocks in space, and relative motion of their faces.
 
-The upper block's bottom face lies on the top face of the lower body, in whose axes all is told
-that no other axes are named for. The springs are spread over the part of the upper face that lies
-above the lower one: its middle, and A and B from there to its ends along the width and the depth.
-Where the faces are not turned against each other that part is a rectangle; else its grid is that
-of the largest stretches along the two axes, and of its points those that lie beyond an edge of the
-lower face press on that edge.
+The bottom face of the upper block lies on the top face of the lower body. Vectors are in the axes
+of the lower body unless others are named. The springs are spread over the part of the upper face
+above the lower one. That part has a middle, and A and B lead from there to its ends along the width
+and the depth. It is a rectangle if the faces have no relative yaw. Else its grid has the largest
+extents along both axes, and points beyond an edge of the lower face press on that edge.
 """
 
 import warp as wp
@@ -24,18 +23,18 @@ from warprock.kernels.shape_space.lanes import (
 )
 
 SMALLEST = real(1.0e-3)
-"""Cosine below which a face seen askew grows no longer."""
+"""Least cosine of the relative yaw for which the extent of a face still grows."""
 NO_AREA = real(1.0e-12)
-"""Area below which two faces share nothing [m^2]."""
+"""Area below which two faces do not overlap [m^2]."""
 
 
 @wp.struct
 class Link:
-    """Where the springs of an interface are, in the lower body's axes.
+    """Places and velocities of the springs of an interface, in the axes of the lower body.
 
     Attributes:
-        overlap: Overlap in the middle [m].
-        area: Of the springs [m^2], 0 where the faces share nothing.
+        overlap: Penetration in the middle [m].
+        area: Area of the springs [m^2]; 0 if the faces do not overlap.
         mu: Friction coefficient.
         wide, deep: Half width of the lower face [m] and half its depth.
         cx, cy: From the middle of the lower face to the lower centre of mass [m].
@@ -43,9 +42,9 @@ class Link:
         d1, d2, d3: Lever of the middle from the lower centre of mass [m].
         a1, a2, a3: A [m].
         b1, b2, b3: B [m].
-        v1, v2, v3: Velocity of the upper face against the lower one in the middle [m/s].
-        j1, j2, j3: What is to be added to it at the end of A [m/s].
-        k1, k2, k3: What is to be added to it at the end of B [m/s].
+        v1, v2, v3: Velocity of the upper face relative to the lower one in the middle [m/s].
+        j1, j2, j3: Difference of that at the end of A [m/s].
+        k1, k2, k3: Difference of that at the end of B [m/s].
     """
 
     overlap: real
@@ -87,7 +86,7 @@ def parts_along(m: Turn, x: real, y: real, z: real):
 
 @wp.func
 def out_of(m: Turn, x: real, y: real, z: real):
-    """The vector that has parts along the axes of a body."""
+    """The vector with given parts along the axes of a body."""
     v = into_base(m, Triple(x, y, z))
     return v.x, v.y, v.z
 
@@ -101,7 +100,7 @@ def angular_velocity(block: Block, m: Turn, lx: real, ly: real, lz: real):
 
 @wp.func
 def stretch(half: real, reach_a: real, reach_b: real, place: real, lean_a: real, lean_b: real):
-    """Middle and half length of what a face shares with the one below, along one of its axes [m].
+    """Middle and half length of the overlap with the face below, along one axis of the face [m].
 
     Args:
         half: Half length of the face along that axis [m].
@@ -125,22 +124,22 @@ if BLOCKS == 1:
         return qx, qy, qz, qw
 
     @wp.func
-    def seen_from(lower: State, x: real, y: real, z: real):
+    def into_lower(lower: State, x: real, y: real, z: real):
         """A vector of the base's axes in those of the lower body: the same on the ground."""
         return x, y, z
 
     @wp.func
-    def back_from(lower: State, x: real, y: real, z: real):
+    def out_of_lower(lower: State, x: real, y: real, z: real):
         """A vector of the lower body's axes in those of the base: the same on the ground."""
         return x, y, z
 
     @wp.func
-    def turning(below: Block, lower: State):
+    def lower_rotation(below: Block, lower: State):
         """Angular velocity of the lower body in its axes [rad/s]: the ground has none."""
         return real(0.0), real(0.0), real(0.0)
 
     @wp.func
-    def shared(block: Block, below: Block, c1: real, c2: real, m: Turn):
+    def overlap_of(block: Block, below: Block, c1: real, c2: real, m: Turn):
         """Middle and half length of what two faces share: the whole of the block's [m]."""
         return real(0.0), block.half_width, real(0.0), block.half_depth
 
@@ -158,23 +157,23 @@ else:
         )  # fmt: skip
 
     @wp.func
-    def seen_from(lower: State, x: real, y: real, z: real):
+    def into_lower(lower: State, x: real, y: real, z: real):
         """A vector of the base's axes in those of the lower body."""
         return parts_along(turn_of(lower), x, y, z)
 
     @wp.func
-    def back_from(lower: State, x: real, y: real, z: real):
+    def out_of_lower(lower: State, x: real, y: real, z: real):
         """A vector of the lower body's axes in those of the base."""
         return out_of(turn_of(lower), x, y, z)
 
     @wp.func
-    def turning(below: Block, lower: State):
+    def lower_rotation(below: Block, lower: State):
         """Angular velocity of the lower body in its axes [rad/s]."""
-        h1, h2, h3 = seen_from(lower, lower.lx, lower.ly, lower.lz)
+        h1, h2, h3 = into_lower(lower, lower.lx, lower.ly, lower.lz)
         return h1 * below.inverse_x, h2 * below.inverse_y, h3 * below.inverse_z
 
     @wp.func
-    def shared(block: Block, below: Block, c1: real, c2: real, m: Turn):
+    def overlap_of(block: Block, below: Block, c1: real, c2: real, m: Turn):
         """Middle and half length of what faces share, along the upper one's width and depth [m].
 
         (c1, c2) is its centre of mass, m its axes as seen from the lower one.
@@ -196,11 +195,11 @@ else:
 
 @wp.func
 def find_contacts(block: Block, below: Block, upper: State, lower: State):
-    """Finds where the springs of an interface are, and how the faces move.
+    """Places of the springs of an interface, and relative motion of its faces.
 
     Args:
         block, below: The upper and the lower block; the ground is endless and has no height.
-        upper, lower: Where they are.
+        upper, lower: Their states.
 
     Returns:
         The link; slide of the upper body along x and y [m].
@@ -209,24 +208,24 @@ def find_contacts(block: Block, below: Block, upper: State, lower: State):
     sx, sy, sz, sw = attitude_on(lower, upper.qx, upper.qy, upper.qz, upper.qw)
     m = matrix_of(sx, sy, sz, sw)
     both, high = block.half_height + below.half_height, block.half_height
-    c1, c2, c3 = seen_from(lower, dx, dy, both + dz)
+    c1, c2, c3 = into_lower(lower, dx, dy, both + dz)
     slide_x, slide_y = slide_of(block, c1, c2, m)
-    x, half_a, y, half_b = shared(block, below, c1, c2, m)
+    x, half_a, y, half_b = overlap_of(block, below, c1, c2, m)
     x, y = x - block.centre_x, y - block.centre_y
     p1, p2, p3 = out_of(m, x, y, -high)
-    # Nothing cancels: 1 - r33 = 2 (sx^2 + sy^2), and that of the lower body likewise.
+    # Without cancellation: 1 - r33 = 2 (sx^2 + sy^2), likewise for the lower body.
     leans = dot(lower.qx, lower.qy, lower.qx, lower.qy)
     sunk = fused_less(high, dot(sx, sy, sx, sy), both * leans)
-    _x, _y, up = seen_from(lower, dx, dy, dz)
+    _x, _y, up = into_lower(lower, dx, dy, dz)
     overlap = TWO * sunk - up - dot(m.r31, m.r32, x, y)
     d1, d2, d3 = c1 + p1, c2 + p2, c3 + p3
     a1, a2, a3 = half_a * m.r11, half_a * m.r21, half_a * m.r31
     b1, b2, b3 = half_b * m.r12, half_b * m.r22, half_b * m.r32
     # Velocities, and angular velocities of both bodies.
-    w1, w2, w3 = seen_from(lower, upper.vx - lower.vx, upper.vy - lower.vy, upper.vz - lower.vz)
-    l1, l2, l3 = seen_from(lower, upper.lx, upper.ly, upper.lz)
+    w1, w2, w3 = into_lower(lower, upper.vx - lower.vx, upper.vy - lower.vy, upper.vz - lower.vz)
+    l1, l2, l3 = into_lower(lower, upper.lx, upper.ly, upper.lz)
     o1, o2, o3 = angular_velocity(block, m, l1, l2, l3)
-    u1, u2, u3 = turning(below, lower)
+    u1, u2, u3 = lower_rotation(below, lower)
     s1, s2, s3 = vector_product(o1, o2, o3, p1, p2, p3)
     t1, t2, t3 = vector_product(u1, u2, u3, d1, d2, d3)
     o1, o2, o3 = o1 - u1, o2 - u2, o3 - u3
@@ -245,14 +244,14 @@ def find_contacts(block: Block, below: Block, upper: State, lower: State):
 if BLOCKS == 1:
 
     @wp.func
-    def held_in(link: Link, a: real, b: real):
+    def clip_to_face(link: Link, a: real, b: real):
         """Where a point of the upper face meets the lower one: the ground is endless."""
         return a, b
 
 else:
 
     @wp.func
-    def held_in(link: Link, a: real, b: real):
+    def clip_to_face(link: Link, a: real, b: real):
         """Where a point (a, b) of the upper face meets the lower one: beyond its edges, on them."""
         x = fused(b, link.b1, fused(a, link.a1, link.d1 + link.cx))
         y = fused(b, link.b2, fused(a, link.a2, link.d2 + link.cy))

@@ -28,7 +28,7 @@ from warprock.kernels.shape_space.thrown import (
     compose,
     needs_new_axes,
     new_axes,
-    rename_axes_of_block,
+    rename_block_axes,
 )
 from warprock.kernels.vectors import Quaternion, Vector
 
@@ -81,7 +81,7 @@ def run_lanes(
                 down = throw.tumbles == 1 and needs_new_axes(s.q[0], s.q[1])
                 if down:
                     gx, gy, gw = new_axes(s.q[0], s.q[1], s.q[2], s.q[3])
-                    block = rename_axes_of_block(block, gx, gy)
+                    block = rename_block_axes(block, gx, gy)
                     s = rename_axes(s, gx, gy, gw)
                     nx, ny, nz, nw = compose(
                         named[0], named[1], named[2], named[3], gx, gy, real(0.0), gw

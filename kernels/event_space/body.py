@@ -3,25 +3,25 @@
 The scheme is that of event_space/stack.py for one body on the ground, for mass 1 and in the
 frame of the base. One step of length d:
 
-    1. the pose d/2 ahead, its contacts: what touched at the start, within `rest_gap`; mean motion
-       v_m = v - dV/2 - g d/2 + sum p / 2, I_m w_m = L + sum r x p / 2, such that v_m and w_m obey
-       the contact law (event_space/body_law.py);
-    2. attitude turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; in flight the
+    1. the pose d/2 ahead. Its contacts are the points that touched at the start, within `rest_gap`.
+       The mean motion is v_m = v - dV/2 - g d/2 + sum p / 2, I_m w_m = L + sum r x p / 2, such that
+       v_m and w_m obey the contact law (event_space/body_law.py);
+    2. attitude turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L. In flight the
        attitude turns freely, see `turn_freely` in shape_space/block.py;
     3. if inside the step a point lands, or hops by more than `rest_gap`, the step is not taken: the
        next one ends there;
-    4. points that pushed are put back on the base, and where all of them stick along it, too; v and
-       w are projected on them: what stuck does not move, what slid does not leave or approach.
-       Where points landed or the base steps its velocity, the inelastic impact with friction
-       follows, of all that touches.
+    4. points that pushed are put back on the base; if all of them stick, along the base, too. v and
+       w are projected on these points: one that stuck does not move, one that slid neither leaves
+       nor approaches. If points landed or the base steps its velocity, an inelastic impact with
+       friction of all touching points follows.
 
-A body whose mean motion from rest is round-off stands still: its pose keeps every bit, and on a
-base at rest it waits in one step. It stands while the points that push span a plane; its uplift
-time is when they no longer do.
+A body whose mean motion from rest is round-off stands still: its pose keeps every bit. On a base at
+rest it waits in one step. It stands while the points that push span a plane; its uplift time is
+when they no longer do.
 
-The ends of slips, and points that open, are not located: a point that sticks in the mean of a step
-stops at its end. So the scheme is of second order while points stick, through impacts, too, and of
-first order where they slide.
+The ends of slips and the opening of points are not located. A point that sticks in the mean of a
+step stops at its end. So the order is 2 while points stick, also through impacts, and 1 while they
+slide.
 """
 
 import warp as wp
@@ -35,16 +35,16 @@ from warprock.kernels.event_space.body_contact import (
     Carried,
     Pose,
     Shape,
-    among,
     bit_of,
-    levelled,
+    is_among,
+    level_points,
     place_of,
-    posed,
+    pose_of,
     spans_plane,
     touches_of,
 )
-from warprock.kernels.event_space.body_law import bound, solve
-from warprock.kernels.event_space.body_quiet import HOP, Course, Quiet, Support, rolled, stays
+from warprock.kernels.event_space.body_law import project_on_points, solve
+from warprock.kernels.event_space.body_quiet import HOP, Course, Quiet, Support, roll, stays_still
 from warprock.kernels.event_space.lane import BaseMotion, Limits
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, UNSOLVED
 from warprock.kernels.shape_space.block import Block
@@ -52,11 +52,11 @@ from warprock.kernels.shape_space.frame import frame
 from warprock.kernels.vectors import Quaternion, Vector
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
-"""Part of the longest step by which the time of an event may be missed."""
+"""Tolerance of the time of an event, as a part of the longest step."""
 GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the body's reach."""
 STILL = by_precision(1.0e-10, 1.0e-4)
-"""Velocity that is none, as a part of what gravity gives in a step."""
+"""Velocity that counts as zero, as a part of the velocity that gravity gives in a step."""
 
 
 @wp.struct
@@ -94,7 +94,7 @@ class State:
 
 @wp.struct
 class Look:
-    """What the end of a trial shows: points that touch and that land, the step to an event [s]."""
+    """Points that touch and that land at the end of a trial; length to an event [s]."""
 
     touch: wp.uint64
     lands: wp.uint64
@@ -104,7 +104,7 @@ class Look:
 
 @wp.func
 def attitude_after(block: Block, s: State, spin: Vector, w: Vector, d: real) -> Quaternion:
-    """Attitude after a time of turning at the angular velocity w, or of free flight."""
+    """Attitude after a time d at the angular velocity w, or of free rotation in flight."""
     if s.flies:
         return rotate_freely(block, s.q, spin, d)
     return rotate_attitude(s.q, d * w)
@@ -118,11 +118,11 @@ def energy(limits: Limits, pose: Pose, v: Vector, w: Vector) -> real:
 
 
 @wp.func
-def looked(
+def look_at_step(
     body: Shape, limits: Limits, s: State, reached: State, pose0: Pose, pose: Pose,
     held: wp.uint64, d: real,
 ) -> Look:  # fmt: skip
-    """What the points did in a step, seen from both of its ends."""
+    """Events of the points in a step, from their gaps at both of its ends."""
     v, w = reached.v, reached.w
     zero, near, n = real(0.0), NEARLY * limits.longest_step, Look()
     n.cut = TWO * NEVER
@@ -133,12 +133,12 @@ def looked(
         rate0 = s.v[2] + s.w[0] * r0[1] - s.w[1] * r0[0]
         rate = v[2] + w[0] * r1[1] - w[1] * r1[0]
         gap = pose.x[2] + r1[2]
-        was, holds = among(k, s.touch), among(k, held)
+        was, holds = is_among(k, s.touch), is_among(k, held)
         reach = near * size(rate) + GRAIN * body.reach
         if d > near and not was and gap < -reach:
             cut = first_root(larger(pose0.x[2] + r0[2], zero), rate0, gap, d)
             n.cut = smaller(n.cut, cut)
-        # A hop that the step has missed.
+        # A hop inside the step.
         if d > near and holds and rate0 * d > HOP * limits.rest_gap:
             n.cut = smaller(n.cut, HALF * HALF * d)
         if holds or gap <= limits.rest_gap:
@@ -150,14 +150,14 @@ def looked(
 
 
 @wp.func
-def put_back(
+def put_on_base(
     body: Shape, reached: State, pose0: Pose, held: wp.uint64, stuck: bool
 ) -> State:  # fmt: skip
-    """The state with points that pushed on the base, and where they stuck in their places there."""
+    """The state with points that pushed put on the base; points that stuck, at their places."""
     n = reached
     t = touches_of(body, frame(n.q), held)
     if t.total > 0:
-        up, turn = levelled(body, n.x[2], t)
+        up, turn = level_points(body, n.x[2], t)
         n.x[2] = n.x[2] + up
         n.q = rotate_attitude(n.q, turn)
         if stuck:
@@ -171,14 +171,14 @@ def put_back(
 
 
 @wp.func
-def end_of_step(
+def end_step(
     body: Shape, limits: Limits, reached: State, pose0: Pose, look: Look, b: Base,
     held: wp.uint64, stuck: wp.uint64,
 ) -> State:  # fmt: skip
     """The state at the end of a step: gaps closed, velocities projected, after its impact."""
-    n = put_back(body, reached, pose0, held, held == stuck)
-    pose = posed(body, n.x, n.q)
-    v, w = bound(body, pose, held, stuck, n.v, n.w)
+    n = put_on_base(body, reached, pose0, held, held == stuck)
+    pose = pose_of(body, n.x, n.q)
+    v, w = project_on_points(body, pose, held, stuck, n.v, n.w)
     n.lost = n.lost - energy(limits, pose, v, w)
     landed = look.lands != wp.uint64(0)
     pushes = held
@@ -203,8 +203,8 @@ def end_of_step(
 
 
 @wp.func
-def repeated(s: State, cut: real, d: real, near: real) -> State:
-    """The old state, its next step cut at an event inside the step."""
+def retry_step(s: State, cut: real, d: real, near: real) -> State:
+    """The state before the step; its next step ends at the event inside this one."""
     n = s
     n.cap = cut_to(cut, d, near)
     n.still = False
@@ -214,7 +214,7 @@ def repeated(s: State, cut: real, d: real, near: real) -> State:
 
 @wp.func
 def next_step_of_body(limits: Limits, motion: BaseMotion, end: real, s: State) -> Base:
-    """Length of the next step, and what the base does in it: as `next_step` of a block."""
+    """The next step, and the motion of the base in it: as `next_step` of a block."""
     p = BlockState()
     p.time = s.time
     p.knots = s.knots
@@ -230,30 +230,30 @@ def integrate(
     block: Block, body: Shape, limits: Limits, s: State, b: Base, pose0: Pose, pose: Pose,
     c: Carried,
 ) -> State:  # fmt: skip
-    """Where a step's mean motion leads: the state after it, or the old one at an event.
+    """The end of a step by its mean motion, or the old state if an event lies inside.
 
     `pose0` is the pose at the start of the step, `pose` that in its middle.
     """
-    n = passed(s, b)
+    n = advance_clock(s, b)
     n.mode = wp.where(c.fits, s.mode, UNSOLVED)
     n.still = False
     d, vm, wm, held, stuck = b.d, c.v, c.w, c.held, c.stuck
     spin = pose0.inertia * s.w
     n.q = attitude_after(block, s, spin, wm, d)
     n.x = s.x + d * vm
-    last = posed(body, n.x, n.q)
+    last = pose_of(body, n.x, n.q)
     n.v = TWO * vm - s.v
     n.w = last.inverse * (TWO * (pose.inertia * wm) - spin)
     n.turn = d * wm
     if s.flies:
         n.w = last.inverse * spin
     n.swing = n.w
-    look = looked(body, limits, s, n, pose0, last, held, d)
+    look = look_at_step(body, limits, s, n, pose0, last, held, d)
     if look.cut < NEVER:
-        return repeated(s, look.cut, d, NEARLY * limits.longest_step)
+        return retry_step(s, look.cut, d, NEARLY * limits.longest_step)
     n.lost = s.lost + energy(limits, pose0, s.v, s.w) - wp.dot(vm, b.change)
     n.deepest = larger(s.deepest, look.deepest)
-    n = end_of_step(body, limits, n, pose0, look, b, held, stuck)
+    n = end_step(body, limits, n, pose0, look, b, held, stuck)
     up = wp.dot(frame(n.q)[2], body.axis)
     n.mode = wp.where(n.mode == RUNNING and up <= real(0.0), OVERTURNED, n.mode)
     sound = n.time + n.lost + wp.length(n.x) + wp.length(n.v) + wp.length(n.w) + up
@@ -262,8 +262,8 @@ def integrate(
 
 
 @wp.func
-def passed(s: State, b: Base) -> State:
-    """The state after the time of a step, the body as it was."""
+def advance_clock(s: State, b: Base) -> State:
+    """The state after the time of a step in which the body does not move."""
     n = s
     n.time = b.time
     n.knots = b.knots
@@ -276,8 +276,8 @@ def passed(s: State, b: Base) -> State:
 
 @wp.func
 def hinged_step(s: State, b: Base, easy: Quiet) -> State:
-    """The state after a step about a hinge in which nothing happens."""
-    n = passed(s, b)
+    """The state after a step about a hinge without an event."""
+    n = advance_clock(s, b)
     n.x = easy.x
     n.q = easy.q
     n.v = easy.v
@@ -297,18 +297,18 @@ def step(
 ) -> State:
     """One trial step of one lane, at most to its next knot or to `end`.
 
-    The state after it, unchanged but for `cap` where an event lay inside. `on` is what the body
-    stands on, or has stood on: it saves work where it still does.
+    Returns the state after it. If an event lies inside, that is the old state with a new `cap`.
+    `on` is the last support of the body, which is reused while it stands on the same points.
     """
     b = next_step_of_body(limits, motion, end, s)
-    if s.still and on.touch == s.touch and stays(block, limits, on, b):
-        return passed(s, b)
+    if s.still and on.touch == s.touch and stays_still(block, limits, on, b):
+        return advance_clock(s, b)
     if not BOX:
         kicked = wp.length_sq(b.kick) > real(0.0)
         if on.hinged and on.touch == s.touch and not kicked and b.d > TINY:
-            easy = rolled(block, body, limits, on, b, Course(s.x, s.q, s.v, s.w))
+            easy = roll(block, body, limits, on, b, Course(s.x, s.q, s.v, s.w))
             if easy.cut < NEVER:
-                return repeated(s, easy.cut, b.d, NEARLY * limits.longest_step)
+                return retry_step(s, easy.cut, b.d, NEARLY * limits.longest_step)
             if easy.clear:
                 return hinged_step(s, b, easy)
     n = any_step(block, body, limits, s, b)
@@ -317,16 +317,16 @@ def step(
 
 @wp.func
 def any_step(block: Block, body: Shape, limits: Limits, s: State, b: Base) -> State:
-    """One trial step, whatever happens in it."""
+    """One trial step with any events."""
     d, near = b.d, NEARLY * limits.longest_step
-    pose0 = posed(body, s.x, s.q)
+    pose0 = pose_of(body, s.x, s.q)
     spin = pose0.inertia * s.w
-    pose = posed(body, s.x + (HALF * d) * s.v, attitude_after(block, s, spin, s.w, HALF * d))
+    pose = pose_of(body, s.x + (HALF * d) * s.v, attitude_after(block, s, spin, s.w, HALF * d))
     v = s.v - HALF * b.change - Vector(real(0.0), real(0.0), HALF * d * limits.gravity)
     w = pose.inverse * spin
     t = touches_of(body, pose.turn, s.touch)
     c = solve(body, pose, t, limits.gravity * limits.longest_step, v, w)
-    n = passed(s, b)
+    n = advance_clock(s, b)
     n.mode = wp.where(c.fits, s.mode, UNSOLVED)
     slow = STILL * limits.gravity
     fastest = wp.length(s.v) + wp.length(s.w) * body.reach
@@ -336,7 +336,7 @@ def any_step(block: Block, body: Shape, limits: Limits, s: State, b: Base) -> St
         c.v = Vector()
         c.w = Vector()
     elif d > limits.longest_step:
-        return repeated(s, limits.longest_step, d, near)
+        return retry_step(s, limits.longest_step, d, near)
     n.still = stands and wp.length_sq(b.kick) == real(0.0)
     if n.still:
         n.v = Vector()

@@ -1,7 +1,7 @@
-"""Where a body in space touches its base on points.
+"""Contact points of a body in space on its base.
 
 Mass 1, as in event_space/block_contact.py; points, feet and frames are those of
-shape_space/body.py. Sets of points are bits of a number.
+shape_space/body.py. A set of points is a bit mask.
 """
 
 import warp as wp
@@ -23,10 +23,10 @@ PointNumbers = wp.types.vector(length=POINTS, dtype=real)
 
 @wp.struct
 class Shape:
-    """What a body is: friction coefficient, inverse moments of inertia, reach [m], and its points.
+    """A body: friction coefficient, inverse moments of inertia, reach [m], and its points.
 
-    These are a row of all lanes' points; `feet` are those that it stands on at rest. `axis` is the
-    block's axis, seen in the body's axes.
+    The points are a row of the points of all lanes; `feet` are those on which it stands at rest.
+    `axis` is the block's axis in the body's axes.
     """
 
     friction: real
@@ -41,7 +41,7 @@ class Shape:
 
 @wp.struct
 class Pose:
-    """Where a body is: centre of mass [m], attitude, its matrix, inertia and its inverse."""
+    """Pose of a body: centre of mass [m], attitude, its matrix, inertia and its inverse."""
 
     x: Vector
     q: Quaternion
@@ -52,7 +52,7 @@ class Pose:
 
 @wp.struct
 class Touches:
-    """Points that touch: their number, which they are, their levers from the centre of mass [m]."""
+    """Touching points: how many, their numbers, their levers from the centre of mass [m]."""
 
     total: int
     which: PointInts
@@ -61,9 +61,9 @@ class Touches:
 
 @wp.struct
 class Carried:
-    """What contact makes of a motion.
+    """The motion with contacts.
 
-    Velocities; points that push, and those that stick; whether the law is obeyed.
+    Velocities; points that push, and those that stick; whether the motion obeys the law.
     """
 
     v: Vector
@@ -80,8 +80,8 @@ def bit_of(k: int) -> wp.uint64:
 
 
 @wp.func
-def among(k: int, bits: wp.uint64) -> bool:
-    """Whether a point is one of some."""
+def is_among(k: int, bits: wp.uint64) -> bool:
+    """Whether point k is in a set."""
     return (bits & bit_of(k)) != wp.uint64(0)
 
 
@@ -97,7 +97,7 @@ def shape_of(block: Block, own: Frame) -> Shape:
 
 
 @wp.func
-def posed(s: Shape, x: Vector, q: Quaternion) -> Pose:
+def pose_of(s: Shape, x: Vector, q: Quaternion) -> Pose:
     """The pose of a centre of mass and an attitude."""
     one = real(1.0)
     pose = Pose()
@@ -117,11 +117,11 @@ def place_of(point: Point) -> Vector:
 
 @wp.func
 def touches_of(s: Shape, turn: Matrix, bits: wp.uint64) -> Touches:
-    """Some of the points, in an attitude."""
+    """The points of a set, in an attitude."""
     t = Touches()
     count = s.count
     for k in range(count):
-        if among(k, bits):
+        if is_among(k, bits):
             t.which[t.total] = k
             t.lever[t.total] = turn * place_of(s.points[k, s.lane])
             t.total += 1
@@ -130,11 +130,11 @@ def touches_of(s: Shape, turn: Matrix, bits: wp.uint64) -> Touches:
 
 @wp.func
 def spans_plane(t: Touches, held: wp.uint64) -> bool:
-    """Whether some of the points that touch span a plane."""
+    """Whether the points of a set, of those that touch, span a plane."""
     count, sx, sy, xx, xy, yy = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     total = t.total
     for k in range(total):
-        if among(t.which[k], held):
+        if is_among(t.which[k], held):
             x, y = t.lever[k][0] - t.lever[0][0], t.lever[k][1] - t.lever[0][1]
             count += real(1.0)
             sx += x
@@ -147,8 +147,8 @@ def spans_plane(t: Touches, held: wp.uint64) -> bool:
 
 
 @wp.func
-def levelled(s: Shape, z: real, t: Touches):
-    """Shift upwards [m] and turn [rad] that put points on the base, or nearest to it.
+def level_points(s: Shape, z: real, t: Touches):
+    """Shift upwards [m] and turn [rad] that put the points on the base, by least squares.
 
     z is the height of the centre of mass [m].
     """

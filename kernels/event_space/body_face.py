@@ -1,22 +1,21 @@
 """How the face of a body in space presses on its base, sticks there and slides.
 
-A face is what three points or more touch with that span a plane: its body turns about the vertical
-alone. How the points share what presses is not determined; as of a bed of equal springs their
-normal impulses are
+Three or more touching points that span a plane are a face: the body can only turn about the
+vertical. The distribution of the normal impulses on the points is not unique. It is taken as that
+of a bed of equal springs,
 
     n = a + b.(r - m), none below zero,
 
-found in rounds from their sum and their moments. Where the rounds do not end, because the pressure
-lies close to the rim of few points, three corners of the hull carry it.
+found in rounds from the sum and the moments of n. If the rounds do not end, because the centre of
+pressure is close to the rim of few points, three corners of the hull carry the impulse.
 
 A face sticks if friction in proportion to n can hold it, as one motion along the base and a turn
 about the centre of pressure. If it slides, its motion (v_x, v_y, w_z) is the least of
 
     |v - v_free|^2 / 2 + I_zz (w_z - w_free)^2 / 2 + mu sum n_k |u_k|,
 
-u_k the velocity of point k. Newton's method finds it; where it would take a point past a
-standstill, friction counts as viscous for a step, mu n_k / |u_k|, which never goes too far
-(Weiszfeld 1937).
+u_k the velocity of point k. Newton's method finds it. If a step would reverse the velocity of a
+point, friction is viscous in that step, mu n_k / |u_k|, which never goes too far (Weiszfeld 1937).
 """
 
 import warp as wp
@@ -34,19 +33,18 @@ from warprock.kernels.shape_space.body import APART, spans
 from warprock.kernels.vectors import Matrix, Vector
 
 ROUNDS = 20
-"""Most rounds in which the points that press are looked for: of random bases and loads one of a
+"""Largest number of rounds that find the pressing points: of random bases and loads one in a
 hundred needs more than five."""
 TURNS = 200
 """Most steps of Newton's method."""
 LEAST = real(0.125)
-"""Least part of its way that the pressure goes in a step; where it would leave the face, that part
-of it."""
+"""Least part of its change that the pressure takes in a round if the whole leaves the face."""
 SETTLED = by_precision(1.0e-13, 1.0e-6)
 """Change of velocities and impulses in a step, over those without contact, that is round-off."""
 GOOD = by_precision(1.0e-9, 1.0e-4)
-"""The same, above which a search that found no end counts as none."""
+"""Change above which a search that has not converged has failed."""
 INSIDE = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-4)
-"""Part of its bound within which the friction of a point that sticks lies."""
+"""Largest friction of a point that counts as sticking, over its bound."""
 
 
 @wp.func
@@ -59,7 +57,7 @@ def sticks(p: Vector, most: real) -> bool:
 
 @wp.func
 def next_on_hull(t: Touches, least: real, i: int) -> int:
-    """The point that follows point i on the hull of all that touch, seen from above; i if none.
+    """The point after point i on the convex hull of the touching points, in plan; i if none.
 
     Points whose squared distance is below `least` are one [m^2].
     """
@@ -77,7 +75,7 @@ def next_on_hull(t: Touches, least: real, i: int) -> int:
 
 @wp.func
 def first_on_hull(t: Touches) -> int:
-    """A corner of the hull of the points that touch: that of the least x."""
+    """A corner of the convex hull of the touching points: the one with the least x."""
     first, total = int(0), t.total
     for k in range(total):
         first = wp.where(t.lever[k][0] < t.lever[first][0], k, first)
@@ -85,8 +83,8 @@ def first_on_hull(t: Touches) -> int:
 
 
 @wp.func
-def on_three(s: Shape, t: Touches, whole: real, along_x: real, along_y: real):
-    """Normal impulses of three corners of the hull; whether some three can carry them."""
+def press_on_three(s: Shape, t: Touches, whole: real, along_x: real, along_y: real):
+    """Normal impulses on three corners of the hull; whether any three can carry the load."""
     zero, one = real(0.0), real(1.0)
     n, carried, total, least = PointNumbers(), bool(False), t.total, APART * s.reach * s.reach
     a = first_on_hull(t)
@@ -109,8 +107,8 @@ def on_three(s: Shape, t: Touches, whole: real, along_x: real, along_y: real):
 
 
 @wp.func
-def pressed(s: Shape, t: Touches, whole: real, along_x: real, along_y: real):
-    """Normal impulses of the points that touch [m/s]; whether they can carry what is asked of them.
+def find_pressure(s: Shape, t: Touches, whole: real, along_x: real, along_y: real):
+    """Normal impulses of the touching points [m/s]; whether they can carry the load.
 
     Args:
         s: The body.
@@ -151,28 +149,28 @@ def pressed(s: Shape, t: Touches, whole: real, along_x: real, along_y: real):
             settled = bool(False)
             turns = ROUNDS
     if not settled and whole > zero:
-        n3, carried = on_three(s, t, whole, along_x, along_y)
+        n3, carried = press_on_three(s, t, whole, along_x, along_y)
         n = n3
         settled = carried
     return n, settled
 
 
 @wp.func(inline=False)
-def moved_pressure(s: Shape, t: Touches, n: PointNumbers, whole: real, more_x: real, more_y: real):
-    """As `pressed`, from normal impulses and by how much their moments change."""
+def move_pressure(s: Shape, t: Touches, n: PointNumbers, whole: real, more_x: real, more_y: real):
+    """As `find_pressure`, for normal impulses n whose moments change by given amounts."""
     mx, my, total = real(more_x), real(more_y), t.total
     for k in range(total):
         mx += n[k] * t.lever[k][0]
         my += n[k] * t.lever[k][1]
-    now, carried = pressed(s, t, whole, mx, my)
+    now, carried = find_pressure(s, t, whole, mx, my)
     return now, carried
 
 
 @wp.func(inline=False)
 def stick_flat(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carried:
-    """The motion, none, if the face sticks; whether it can.
+    """The motion if the face sticks, zero; whether it can.
 
-    Nothing is held where the pressure would leave the face.
+    No point is held if the centre of pressure would leave the face.
     """
     zero, one, total = real(0.0), real(1.0), t.total
     c = Carried()
@@ -180,7 +178,7 @@ def stick_flat(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carrie
         momentum, low = pose.inertia * w, real(0.0)
         for k in range(total):
             low += t.lever[k][2] / real(total)
-        n, carried = pressed(s, t, -v[2], momentum[1] - low * v[0], -momentum[0] - low * v[1])
+        n, carried = find_pressure(s, t, -v[2], momentum[1] - low * v[0], -momentum[0] - low * v[1])
         fits = bool(carried)
         cx, cy, square = real(0.0), real(0.0), real(0.0)
         part = -one / v[2]
@@ -204,10 +202,10 @@ def stick_flat(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carrie
 
 
 @wp.func
-def viscous(x: real, y: real):
-    """By what a velocity along the base is multiplied for its directions: one by its length.
+def viscous_factor(x: real, y: real):
+    """Reciprocal of a speed along the base, by which viscous friction multiplies the velocity.
 
-    For the box along x and y each.
+    For the box along x and y separately.
     """
     a, b = real(1.0) / larger(size(x), TINY), real(1.0) / larger(size(y), TINY)
     if not BOX:
@@ -230,7 +228,7 @@ def face_step(s: Shape, t: Touches, n: PointNumbers, spin: real, free: Vector, z
     for k in range(total):
         r, most = t.lever[k] + Vector(), s.friction * n[k]
         ux, uy = z[0] - z[2] * r[1], z[1] + z[2] * r[0]
-        a, b = viscous(ux, uy)
+        a, b = viscous_factor(ux, uy)
         px, py = most * a * ux, most * b * uy
         rest += Vector(px, py, r[0] * py - r[1] * px)
         lift_x -= r[2] * px
@@ -245,7 +243,7 @@ def face_step(s: Shape, t: Touches, n: PointNumbers, spin: real, free: Vector, z
 
 @wp.func
 def turns_back(t: Touches, n: PointNumbers, z: Vector, more: Vector) -> bool:
-    """Whether a change of a face's motion takes a point that presses past a standstill."""
+    """Whether a change of the motion of a face reverses the velocity of a pressing point."""
     zero, found, total = real(0.0), bool(False), t.total
     for k in range(total):
         r = t.lever[k] + Vector()
@@ -274,7 +272,7 @@ def slide_flat(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carrie
         more, gently, lift_x, lift_y = face_step(s, t, n, i[2, 2], free, z)
         if turns_back(t, n, z, more):
             more = gently
-        # At first what presses alone: what does not spin keeps its direction.
+        # The first guess: a face that does not spin keeps its direction.
         more = wp.where(tries == 0, zero, one) * more
         z = z + more
         mx, my = lift_x + momentum[1] - i[1, 2] * z[2], lift_y - momentum[0] + i[0, 2] * z[2]
@@ -282,13 +280,13 @@ def slide_flat(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carrie
             mx -= n[k] * t.lever[k][0]
             my -= n[k] * t.lever[k][1]
         change = wp.length(Vector(mx, my, zero)) / s.reach
-        # Pressure and friction that answer each other too much go part of the way.
+        # Under-relaxation, since pressure and friction depend strongly on each other.
         part = larger(wp.where(change > last, HALF * part, smaller(TWO * part, one)), LEAST)
         last = real(change)
-        now, carried = moved_pressure(s, t, n, whole, part * mx, part * my)
+        now, carried = move_pressure(s, t, n, whole, part * mx, part * my)
         if not carried:
             little = LEAST * part
-            now, carried = moved_pressure(s, t, n, whole, little * mx, little * my)
+            now, carried = move_pressure(s, t, n, whole, little * mx, little * my)
         on = carried
         n = now
         change += wp.length(Vector(more[0], more[1], s.reach * more[2]))

@@ -1,21 +1,21 @@
-"""The contact law of a body in space that stands on points: what holds, sticks or slides.
+"""The contact law of a body in space that stands on points: which points carry, stick or slide.
 
-A body that touches on points moves as if it touched on the corners of their convex hull alone: if
-no corner sinks, no point does. So it has few ways to move, which are tried in this order:
+The motion of a body on points depends only on the corners of their convex hull: if no corner sinks,
+no point does. So few states are possible. They are tried in this order, and the first that obeys
+the law is taken, as for the box:
 
-    1. one or two points, or all on a line, of which the ends count: the law of a corner and of an
-       edge, event_space/block_law.py;
-    2. they span a plane: it sticks as a face, event_space/body_face.py;
-    3. it turns over an edge of the hull that sticks: one after the other, until what it leaves
-       sinks nowhere;
-    4. it slides as a face;
-    5. it turns over an edge of which both ends push, by the law of an edge;
-    6. it turns over a corner;
-    7. it leaves, where nothing sinks.
+    1. one or two points, or all on a line, whose ends count: the law of a corner and of an edge,
+       event_space/block_law.py;
+    2. the points span a plane: the face sticks, event_space/body_face.py;
+    3. the body turns over a sticking edge of the hull: edge by edge, until no point sinks;
+    4. the face slides;
+    5. the body turns over an edge of which both ends push, by the law of an edge;
+    6. the body turns over a corner;
+    7. the body leaves the base, and no point sinks.
 
-Where several obey the law, the first is taken, as for the box. Sweeps from point to point settle
-more slowly the more points there are. They are used only if all of these fail, where friction
-leaves several solutions of the law, or none (Painleve).
+Gauss-Seidel sweeps from point to point converge more slowly the more points there are. They are
+used only if all of these fail: friction then leaves several solutions of the law, or none
+(Painleve).
 """
 
 import warp as wp
@@ -37,8 +37,8 @@ from warprock.kernels.event_space.body_contact import (
     Pose,
     Shape,
     Touches,
-    among,
     bit_of,
+    is_among,
     spans_plane,
     touches_of,
 )
@@ -66,19 +66,20 @@ BEGINNINGS = 12
 """Directions from which those of an edge that slides are sought: beside either end to either side,
 and eight in which both ends slide alike."""
 SWEEPS = 4000
-"""Most sweeps of a solve..."""
+"""Largest number of sweeps of a solve..."""
 WHOLE = 60
-"""...in which each point goes all of its way; then half of it, so that none goes to and fro."""
+"""...the first of which take the whole change of a point, the others half of it, so that none
+alternates."""
 SETTLED = by_precision(1.0e-14, 1.0e-6)
 """Change of the velocities in a sweep, over those without contact, that is round-off."""
 LOOSE = by_precision(1.0e-6, 1.0e-3)
-"""The same, above which a solve that ran out of sweeps counts as none."""
+"""Change above which a solve that used all sweeps has failed."""
 DUST = by_precision(1.0e-12, 1.0e-5)
 """Round-off of a velocity, as a part of the largest."""
 
 
 @wp.func
-def on_two(s: Shape, pose: Pose, one: Vector, other: Vector) -> Body:
+def block_on_two(s: Shape, pose: Pose, one: Vector, other: Vector) -> Body:
     """The body as a block whose edge 0 has its ends at two levers [m]."""
     b = Body()
     b.inertia = pose.inertia
@@ -91,8 +92,8 @@ def on_two(s: Shape, pose: Pose, one: Vector, other: Vector) -> Body:
 
 
 @wp.func
-def ways(two: Body, number: int, v: Vector, w: Vector) -> Corners:
-    """Directions in which both ends of an edge might slide: one of BEGINNINGS."""
+def start_directions(two: Body, number: int, v: Vector, w: Vector) -> Corners:
+    """First guess of the directions in which both ends of an edge slide: one of BEGINNINGS."""
     dirs = Corners()
     if number < 4:
         # Beside an end that sticks, if it could; it cannot, and goes where it is pushed.
@@ -115,14 +116,16 @@ def ways(two: Body, number: int, v: Vector, w: Vector) -> Corners:
 def solve_edge(
     s: Shape, pose: Pose, t: Touches, i: int, j: int, grain: real, v: Vector, w: Vector
 ) -> Carried:
-    """The motion if only points i and j of those that touch push, or i where both are the same."""
-    two, stance = on_two(s, pose, t.lever[i], t.lever[j]), wp.where(i == j, 0, EDGE)
+    """The motion if only points i and j push; if i = j, only that one."""
+    two, stance = block_on_two(s, pose, t.lever[i], t.lever[j]), wp.where(i == j, 0, EDGE)
     h = solve_two(two, stance, 0, Corners(), v, w, grain)
     if not BOX:
-        # Where the search for the ways of both ends went astray, it begins elsewhere.
+        # If Newton's method for the directions has failed, it starts from other ones.
         for number in range(BEGINNINGS):
             if not h.fits and i != j:
-                h = try_slipping(two, EDGE, 3, False, ways(two, number, v, w), v, w, grain)
+                h = try_slipping(
+                    two, EDGE, 3, False, start_directions(two, number, v, w), v, w, grain
+                )
     c = Carried()
     c.v = h.v
     c.w = h.w
@@ -140,7 +143,7 @@ def solve_edge(
 
 @wp.func
 def sinks(t: Touches, grain: real, v: Vector, w: Vector) -> bool:
-    """Whether one of the points that touch moves into the base."""
+    """Whether a touching point moves into the base."""
     found, total = bool(False), t.total
     for k in range(total):
         found = found or v[2] + w[0] * t.lever[k][1] - w[1] * t.lever[k][0] < -grain
@@ -153,7 +156,7 @@ def stick_edge(
 ) -> Carried:
     """The motion over the edge from point i to point j if it sticks."""
     c = Carried()
-    h = try_sticking(on_two(s, pose, t.lever[i], t.lever[j]), EDGE, 3, v, w, grain)
+    h = try_sticking(block_on_two(s, pose, t.lever[i], t.lever[j]), EDGE, 3, v, w, grain)
     c.held = bit_of(t.which[i]) | bit_of(t.which[j])
     c.v = h.v
     c.w = h.w
@@ -194,18 +197,18 @@ def solve_hull(
 
 @wp.func
 def ends_of(t: Touches):
-    """The two points that are farthest apart, of points on a line."""
+    """The two ends of points on a line."""
     i, j, total = int(0), int(0), t.total
     for k in range(total):
-        i = wp.where(along_line(t, k, 0) > along_line(t, i, 0), k, i)
+        i = wp.where(squared_distance(t, k, 0) > squared_distance(t, i, 0), k, i)
     for k in range(total):
-        j = wp.where(along_line(t, k, i) > along_line(t, j, i), k, j)
+        j = wp.where(squared_distance(t, k, i) > squared_distance(t, j, i), k, j)
     return i, j
 
 
 @wp.func
-def along_line(t: Touches, k: int, i: int) -> real:
-    """Square of the distance of two points as seen from above [m^2]."""
+def squared_distance(t: Touches, k: int, i: int) -> real:
+    """Square of the distance of two points in plan [m^2]."""
     x, y = t.lever[k][0] - t.lever[i][0], t.lever[k][1] - t.lever[i][1]
     return x * x + y * y
 
@@ -285,7 +288,9 @@ def solve(s: Shape, pose: Pose, t: Touches, dust: real, v: Vector, w: Vector) ->
 
 
 @wp.func
-def bound(s: Shape, pose: Pose, held: wp.uint64, stuck: wp.uint64, v: Vector, w: Vector):
+def project_on_points(
+    s: Shape, pose: Pose, held: wp.uint64, stuck: wp.uint64, v: Vector, w: Vector
+):
     """Velocities projected on the points that pushed, along their force."""
     v1, w1, t = v + Vector(), w + Vector(), touches_of(s, pose.turn, held)
     flat = spans_plane(t, ALL)
@@ -297,10 +302,10 @@ def bound(s: Shape, pose: Pose, held: wp.uint64, stuck: wp.uint64, v: Vector, w:
         w1 = Vector(real(0.0), real(0.0), w[2])
     elif t.total > 0:
         i, j = ends_of(t)
-        slip = wp.where(among(t.which[i], stuck), 0, 1)
-        slip = slip | wp.where(i == j or among(t.which[j], stuck), 0, 2)
+        slip = wp.where(is_among(t.which[i], stuck), 0, 1)
+        slip = slip | wp.where(i == j or is_among(t.which[j], stuck), 0, 2)
         v2, w2 = project(
-            on_two(s, pose, t.lever[i], t.lever[j]), wp.where(i == j, 0, EDGE),
+            block_on_two(s, pose, t.lever[i], t.lever[j]), wp.where(i == j, 0, EDGE),
             wp.where(slip == 0, 0, sliding_bits(slip)), v, w,
         )  # fmt: skip
         v1 = v2

@@ -1,13 +1,13 @@
-"""Steps of a body in space in which nothing happens.
+"""Steps of a body in space without an event.
 
-Most steps meet no event: the body stands still on a base that does not move it, or turns about a
-point or two that stick. What touches is a hinge then, as in event_space/block_pack.py, whose
-formulas these are; of the other points only the height is looked at. Where something lands at the
-end of a step, slides, or lifts, the step of event_space/body.py is taken instead.
+Most steps have no event: the body stands still on a base that does not move it, or turns about one
+or two sticking points. These are then a hinge, as in event_space/block_pack.py, with its formulas.
+Of the other points only the heights count. If a point lands at the end of a step, slides, or lifts,
+the step of event_space/body.py is taken instead.
 
-A body that stands still is pressed below its centre of mass, shifted by the height of that times
-the pull of the base over its weight. As long as this stays within the `room` where all points
-press, and friction holds the pull, it stands.
+The centre of pressure of a body that stands still lies below its centre of mass, shifted by the
+height of that times the pull of the base over the weight. The body stands while the shift is within
+`room`, where all points press, and friction can take the pull.
 """
 
 import warp as wp
@@ -25,7 +25,7 @@ from warprock.kernels.event_space.block_pack import (
     turn_about_hinge,
 )
 from warprock.kernels.event_space.block_trial import Base
-from warprock.kernels.event_space.body_contact import Shape, among, place_of
+from warprock.kernels.event_space.body_contact import Shape, is_among, place_of
 from warprock.kernels.event_space.body_face import INSIDE
 from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.shape_space.block import Block
@@ -33,15 +33,16 @@ from warprock.kernels.shape_space.body import spans
 from warprock.kernels.vectors import Quaternion, Vector
 
 HOP = real(4.0)
-"""Rise of a hop that lasts a step, from its first velocity: the product of both over this."""
+"""A hop that lasts one step rises by its first velocity times the step over this number."""
 
 
 @wp.struct
 class Support:
-    """What a body stands or turns on while that sticks.
+    """The sticking points on which a body stands or turns.
 
-    Points that touch; their hinge, where they are one or two; of a face the height of the centre of
-    mass, and how far from below it the pressure may be for all points to press [m].
+    Points that touch; their hinge, if they are one or two; for a face, the height of the centre of
+    mass, and the largest distance of the centre of pressure from below it at which all points press
+    [m].
     """
 
     touch: wp.uint64
@@ -53,7 +54,7 @@ class Support:
 
 @wp.struct
 class Course:
-    """Where a body is and how it moves at the start of a step.
+    """Pose and velocities of a body at the start of a step.
 
     Centre of mass [m], attitude, velocity [m/s], angular velocity [rad/s].
     """
@@ -66,12 +67,11 @@ class Course:
 
 @wp.struct
 class Quiet:
-    """Where a quiet step leads, as in the state of event_space/body.py.
+    """The end of a quiet step; fields as in `State` of event_space/body.py, and these.
 
-    Deep, how deep the hinge was in the base [m]; mean, the velocity in the mean of the step [m/s];
-    lost, the energy that is gone in the frame of the base for unit mass [J/kg]; clear, whether
-    nothing happens until its end; cut, the length of the step to where a point lands inside, or
-    NEVER.
+    Deep, the penetration of the hinge [m]; mean, the mean velocity of the step [m/s]; lost, the
+    energy lost in the frame of the base for unit mass [J/kg]; clear, whether the step has no event;
+    cut, the length of the step to the landing of a point inside, or NEVER.
     """
 
     x: Vector
@@ -108,14 +108,15 @@ def hinge_of(inertia: Vector, one: Vector, other: Vector, alone: bool) -> Hinge:
 
 @wp.func
 def room_of(body: Shape, q: Quaternion, touch: wp.uint64) -> real:
-    """Distance from below the centre of mass within which pressure makes all that touch press [m].
+    """Largest distance of the centre of pressure from below the centre of mass [m].
 
-    None where they span no plane, or it is not among them.
+    Within it all touching points press. Zero if they span no plane, or the centre of mass is not
+    above them.
     """
     zero, one, turn, points = real(0.0), real(1.0), frame(q), body.count
     count, mx, my, xx, xy, yy = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     for k in range(points):
-        if among(k, touch):
+        if is_among(k, touch):
             r = turn * place_of(body.points[k, body.lane])
             count += one
             mx += r[0]
@@ -132,7 +133,7 @@ def room_of(body: Shape, q: Quaternion, touch: wp.uint64) -> real:
     over = one / larger(xx * yy - xy * xy, TINY)
     room = NEVER + zero
     for k in range(points):
-        if among(k, touch):
+        if is_among(k, touch):
             r = turn * place_of(body.points[k, body.lane])
             # It presses where 1 + g.(c - m) > 0, c the centre of the pressure.
             x, y = r[0] - mx, r[1] - my
@@ -143,12 +144,12 @@ def room_of(body: Shape, q: Quaternion, touch: wp.uint64) -> real:
 
 @wp.func
 def support_of(block: Block, body: Shape, height: real, q: Quaternion, touch: wp.uint64) -> Support:
-    """What a body stands or turns on where some of its points touch."""
+    """The support of a body whose points `touch` are in contact."""
     s = Support()
     s.touch = touch
     one, other, count, points = Vector(), Vector(), int(0), body.count
     for k in range(points):
-        if among(k, touch):
+        if is_among(k, touch):
             other = place_of(body.points[k, body.lane])
             if count == 0:
                 one = place_of(body.points[k, body.lane])
@@ -166,8 +167,8 @@ def support_of(block: Block, body: Shape, height: real, q: Quaternion, touch: wp
 
 
 @wp.func
-def stays(block: Block, limits: Limits, on: Support, b: Base) -> bool:
-    """Whether a body that stands still stays so in a step."""
+def stays_still(block: Block, limits: Limits, on: Support, b: Base) -> bool:
+    """Whether a body at rest stays at rest in a step."""
     weight = b.d * limits.gravity + b.change[2]
     pull = wp.sqrt(b.change[0] * b.change[0] + b.change[1] * b.change[1])
     holds = pull < INSIDE * block.friction * weight and pull * on.height < on.room * weight
@@ -175,8 +176,8 @@ def stays(block: Block, limits: Limits, on: Support, b: Base) -> bool:
 
 
 @wp.func
-def landing(body: Shape, limits: Limits, n: Quiet, begins: Course, touch: wp.uint64, d: real):
-    """What the points do in a step that do not touch.
+def find_landing(body: Shape, limits: Limits, n: Quiet, begins: Course, touch: wp.uint64, d: real):
+    """Events of the open points in a step.
 
     Returns:
         Whether they stay clear of the base; the length of the step to the first landing inside, or
@@ -189,7 +190,7 @@ def landing(body: Shape, limits: Limits, n: Quiet, begins: Course, touch: wp.uin
     for k in range(points):
         point = body.points[k, body.lane]
         gap = high + up[0] * point.x + up[1] * point.y + up[2] * point.z
-        if gap <= limits.rest_gap and not among(k, touch):
+        if gap <= limits.rest_gap and not is_among(k, touch):
             r0, r1 = frame(q) * place_of(point), frame(n.q) * place_of(point)
             rate0 = v[2] + w[0] * r0[1] - w[1] * r0[0]
             rate = TWO * n.mean[2] - v[2] + n.swing[0] * r1[1] - n.swing[1] * r1[0]
@@ -201,9 +202,7 @@ def landing(body: Shape, limits: Limits, n: Quiet, begins: Course, touch: wp.uin
 
 
 @wp.func
-def rolled(
-    block: Block, body: Shape, limits: Limits, on: Support, b: Base, begins: Course
-) -> Quiet:
+def roll(block: Block, body: Shape, limits: Limits, on: Support, b: Base, begins: Course) -> Quiet:
     """The step of a body about a hinge; see `roll` in event_space/block_pack.py."""
     zero, d, h = real(0.0), b.d, on.hinge
     x, q, v, w = begins.x, begins.q, begins.v, begins.w
@@ -233,14 +232,14 @@ def rolled(
         wp.dot(v, v) + wp.dot(w, momentum) - wp.dot(n.v, n.v)
         - wp.dot(n.w, scale_in_body(r, h.inertia, n.w))
     )  # fmt: skip
-    # What touches may rise at first, by a hop that the step has missed.
+    # A touching point may rise at first, by a hop inside the step.
     hop = size(v[2] - wp.cross(w, a0)[2]) + size(wp.cross(w, r0 * h.way)[2])
     holds = holds and hop * d <= HOP * limits.rest_gap
     total = n.x[0] + n.x[1] + n.x[2] + n.v[0] + n.v[1] + n.v[2]
     n.clear = holds and size(rise[2]) < LEVEL and total - total == zero
     n.clear = n.clear and wp.dot(r[2], body.axis) > zero
     if n.clear:
-        clear, cut = landing(body, limits, n, begins, on.touch, d)
+        clear, cut = find_landing(body, limits, n, begins, on.touch, d)
         n.clear = clear
         n.cut = cut
     return n

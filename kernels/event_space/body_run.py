@@ -1,7 +1,7 @@
 """Runs of the event step over bodies in space that stand on points, one lane a thread.
 
-Every lane has its own clock and ends its steps where its events are; a sample inside a step is read
-off the parabola that the step follows, so that histories do not change the run.
+Every lane has its own clock and ends its steps at its events. A sample inside a step is read off
+the parabola that the step follows, so that histories do not change the run.
 """
 
 import warp as wp
@@ -11,14 +11,14 @@ from warprock.kernels.event_space.block_seen import turning_time
 from warprock.kernels.event_space.body import State, step
 from warprock.kernels.event_space.body_contact import (
     Shape,
-    among,
     bit_of,
+    is_among,
     place_of,
-    posed,
+    pose_of,
     shape_of,
 )
 from warprock.kernels.event_space.body_quiet import Support, support_of
-from warprock.kernels.event_space.body_start import gone, let_go_with, lives_on
+from warprock.kernels.event_space.body_start import keep_running, observe_tumbling, start_thrown
 from warprock.kernels.event_space.lane import BaseMotion, Knobs, Limits
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
@@ -43,7 +43,7 @@ LANES = 1
 
 @wp.struct
 class Lane:
-    """One lane: see event_space/lane.py, and its body, and how it is let go, see `Frame`."""
+    """One lane: see event_space/lane.py; its body and its start, see `Frame`."""
 
     longest_step: real
     rest_gap: real
@@ -65,7 +65,7 @@ class Lane:
 
 @wp.struct
 class Seen:
-    """What has been observed of one lane so far."""
+    """Observed response of a lane up to its time."""
 
     leaf: BlockResult
     uplift_time: real
@@ -79,7 +79,7 @@ def start(block: Block, frame: Frame, body: Shape, limits: Limits) -> State:
     s.x = Vector(block.x, block.y, block.z)
     qx, qy, qz, qw = body_attitude(frame, block.qx, block.qy, block.qz, block.qw)
     s.q = Quaternion(qx, qy, qz, qw)
-    pose = posed(body, s.x, s.q)
+    pose = pose_of(body, s.x, s.q)
     count = body.count
     for k in range(count):
         if s.x[2] + wp.dot(pose.turn[2], place_of(body.points[k, body.lane])) <= limits.rest_gap:
@@ -100,7 +100,7 @@ def attitude_at(block: Block, body: Shape, until: real, s0: State, s: State) -> 
     if until < s.time and d > real(0.0) and not s.still:
         tau = until - s0.time
         if s0.flies:
-            q = rotate_freely(block, s0.q, posed(body, s0.x, s0.q).inertia * s0.w, tau)
+            q = rotate_freely(block, s0.q, pose_of(body, s0.x, s0.q).inertia * s0.w, tau)
         else:
             part = tau / d
             q = rotate_attitude(s0.q, tau * s0.w + part * part * (s.turn - d * s0.w))
@@ -139,7 +139,7 @@ def slide_of_body(body: Shape, s: State) -> Vector:
     """Mean displacement of the points that touch, from where each stood; the third is zero."""
     turn, count, total, way = matrix_at(s.q), body.count, real(0.0), Vector()
     for k in range(count):
-        if among(k, s.touch):
+        if is_among(k, s.touch):
             point = body.points[k, body.lane]
             r = turn * place_of(point)
             total += real(1.0)
@@ -151,7 +151,7 @@ def slide_of_body(body: Shape, s: State) -> Vector:
 def observe(
     block: Block, frame: Frame, body: Shape, before: Seen, s0: State, s: State,
 ) -> Seen:  # fmt: skip
-    """What a step from one state to the next adds to what has been observed."""
+    """The observed response after a step from one state to the next."""
     seen = before
     d = s.time - s0.time
     axis0, axis1 = matrix_at(s0.q) * body.axis, matrix_at(s.q) * body.axis
@@ -205,7 +205,7 @@ def run_lanes(
         body.count = wp.where(foot >= real(0.0), k + 1, body.count)
         if foot > real(0.0):
             body.feet = body.feet | bit_of(k)
-    s = let_go_with(body, limits, frame, start(block, frame, body, limits))
+    s = start_thrown(body, limits, frame, start(block, frame, body, limits))
     s0 = s
     on = Support()
     seen = Seen()
@@ -226,12 +226,12 @@ def run_lanes(
             if s.touch != on.touch:
                 on = support_of(block, body, s.x[2], s.q, s.touch)
             after = step(block, body, limits, motion, end, on, s)
-            n = lives_on(frame, after)
-            # What stands still shows nothing new.
+            n = keep_running(frame, after)
+            # A body that stands still has nothing new to observe.
             if n.taken and not (s.still and n.still):
                 before = seen.leaf
                 seen = observe(block, frame, body, seen, s, n)
-                seen.leaf = gone(frame, block, before, seen.leaf, n)
+                seen.leaf = observe_tumbling(frame, block, before, seen.leaf, n)
                 s0 = s
             s = n
             if steps >= own.step_limit and s.mode == RUNNING:

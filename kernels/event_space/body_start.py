@@ -1,13 +1,13 @@
 """Bodies in space that start in motion, in the event step, and those that tumble.
 
-What moves into the base at the start meets it in an inelastic impact. A body that tumbles lives on
-whatever side it comes to lie; its slide is the way of its centre along the base.
+A point that moves into the base at the start makes an inelastic impact. The lane of a body that
+tumbles keeps running on whatever side it lies; its slide is the displacement of its centre.
 """
 
 import warp as wp
 
 from warprock.kernels.event_space.body import State, energy
-from warprock.kernels.event_space.body_contact import Shape, posed, touches_of
+from warprock.kernels.event_space.body_contact import Shape, pose_of, touches_of
 from warprock.kernels.event_space.body_law import solve
 from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.modes import OVERTURNED, RUNNING, UNSOLVED
@@ -18,12 +18,12 @@ from warprock.kernels.vectors import Vector
 
 
 @wp.func
-def let_go_with(body: Shape, limits: Limits, frame: Frame, at_rest: State) -> State:
-    """The state at the start, with its velocities, or with what the base leaves of them."""
+def start_thrown(body: Shape, limits: Limits, frame: Frame, at_rest: State) -> State:
+    """The state at the start with its velocities; if a point moves into the base, after impact."""
     s = at_rest
     v, w = Vector(frame.vx, frame.vy, frame.vz), Vector(frame.wx, frame.wy, frame.wz)
     if wp.length_sq(v) + wp.length_sq(w) > real(0.0):
-        pose = posed(body, s.x, s.q)
+        pose = pose_of(body, s.x, s.q)
         s.v = v
         s.w = w
         if not s.flies:
@@ -39,8 +39,8 @@ def let_go_with(body: Shape, limits: Limits, frame: Frame, at_rest: State) -> St
 
 
 @wp.func
-def lives_on(frame: Frame, s: State) -> State:
-    """The state of a body that may come to lie on any side."""
+def keep_running(frame: Frame, s: State) -> State:
+    """The state, with a running mode if the body tumbles: it may lie on any side."""
     n = s
     if frame.tumbles == 1 and n.mode == OVERTURNED:
         n.mode = RUNNING
@@ -48,8 +48,8 @@ def lives_on(frame: Frame, s: State) -> State:
 
 
 @wp.func
-def gone(frame: Frame, block: Block, before: BlockResult, now: BlockResult, s: State):
-    """What has been seen of a body, with the way of its centre as its slide if it tumbles."""
+def observe_tumbling(frame: Frame, block: Block, before: BlockResult, now: BlockResult, s: State):
+    """The observed response of a body; if it tumbles, its slide is that of its centre."""
     leaf = now
     if frame.tumbles == 1:
         leaf.slide_x = s.x[0] - block.x

@@ -7,32 +7,32 @@ l, with J the inverse inertia in the axes of the base. One step of length dt is 
 block (see impulse/block.py), with three rows a corner:
 
     1. v* = v - dt (0, 0, g) - dv, dv the change of the base velocity between the half steps;
-    2. corners nearer than the collision margin are contacts. Each asks for a normal velocity of
-       at least -gap / dt (it may close an open gap) or zero, and for no tangential velocity within
-       Coulomb's bound |f| <= mu n;
-    3. where all contacts can be stopped together, their impulses p = (f_x, f_y, n) pushing and
-       with friction within the bound, they are (see impulse_space/block_hold.py): a fixed point of
-       what follows, at which it need not begin. Else, where the block moves in a plane of its
-       symmetry, that planar problem is solved exactly (see impulse_space/block_plane.py). Else
-    4. projected Gauss-Seidel on the impulses, started from those of the last step, one corner
-       after the other. With K the 3 x 3 matrix of velocity for impulse
-       at the corner, p - K^-1 u stops it: if that pushes and its friction is within the bound, the
-       corner sticks. Else n = max(n - u_z / K_zz, 0), and then the friction of a slip u_t: for the
-       cone f - u_t / (largest eigenvalue of K_t), shortened to the bound, for the box f_x and f_y
-       each within the bound. The cone's fixed points are those of Coulomb's law: a slip leaves
-       f = - mu n u_t / |u_t|, in whatever direction;
-    5. v = v* + sum of p, l = l + sum of r x p (J^-1 times the change of omega), and with them
-       position and attitude, which rotates freely with the angular momentum l; the block is lifted
-       by erp times its penetration but for the 2 g dt^2 that one step of falling can make.
+    2. corners with a gap below the collision margin are contacts. The normal velocity of each must
+       be at least -gap / dt if it is open, so that it may close, else zero. The tangential velocity
+       must be zero while |f| <= mu n (Coulomb);
+    3. if impulses p = (f_x, f_y, n) that push, with friction within the bound, can stop all
+       contacts together, they are taken (see impulse_space/block_hold.py). They are a fixed point
+       of step 4, which is then left out. Else, if the block moves in a plane of its symmetry, that
+       planar problem is solved exactly (see impulse_space/block_plane.py). Else
+    4. projected Gauss-Seidel on the impulses, started from those of the last step, corner by
+       corner. With K the 3 x 3 matrix of velocity per impulse at the corner, p - K^-1 u stops it.
+       If that pushes and its friction is within the bound, the corner sticks. Else
+       n = max(n - u_z / K_zz, 0), and the friction follows from the slip u_t: for the cone
+       f - u_t / (largest eigenvalue of K_t), shortened to the bound; for the box f_x and f_y each
+       limited to the bound. The fixed points for the cone are those of Coulomb's law,
+       f = - mu n u_t / |u_t| for a slip in any direction;
+    5. v = v* + sum of p, l = l + sum of r x p (J^-1 times the change of omega). Position and
+       attitude follow; the attitude rotates freely with the angular momentum l. The block is lifted
+       by erp times its penetration beyond 2 g dt^2, the fall that one step can make.
 
-A step visits first the corner away from the side that the block leans to, along its width and along
-its depth, so that the corners of a mirrored scene are visited in mirrored order. In that order they
-are numbered: sides (-,-), (+,-), (-,+), (+,+), with + towards the lean.
+A step first visits the corner away from the side to which the block leans, along its width and
+along its depth, so that the corners of a mirrored scene are visited in mirrored order. In that
+order they are numbered: sides (-,-), (+,-), (-,+), (+,+), with + towards the lean.
 
-Step 3 keeps a block from turning about the vertical where sweeps are few. At two corners close to
-each other sweeps find the difference of the frictions slowly, b^2 / I_z beside h^2 / I_y a sweep
-(b half the distance of the corners, h the height of the centre). As the corners are visited in
-turn, what is left of it always has the same sign.
+Step 3 prevents a spurious rotation about the vertical if there are few sweeps. At two corners close
+to each other sweeps find the difference of the frictions slowly, b^2 / I_z against h^2 / I_y a
+sweep (b half the distance of the corners, h the height of the centre). Since the corners are always
+visited in the same order, the remaining error always has the same sign.
 
 Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """
@@ -64,9 +64,9 @@ FAR = real(1.0e30)
 
 @wp.struct
 class Knobs:
-    """What a step needs to know of the settings; `rate` is the inverse of the time step [1/s].
+    """Settings of a step; `rate` is the inverse of the time step [1/s].
 
-    `restitution` is read by impulse_space/bounce.py alone.
+    Only impulse_space/bounce.py reads `restitution`.
     """
 
     time_step: real
@@ -126,7 +126,7 @@ class Contact:
 
     Attributes:
         x, y, h: Lever from the centre of mass [m].
-        aim: Normal velocity that it asks for if it is a contact [m/s].
+        aim: Least normal velocity after the step, if it is a contact [m/s].
         on: 1 if it is one, else 0.
     """
 
@@ -158,10 +158,10 @@ class Impulse:
 
 @wp.struct
 class Gains:
-    """What impulses at a contact do that the sweeps visit; zero but for kx and ky where none do.
+    """Effect of impulses at a contact; all but kx and ky are zero if it is no contact.
 
     Attributes:
-        kx, ky: Slip for a normal impulse.
+        kx, ky: Slip velocity per normal impulse.
         pn: Inverse of K_zz.
         p1, p2, p3: See `slip_gains`.
         h11, h12, h13, h22, h23, h33: See `stop_gains`.
@@ -183,7 +183,7 @@ class Gains:
 
 @wp.struct
 class Gaps:
-    """What the contacts of a block show in a step.
+    """Observed gaps of the contacts of a block in a step.
 
     Attributes:
         lowest: Lowest gap [m].
@@ -198,7 +198,7 @@ class Gaps:
 
 @wp.func
 def box_of(block: Block) -> Box:
-    """A block without where it starts."""
+    """The sizes, friction and inertia of a block."""
     return Box(
         block.half_width, block.half_depth, block.half_height, block.centre_x, block.centre_y,
         block.friction, block.inverse_x, block.inverse_y, block.inverse_z,
@@ -225,14 +225,14 @@ def inverse_of(box: Box) -> Triple:
 
 @wp.func
 def slips(square: real, knobs: Knobs) -> bool:
-    """Whether what touches slides, from the square of its speed [m^2/s^2]."""
+    """Whether a contact slides, from the square of its slip velocity [m^2/s^2]."""
     creep = CREEP * knobs.time_step * knobs.gravity
     return square > creep * creep
 
 
 @wp.func
 def side_of(lean: real, rate: real, dv: real, before: real) -> real:
-    """Side to which a block leans, -1 or 1: by its axis, its motion, the base's, or as before."""
+    """Side to which a block leans, -1 or 1: by its axis, else its motion, the base's, or before."""
     zero = real(0.0)
     moved = wp.where(rate != zero, rate, wp.where(dv != zero, -dv, before))
     return sign_of(wp.where(lean != zero, lean, moved))
@@ -253,10 +253,10 @@ def predict(dv: Triple, knobs: Knobs, inverse: Triple, s: State):
 
 @wp.func
 def find_lean(dv: Triple, s: State, free: Velocity, before: Lean) -> Lean:
-    """Sides that a block leans to; dv is the change of the base velocity [m/s]."""
+    """Sides to which a block leans; dv is the change of the base velocity [m/s]."""
     r, zero = turn_of(s), real(0.0)
     x = side_of(-r.r31, free.turn_y, dv.x, before.x)
-    # A yaw turns round with the sense of x as with that of y.
+    # A yaw changes its sign if x is reversed, and if y is.
     twist = s.qz * s.qw * x
     y = side_of(-r.r32, -free.turn_x, dv.y, wp.where(twist != zero, twist, before.y))
     return Lean(x, y)
@@ -271,12 +271,12 @@ def observe_contact(
 
     Args:
         knobs: Settings.
-        gap: How wide it gapes after the last step [m].
-        reach: At least its distance from the centre of mass [m].
+        gap: Its gap after the last step [m].
+        reach: Upper bound of its distance from the centre of mass [m].
         u: Velocity of its block.
-        n: What it carried in the last step.
-        apart: 1 where it has parted and not landed since, else 0.
-        gaps: What the contacts of its block show.
+        n: Its normal impulse in the last step.
+        apart: 1 if it has parted and not landed since, else 0.
+        gaps: Observed gaps of its block; updated.
     """
     zero, one = real(0.0), real(1.0)
     square = product(u.turn_x, u.turn_y, u.turn_z, u.turn_x, u.turn_y, u.turn_z)
@@ -291,7 +291,7 @@ def observe_contact(
 
 @wp.func
 def find_contact(corner: int, knobs: Knobs, box: Box, lean: Lean, s: State) -> Contact:
-    """Finds a corner, and whether it is a contact."""
+    """The lever of a corner, and whether it is a contact."""
     zero = real(0.0)
     x = real(2 * (corner % 2) - 1) * lean.x * box.half_width - box.centre_x
     y = real(2 * (corner // 2) - 1) * lean.y * box.half_depth - box.centre_y
@@ -303,14 +303,14 @@ def find_contact(corner: int, knobs: Knobs, box: Box, lean: Lean, s: State) -> C
 
 @wp.func
 def impulse_where(on: bool, p: Impulse) -> Impulse:
-    """An impulse that only a contact has."""
+    """The impulse of a contact; zero if the corner is none."""
     zero = real(0.0)
     return Impulse(wp.where(on, p.fx, zero), wp.where(on, p.fy, zero), wp.where(on, p.n, zero))
 
 
 @wp.func
 def warm_start(at: Contact, p: Impulse, j: Symmetric, u: wp.ref[Velocity]) -> Gains:
-    """What impulses at a corner do that the sweeps visit, and starts it from its last ones."""
+    """Effect of impulses at a corner; applies those of the last step to the velocity u."""
     one, x, y, h = real(1.0), at.x, at.y, at.h
     # J (r x e) for e along x, y, z: r x e is (0, h, -y), (-h, 0, x), (y, -x, 0).
     a1, b1, c1 = vector_product(j.xx, j.xy, j.xz, x, y, h)
@@ -347,7 +347,7 @@ def solve_contact(
     stop_z = fused_less(k.h33, normal, fused_less(k.h23, slip_y, fused_less(k.h13, slip_x, p.n)))
     push = larger(fused_less(k.pn, normal, p.n), real(0.0))
     dn = push - p.n
-    # The slip that the normal impulse leaves.
+    # Slip velocity after the normal impulse.
     slip_x = fused(dn, k.kx, slip_x)
     slip_y = fused(dn, k.ky, slip_y)
     new_x, new_y = drag(mu * push, p.fx, p.fy, slip_x, slip_y, k.p1, k.p2, k.p3)
@@ -372,14 +372,14 @@ def integrate(
     live: bool, knobs: Knobs, inverse: Triple, dv: Triple, u: Velocity, lowest: real, s: State,
     loss: wp.ref[real],
 ) -> State:  # fmt: skip
-    """Moves a block by a step, where its lane is alive.
+    """The state of a block after a step, if its lane still runs.
 
-    What its contacts take is added to the loss, for unit mass [J/kg]: the work of their impulses on
-    the mean of the velocities before and after, less what lifting gives back.
+    The loss for unit mass [J/kg] grows by the energy that contacts take: minus the work of their
+    impulses on the mean of the velocities before and after, less the energy that lifting gives.
     """
     dt, zero = knobs.time_step, real(0.0)
     r = turn_of(s)
-    # Body axes: momentum before, and what the contacts have changed in the angular velocity.
+    # Body axes: momentum before, and the change of the angular velocity by contacts.
     a = scaled_each(inverse, into_body(r, spin_of(s)))
     b = minus(into_body(r, rate_of(u)), a)
     h = Triple(b.x / inverse.x, b.y / inverse.y, b.z / inverse.z)

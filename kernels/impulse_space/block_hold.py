@@ -1,20 +1,21 @@
 """Impulses that stop all contacts of a block in space together, as one motion of the block.
 
-Names are those of impulse_space/block.py; lengths and impulses are for mass 1. Contacts that are
-stopped leave a block one motion: about the corner, about the line through two corners, or none flat
-on its face, apart from what closes open gaps. With m the middle of what touches, w the half way
+Names are those of impulse_space/block.py; lengths and impulses are for mass 1. Held contacts allow
+a block one motion: about the corner, about the line through two corners, or none if it lies flat,
+apart from the motion that closes open gaps. Let m be the middle of the held corners, w half the way
 from the first to the last of two corners, A the moment of inertia about m, and s the angular
-momentum about m, both less those of the motion that closes the gaps, omega is
+momentum about m, both without the motion that closes the gaps. Then omega is
 
     one corner:  A^-1 s        two:  w (w.s) / (w.A w)        four:  0,
 
-and the centre of mass moves at m x omega. That takes the impulse e, whose moment about m is g. Four
-corners share it by the pressure's centre, at the parts a and b of the half width and half depth:
-e (1 +- a) (1 +- b) / 4, and a couple about the vertical. Two take halves of it, -+ g x w / (2 w.w),
-and of what is along their line in proportion to their normal impulses.
+and the centre of mass moves at m x omega. This takes the impulse e, whose moment about m is g. Four
+corners share it by the centre of pressure, which lies at the parts a and b of the half width and
+half depth: e (1 +- a) (1 +- b) / 4, and a couple about the vertical. Two corners take half of it
+each, -+ g x w / (2 w.w); they share the part along their line in proportion to their normal
+impulses.
 
-Where the centre of pressure lies beyond the face, the corners on the far side are let go and the
-others tried; those that were let go must then not sink. The sweeps solve blocks on three corners,
+If the centre of pressure lies beyond the face, the corners on the far side are released, and the
+others are tried. The released corners must then not sink. The sweeps solve blocks on three corners,
 and blocks that slide.
 """
 
@@ -52,14 +53,14 @@ from warprock.kernels.shape_space.lanes import (
 
 QUARTER = real(0.25)
 WITHIN = by_precision(1.0 - 1.0e-12, 1.0 - 1.0e-5)
-"""Part of the friction's bound up to which a corner sticks here: a sweep lets it, too."""
+"""Largest friction of a corner that sticks here, over its bound; sweeps allow as much."""
 EVEN = real(1.0e-9)
-"""Part of gravity's velocity in a step by which four corners may aim at no plane."""
+"""Deviation of the aims of four corners from a plane motion that is allowed, over g dt."""
 
 
 @wp.struct
 class Four:
-    """A number of each corner of a face, in the order of the lean: see impulse_space/block.py."""
+    """One number a corner of a face, in the order of the lean: see impulse_space/block.py."""
 
     a: real
     b: real
@@ -85,12 +86,12 @@ class Face:
 
 @wp.struct
 class Line:
-    """What is held of a face: the line from the first to the last of two corners, or its middle.
+    """Held corners of a face: the line from the first to the last of two, or their middle.
 
     Attributes:
-        w: Half way along it [m]; zero where one corner or all four are held.
-        m: Middle of what is held, from the centre of mass [m].
-        x, y: Half way over half width and half depth.
+        w: Half of the line [m]; zero if one corner or all four are held.
+        m: Middle of the held corners, from the centre of mass [m].
+        x, y: w over half width and half depth.
     """
 
     w: Triple
@@ -121,8 +122,8 @@ class Pressure:
 
     Attributes:
         a, b: Centre of pressure along the half width and the half depth.
-        couple: The couple of their friction beside what is in proportion to the pressure, over the
-            levers.
+        couple: The couple of their friction besides the part in proportion to the pressure, over
+            the levers.
     """
 
     a: real
@@ -131,7 +132,7 @@ class Pressure:
 
 
 @wp.func
-def over(m: Symmetric, v: Triple) -> Triple:
+def solve_symmetric(m: Symmetric, v: Triple) -> Triple:
     """The inverse of a symmetric matrix times a vector."""
     c = cofactors(m)
     part = real(1.0) / product(m.xx, m.xy, m.xz, c.xx, c.xy, c.xz)
@@ -140,7 +141,7 @@ def over(m: Symmetric, v: Triple) -> Triple:
 
 @wp.func
 def push_between(free: Motion, after: Motion, spin: Triple, m: Triple, inertia: Symmetric) -> Push:
-    """Impulse that leads from one motion to another, and its moment about m.
+    """Impulse that changes one motion to another, and its moment about m.
 
     `spin` is the angular momentum before.
     """
@@ -149,8 +150,8 @@ def push_between(free: Motion, after: Motion, spin: Triple, m: Triple, inertia: 
 
 
 @wp.func
-def lie(t: Four, face: Face) -> Motion:
-    """Motion of a block on all of its corners, which move at t along the vertical."""
+def motion_on_face(t: Four, face: Face) -> Motion:
+    """Motion of a block on all four corners, which have the vertical velocities t."""
     a, b = face.a, face.b
     part = QUARTER / fused_less(a.y, b.x, a.x * b.y)
     tx, ty = part * (t.b - t.a + (t.d - t.c)), part * (t.c - t.a + (t.d - t.b))
@@ -163,10 +164,10 @@ def lie(t: Four, face: Face) -> Motion:
 
 
 @wp.func
-def roll(
+def motion_on_line(
     first: real, last: real, alone: bool, free: Triple, spin: Triple, line: Line, inertia: Symmetric
 ) -> Motion:
-    """Motion of a block on one corner, alone, or on two, which move at `first` and `last`."""
+    """Motion of a block on one corner (`alone`) or two, with vertical velocities first and last."""
     w, m, j = line.w, line.m, inertia
     closes = HALF * (last - first) / larger(scalar_product(w, w), TINY)
     ox, oy, rise = closes * w.y, -closes * w.x, HALF * (first + last)
@@ -183,7 +184,7 @@ def roll(
         fused_less(m.z, m.z, j.zz + mm),
     )  # fmt: skip
     rate = scalar_product(w, s) / larger(scalar_product(w, times(about, w)), TINY)
-    free_turn = over(about, s)
+    free_turn = solve_symmetric(about, s)
     o = Triple(
         wp.where(alone, ox + free_turn.x, fused(rate, w.x, ox)),
         wp.where(alone, oy + free_turn.y, fused(rate, w.y, oy)),
@@ -194,26 +195,26 @@ def roll(
 
 
 @wp.func
-def foremost(k: Four, x: Four) -> real:
-    """The number of the first corner whose k is not zero; that of the last if there is none."""
+def first_held(k: Four, x: Four) -> real:
+    """The entry of x at the first corner with k not zero; at the last corner if there is none."""
     zero = real(0.0)
     return wp.where(k.a > zero, x.a, wp.where(k.b > zero, x.b, wp.where(k.c > zero, x.c, x.d)))
 
 
 @wp.func
-def backwards(x: Four) -> Four:
-    """Numbers of the corners from the last to the first."""
+def reverse(x: Four) -> Four:
+    """The numbers of the corners in reverse order."""
     return Four(x.d, x.c, x.b, x.a)
 
 
 @wp.func
 def line_of(k: Four, face: Face) -> Line:
-    """What is held of a face where k is not zero."""
+    """The line or the middle of the corners with k not zero."""
     one, part = real(1.0), wp.where(corners_of(k) == real(4.0), real(0.0), HALF)
     sides_x, sides_y = Four(-one, one, -one, one), Four(-one, -one, one, one)
-    i, j = foremost(k, sides_x), foremost(k, sides_y)
-    last = backwards(k)
-    x, y = foremost(last, backwards(sides_x)), foremost(last, backwards(sides_y))
+    i, j = first_held(k, sides_x), first_held(k, sides_y)
+    last = reverse(k)
+    x, y = first_held(last, reverse(sides_x)), first_held(last, reverse(sides_y))
     way_x, way_y = part * (x - i), part * (y - j)
     middle = plus(face.middle, on_face(part * (x + i), part * (y + j), face))
     return Line(on_face(way_x, way_y, face), middle, way_x, way_y)
@@ -221,14 +222,14 @@ def line_of(k: Four, face: Face) -> Line:
 
 @wp.func
 def on_face(x: real, y: real, face: Face) -> Triple:
-    """A way over parts of the half width and of the half depth [m]."""
+    """A vector on the face from parts of the half width and of the half depth [m]."""
     a, b = face.a, face.b
     return Triple(dot(x, y, a.x, b.x), dot(x, y, a.y, b.y), dot(x, y, a.z, b.z))
 
 
 @wp.func
 def corners_of(k: Four) -> real:
-    """How many corners there are, 1 or 0 each."""
+    """Number of corners, from 1 or 0 for each."""
     return k.a + k.b + k.c + k.d
 
 
@@ -245,7 +246,7 @@ def share_pressure(p: Push, face: Face) -> Pressure:
 
 @wp.func
 def choose_held(s: Four, pushes: bool, at: Pressure) -> Four:
-    """Which contacts to hold: of four those on the side of the pressure's centre."""
+    """Which contacts to hold: of four, those on the side of the centre of pressure."""
     zero, one = real(0.0), real(1.0)
     full = s.a * s.b * s.c * s.d > zero and pushes
     return Four(
@@ -258,7 +259,7 @@ def choose_held(s: Four, pushes: bool, at: Pressure) -> Four:
 
 @wp.func
 def tilt_share(p: Push, w: Triple) -> Triple:
-    """Part of the impulse of two corners that the last has beyond one half; w as at the head."""
+    """Impulse of the last of two corners beyond one half of the whole; w as at the head."""
     part = HALF / larger(scalar_product(w, w), TINY)
     q = scaled(part, cross_product(p.g, w))
     along = (part + part) * scalar_product(p.e, w) * q.z / larger(p.e.z, TINY)
@@ -272,9 +273,9 @@ class Split:
     Attributes:
         count: How many they are.
         e: Impulse of all of them.
-        q: Of two corners, what the last has beyond one half.
-        x, y: Of two corners, see `Line`.
-        pressure: Of four corners.
+        q: For two corners, impulse of the last beyond one half.
+        x, y: For two corners, see `Line`.
+        pressure: For four corners.
     """
 
     count: real
@@ -286,8 +287,8 @@ class Split:
 
 
 @wp.func
-def share(i: real, j: real, on: real, split: Split, face: Face) -> Impulse:
-    """Impulse of the corner on the sides i and j, -1 or 1, where it is held: `on` is 1 there."""
+def share_impulse(i: real, j: real, on: real, split: Split, face: Face) -> Impulse:
+    """Impulse of the corner on the sides i and j, -1 or 1; `on` is 1 if it is held."""
     zero, one, p, a, b = real(0.0), real(1.0), split.pressure, face.a, face.b
     end = larger(smaller(dot(i, j, split.x, split.y), one), -one)
     flat, half = split.count == real(4.0), wp.where(split.count == one, one, HALF)
@@ -296,19 +297,19 @@ def share(i: real, j: real, on: real, split: Split, face: Face) -> Impulse:
     x = fused(part, split.e.x, wp.where(flat, turn_x, end * split.q.x))
     y = fused(part, split.e.y, wp.where(flat, turn_y, end * split.q.y))
     z = fused(part, split.e.z, wp.where(flat, zero, end * split.q.z))
-    # Not on * x: where nothing touches, x may be infinite.
+    # Not on * x: without contacts x may be infinite.
     return impulse_where(on > zero, Impulse(x, y, z))
 
 
 @wp.func
 def obeys(p: Impulse, mu: real, sinks: bool) -> bool:
-    """Whether a corner may have this impulse, and if it was let go, does not sink."""
+    """Whether the impulse of a corner obeys the law, and it does not sink if released."""
     return holds(p.fx, p.fy, p.n, WITHIN * mu) and not sinks
 
 
 @wp.func
 def would_sink(dropped: real, aim: real, i: real, j: real, face: Face, after: Motion) -> bool:
-    """Whether a corner that is let go would sink."""
+    """Whether a released corner would sink."""
     a, b, m = face.a, face.b, face.middle
     x, y = fused(j, b.x, fused(i, a.x, m.x)), fused(j, b.y, fused(i, a.y, m.y))
     rise = fused_less(after.o.y, x, fused(after.o.x, y, after.v.z))
@@ -317,11 +318,11 @@ def would_sink(dropped: real, aim: real, i: real, j: real, face: Face, after: Mo
 
 @wp.struct
 class Held:
-    """What stops the contacts of a block together.
+    """Impulses that stop the contacts of a block together.
 
     Attributes:
-        fits: Whether that obeys the law of contact.
-        touches: Whether anything is held.
+        fits: Whether they obey the contact law.
+        touches: Whether a corner is held.
         after: Velocity of the block then.
         a, b, c, d: Impulses of its corners.
     """
@@ -349,28 +350,30 @@ def face_of(block: Box, lean: Lean, s: State) -> Face:
 
 
 @wp.func
-def hold(knobs: Knobs, block: Box, lean: Lean, state: State, free: Velocity, at: Corners) -> Held:
-    """Stops the contacts of a block together, where that obeys the law of contact."""
+def stop_contacts(
+    knobs: Knobs, block: Box, lean: Lean, state: State, free: Velocity, at: Corners
+) -> Held:
+    """Impulses that stop the contacts of a block together; `fits` if they obey the contact law."""
     zero, one = real(0.0), real(1.0)
     on = Four(at.a.on, at.b.on, at.c.on, at.d.on)
     face = face_of(block, lean, state)
     before = Motion(Triple(free.x, free.y, free.z), rate_of(free))
     spin = spin_of(state)
     t = Four(on.a * at.a.aim, on.b * at.b.aim, on.c * at.c.aim, on.d * at.d.aim)
-    lies = lie(t, face)
+    lies = motion_on_face(t, face)
     p = push_between(before, lies, spin, face.middle, face.inertia)
     k = choose_held(on, p.e.z > zero, share_pressure(p, face))
     count = corners_of(k)
     flat, line = count == real(4.0), line_of(k, face)
-    rolls = roll(
-        foremost(k, t), foremost(backwards(k), backwards(t)), count == one, before.v, spin, line,
+    rolls = motion_on_line(
+        first_held(k, t), first_held(reverse(k), reverse(t)), count == one, before.v, spin, line,
         face.inertia,
     )  # fmt: skip
     after = Motion(choose(flat, lies.v, rolls.v), choose(flat, lies.o, rolls.o))
     p = push_between(before, after, spin, line.m, face.inertia)
     split = Split(count, p.e, tilt_share(p, line.w), line.x, line.y, share_pressure(p, face))
-    pa, pb = share(-one, -one, k.a, split, face), share(one, -one, k.b, split, face)
-    pc, pd = share(-one, one, k.c, split, face), share(one, one, k.d, split, face)
+    pa, pb = share_impulse(-one, -one, k.a, split, face), share_impulse(one, -one, k.b, split, face)
+    pc, pd = share_impulse(-one, one, k.c, split, face), share_impulse(one, one, k.d, split, face)
     uneven = size(t.a - t.b - t.c + t.d) > EVEN * knobs.gravity * knobs.time_step
     fits = count != real(3.0) and not (count == real(4.0) and uneven)
     fits = fits and obeys(pa, block.friction, would_sink(on.a - k.a, t.a, -one, -one, face, after))
@@ -384,7 +387,7 @@ def hold(knobs: Knobs, block: Box, lean: Lean, state: State, free: Velocity, at:
 
 @wp.func
 def impulse_if(held: bool, p: Impulse, before: Impulse) -> Impulse:
-    """An impulse of a corner where it is held, else what it had. Zero is added: no number is -0."""
+    """The impulse p if `held`, else the one before. Zero is added so that no number is -0."""
     zero = real(0.0)
     return Impulse(
         wp.where(held, p.fx, before.fx) + zero, wp.where(held, p.fy, before.fy) + zero,
@@ -394,7 +397,7 @@ def impulse_if(held: bool, p: Impulse, before: Impulse) -> Impulse:
 
 @wp.func
 def velocity_if(held: bool, v: Velocity, before: Velocity) -> Velocity:
-    """The velocity of a block where it is held, else what it had; likewise."""
+    """The velocity v if `held`, else the one before; likewise."""
     zero = real(0.0)
     return Velocity(
         wp.where(held, v.x, before.x) + zero, wp.where(held, v.y, before.y) + zero,

@@ -1,24 +1,25 @@
 """Contacts of a block that moves in a plane of its own symmetry, solved exactly.
 
-Several motions may obey Coulomb's law after an impact with friction. A block that comes down flat
-and slides may tip over the edge ahead. It may as well take the whole blow on one corner of that
-edge and turn about the vertical. Corners that are visited in turn find the second motion: the first
-corner leaves the next one nothing to carry. A block whose state is its own mirror image has a
-motion that is its own mirror image, too, and that one is taken here.
+Several motions may obey Coulomb's law after an impact with friction. A block that lands flat and
+slides may tip over the edge ahead. It may also take the whole impulse on one corner of that edge
+and turn about the vertical. Sweeps find the second motion, since the first corner leaves no impulse
+for the next. A block whose state is its own mirror image also has a motion that is its own mirror
+image. That motion is taken here.
 
-Both corners of an edge across the plane then carry the same, and the contact problem is that of the
-planar block: two edges A and B, B towards the lean, at the levers (x, h) along the plane and
-upwards. Let s, w and o be speeds along the plane and upwards and the angular velocity, J the
-inverse moment of inertia, mass 1; f and n the friction and the normal impulse of an edge. Then
+Both corners of an edge across the plane then have the same impulses, and the contact problem is
+that of the planar block: two edges A and B, B towards the lean, at the levers (x, h) along the
+plane and upwards. Let s, w and o be the velocities along the plane and upwards and the angular
+velocity, J the inverse moment of inertia, mass 1; f and n the friction and the normal impulse of an
+edge. Then
 
     s' = s + f_A + f_B,    w' = w + n_A + n_B,    o' = o + J (h_A f_A - x_A n_A + h_B f_B - x_B n_B)
 
 and an edge slips at s' + h o' and parts at w' - x o'. Each edge presses or not; if it presses, its
-normal velocity is what it aims at, and it sticks or slides to one of two sides. Each of these cases
-is a linear system with a closed form. Where both edges press, their aims give o' and w', so that
-both edges share known sums of normal impulses and of moments. The first case whose result obeys
-the law of contact is the solution. Cases stand in this order: what leaves no edge to slide, what
-slides, what parts. In `hold` (block_hold.py) stands the case before them, in which both stick.
+normal velocity equals its aim, and it sticks or slides to one of two sides. Each of these cases is
+a linear system with a closed form. If both edges press, their aims give o' and w', so that the sums
+of normal impulses and of moments are known. The first case whose result obeys the contact law is
+the solution. Cases without sliding come first, then those that slide, then those that part.
+`stop_contacts` (block_hold.py) has tried the case in which both stick before.
 
 References:
     Stewart and Trinkle (1996), An implicit time-stepping scheme for rigid body dynamics with
@@ -41,9 +42,9 @@ from warprock.kernels.shape_space.contact import CONE
 from warprock.kernels.shape_space.lanes import State, turn_of
 
 PLANE = by_precision(1.0e-9, 1.0e-4)
-"""Part of its motion by which a block may leave a plane that it moves in: round-off that grew."""
+"""Largest motion out of the plane, over the whole motion, that counts as round-off that grew."""
 EXACT = by_precision(1.0e-11, 1.0e-4)
-"""Part of the speeds by which a solution may miss the law of contact: round-off."""
+"""Residual of the contact law of a solution, over the velocities, that is round-off."""
 
 
 @wp.struct
@@ -52,8 +53,8 @@ class Edge:
 
     Attributes:
         x, h: Lever from the centre of mass, along the plane and upwards [m].
-        aim: Normal velocity that it asks for [m/s].
-        on: 1 where it is a contact, else 0.
+        aim: Least normal velocity after the step [m/s].
+        on: 1 if it is a contact, else 0.
     """
 
     x: real
@@ -80,7 +81,7 @@ class Edges:
         free: Motion without contact.
         inertia: Inverse moment of inertia across the plane, for unit mass [1/m^2].
         mu: Friction coefficient.
-        round_off: By how much a solution may miss the law of contact [m/s].
+        round_off: Allowed residual of the contact law [m/s].
     """
 
     a: Edge
@@ -95,7 +96,7 @@ class Edges:
 class Shares:
     """Friction and normal impulses of the edges A and B, for mass 1 [m/s].
 
-    `found` is 1 where they obey the law of contact, else 0.
+    `found` is 1 if they obey the contact law, else 0.
     """
 
     fa: real
@@ -107,14 +108,13 @@ class Shares:
 
 @wp.func
 def find_plane(knobs: Knobs, box: Box, s: State, u: Velocity) -> real:
-    """The plane of its symmetry that a block moves in: 1 along its width, 2 along its depth.
+    """The plane of symmetry in which a block moves: 1 along its width, 2 along its depth, 0 none.
 
-    0 where it moves in neither. Friction within a box must have its axes there. u is the velocity
-    without contact.
+    Friction as a box must have its axes there. u is the velocity without contact.
     """
     zero, h = real(0.0), box.half_height
     r = turn_of(s)
-    # Speeds along the width and along the depth, in both the turn about the other axis.
+    # Velocities along the width and along the depth, with the rotation about the other axis.
     about_width = size(dot(r.r11, r.r21, u.turn_x, u.turn_y))
     about_depth = size(dot(r.r12, r.r22, u.turn_x, u.turn_y))
     wide = size(dot(r.r11, r.r21, u.x, u.y)) + h * about_depth
@@ -132,8 +132,8 @@ def find_plane(knobs: Knobs, box: Box, s: State, u: Velocity) -> real:
 
 
 @wp.func
-def mate(plane: real, x: Four) -> Four:
-    """The number of the mirror image of each corner; its own where there is no plane."""
+def mirror_corner(plane: real, x: Four) -> Four:
+    """The number of the mirror image of each corner; without a plane, its own."""
     wide, deep = plane == real(1.0), plane == real(2.0)
     return Four(
         wp.where(wide, x.c, wp.where(deep, x.b, x.a)),
@@ -144,23 +144,23 @@ def mate(plane: real, x: Four) -> Four:
 
 
 @wp.func
-def beside(c: Contact, aim: real, on: real) -> Contact:
-    """A corner whose mirror image aims at `aim` and is a contact where `on` is 1."""
+def with_mirror_aim(c: Contact, aim: real, on: real) -> Contact:
+    """A corner with the mean aim of itself and its mirror image; a contact if either is."""
     return Contact(c.x, c.y, c.h, HALF * (c.aim + aim), larger(c.on, on))
 
 
 @wp.func
-def level(plane: real, at: Corners) -> Corners:
-    """Corners that aim at the same as their mirror image, and are contacts if it is one.
+def mirror_aims(plane: real, at: Corners) -> Corners:
+    """Corners with the mean aims of themselves and their mirror images, contacts if either is.
 
-    Where there is no plane they stay as they are. A gap is a small difference of lengths, and an
-    aim is a gap over the time step.
+    Without a plane they stay as they are. This removes round-off: a gap is a small difference of
+    lengths, and an aim is a gap over the time step.
     """
-    aim = mate(plane, Four(at.a.aim, at.b.aim, at.c.aim, at.d.aim))
-    on = mate(plane, Four(at.a.on, at.b.on, at.c.on, at.d.on))
+    aim = mirror_corner(plane, Four(at.a.aim, at.b.aim, at.c.aim, at.d.aim))
+    on = mirror_corner(plane, Four(at.a.on, at.b.on, at.c.on, at.d.on))
     return Corners(
-        beside(at.a, aim.a, on.a), beside(at.b, aim.b, on.b), beside(at.c, aim.c, on.c),
-        beside(at.d, aim.d, on.d),
+        with_mirror_aim(at.a, aim.a, on.a), with_mirror_aim(at.b, aim.b, on.b),
+        with_mirror_aim(at.c, aim.c, on.c), with_mirror_aim(at.d, aim.d, on.d),
     )  # fmt: skip
 
 
@@ -173,7 +173,7 @@ def edge_of(x: real, y: real, one: Contact, other: Contact) -> Edge:
 
 
 @wp.func
-def moved(two: Edges, p: Shares) -> Speeds:
+def apply_impulses(two: Edges, p: Shares) -> Speeds:
     """Motion after the impulses of both edges."""
     free, a, b, inertia = two.free, two.a, two.b, two.inertia
     moment = dot(a.h, b.h, p.fa, p.fb) - dot(a.x, b.x, p.na, p.nb)
@@ -182,8 +182,8 @@ def moved(two: Edges, p: Shares) -> Speeds:
 
 
 @wp.func
-def misses(v: Speeds, edge: Edge, f: real, n: real, mu: real) -> real:
-    """By how much an edge with the impulses f and n misses the law of contact [m/s]."""
+def violation(v: Speeds, edge: Edge, f: real, n: real, mu: real) -> real:
+    """Residual of the contact law at an edge with the impulses f and n [m/s]."""
     bound = mu * larger(n, real(0.0))
     slip = fused(v.turn, edge.h, v.along)
     rise = fused_less(v.turn, edge.x, v.up) - edge.aim
@@ -194,9 +194,9 @@ def misses(v: Speeds, edge: Edge, f: real, n: real, mu: real) -> real:
 
 @wp.func
 def try_shares(best: Shares, fits: bool, new: Shares, two: Edges) -> Shares:
-    """These impulses, where they fit and obey the law of contact and none before them did."""
-    v = moved(two, new)
-    off = misses(v, two.a, new.fa, new.na, two.mu) + misses(v, two.b, new.fb, new.nb, two.mu)
+    """The new impulses if they fit and obey the contact law and no earlier ones did; else best."""
+    v = apply_impulses(two, new)
+    off = violation(v, two.a, new.fa, new.na, two.mu) + violation(v, two.b, new.fb, new.nb, two.mu)
     takes = fits and best.found == real(0.0) and off <= two.round_off
     return Shares(
         wp.where(takes, new.fa, best.fa), wp.where(takes, new.na, best.na),
@@ -206,10 +206,10 @@ def try_shares(best: Shares, fits: bool, new: Shares, two: Edges) -> Shares:
 
 
 @wp.func
-def alone(two: Edges, edge: Edge, side: real):
+def solve_alone(two: Edges, edge: Edge, side: real):
     """Friction and normal impulse of an edge that presses alone.
 
-    It sticks where `side` is 0; else it slides to that side, -1 or 1.
+    It sticks if `side` is 0; else it slides to that side, -1 or 1.
     """
     free, inertia, mu = two.free, two.inertia, two.mu
     slip = fused(free.turn, edge.h, free.along)
@@ -224,8 +224,8 @@ def alone(two: Edges, edge: Edge, side: real):
 
 
 @wp.func
-def press(free: bool, f: real, n: real) -> Shares:
-    """Impulses of one edge alone: of A, or of B where A is free."""
+def place_impulse(free: bool, f: real, n: real) -> Shares:
+    """Impulses of one edge alone: of A, or of B if A is free."""
     zero = real(0.0)
     return Shares(
         wp.where(free, zero, f), wp.where(free, zero, n), wp.where(free, f, zero),
@@ -235,16 +235,16 @@ def press(free: bool, f: real, n: real) -> Shares:
 
 @wp.func
 def solve_edges(two: Edges) -> Shares:
-    """Impulses of two edges that obey the law of contact; `found` is 0 where none is found."""
+    """Impulses of two edges that obey the contact law; `found` is 0 without a solution."""
     zero, one = real(0.0), real(1.0)
     p, a, b, mu = Shares(), two.a, two.b, two.mu
     on_a, on_b = a.on > zero, b.on > zero
     both = on_a and on_b
     # One edge sticks, the other one parts.
-    f, n = alone(two, a, zero)
-    p = try_shares(p, on_a, press(False, f, n), two)
-    f, n = alone(two, b, zero)
-    p = try_shares(p, on_b, press(True, f, n), two)
+    f, n = solve_alone(two, a, zero)
+    p = try_shares(p, on_a, place_impulse(False, f, n), two)
+    f, n = solve_alone(two, b, zero)
+    p = try_shares(p, on_b, place_impulse(True, f, n), two)
     # Both press: the motion upwards and the turn, then sums of normal impulses and of moments.
     width = wp.where(both, b.x - a.x, one)
     turn = (a.aim - b.aim) / width
@@ -273,21 +273,21 @@ def solve_edges(two: Edges) -> Shares:
         p = try_shares(p, both, Shares(f, n, drag - f, push - n, one), two)
     for to in range(2):
         side = real(2 * to - 1)
-        f, n = alone(two, a, side)
-        p = try_shares(p, on_a, press(False, f, n), two)
-        f, n = alone(two, b, side)
-        p = try_shares(p, on_b, press(True, f, n), two)
+        f, n = solve_alone(two, a, side)
+        p = try_shares(p, on_a, place_impulse(False, f, n), two)
+        f, n = solve_alone(two, b, side)
+        p = try_shares(p, on_b, place_impulse(True, f, n), two)
     return try_shares(p, True, Shares(zero, zero, zero, zero, one), two)
 
 
 @wp.struct
 class Solved:
-    """What the contacts of a block in its plane do.
+    """Solution of the contacts of a block in its plane.
 
     Attributes:
-        found: Whether it moves in a plane, touches, and a solution is found.
-        touches: Whether anything presses.
-        after: Velocity of the block then; without the round-off it moves in its plane.
+        found: Whether it moves in a plane, touches, and has a solution.
+        touches: Whether an edge presses.
+        after: Velocity of the block after the impulses, exactly in its plane.
         a, b, c, d: Impulses of its corners.
     """
 
@@ -307,7 +307,7 @@ def impulse_along(f: real, n: real, x: real, y: real) -> Impulse:
 
 
 @wp.func
-def one_of(first: bool, one: Contact, other: Contact) -> Contact:
+def choose_contact(first: bool, one: Contact, other: Contact) -> Contact:
     """One of two contacts."""
     return Contact(
         wp.where(first, one.x, other.x), wp.where(first, one.y, other.y),
@@ -320,7 +320,7 @@ def one_of(first: bool, one: Contact, other: Contact) -> Contact:
 def find_edges(
     knobs: Knobs, box: Box, x: real, y: real, inertia: real, a: Edge, b: Edge, u: Velocity
 ) -> Edges:  # fmt: skip
-    """The contact problem of two edges in the plane along (x, y); u is free of contact."""
+    """The contact problem of two edges in the plane along (x, y); u is the velocity without it."""
     free = Speeds(dot(x, y, u.x, u.y), u.z, wedge(x, y, u.turn_x, u.turn_y))
     reach = size(a.x) + size(b.x) + size(a.h) + size(b.h)
     fall = knobs.gravity * knobs.time_step
@@ -335,16 +335,16 @@ def solve_in_plane(
     """Solves the contacts of a block that moves in a plane, if it does; see `find_plane`."""
     zero, wide = real(0.0), plane == real(1.0)
     r = turn_of(s)
-    # The plane's horizontal direction, towards the lean; a unit vector.
+    # Unit vector of the horizontal direction of the plane, towards the lean.
     x = wp.where(wide, lean.x * r.r22, -lean.y * r.r21)
     y = wp.where(wide, -lean.x * r.r12, lean.y * r.r11)
     inertia = wp.where(wide, box.inverse_y, box.inverse_x)
     # The corner a belongs to the edge A, the corner d to B, the others as the plane lies.
-    first = edge_of(x, y, at.a, one_of(wide, at.c, at.b))
-    second = edge_of(x, y, at.d, one_of(wide, at.b, at.c))
+    first = edge_of(x, y, at.a, choose_contact(wide, at.c, at.b))
+    second = edge_of(x, y, at.d, choose_contact(wide, at.b, at.c))
     two = find_edges(knobs, box, x, y, inertia, first, second, u)
     p = solve_edges(two)
-    v = moved(two, p)
+    v = apply_impulses(two, p)
     found = plane > zero and p.found > zero and at.a.on + at.b.on + at.c.on + at.d.on > zero
     fa, na, fb, nb = HALF * p.fa, HALF * larger(p.na, zero), HALF * p.fb, HALF * larger(p.nb, zero)
     return Solved(

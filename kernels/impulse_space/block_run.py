@@ -1,15 +1,15 @@
 """Runs of the impulse step over blocks in space, LANES lanes a thread.
 
 The values of LANES lanes lie side by side in rows of structs, one row a corner, so that the
-compiler turns them into vector code; with one lane a thread the same text is the plain form for
-any device. The sweeps skip a corner that is no contact in any lane of the thread: they would not
-change a bit.
+compiler turns them into vector code. With one lane a thread the same text is the plain form for
+any device. The sweeps skip a corner that is no contact in any lane of the thread, which changes no
+bit.
 
-If THROWN is true blocks start in motion (impulse_space/block_thrown.py), and corners that come down
-fast bounce (impulse_space/bounce.py), one lane a thread: a block may change its axes between two
-steps.
+If THROWN is true, blocks start in motion (impulse_space/block_thrown.py), and corners that come
+down fast bounce (impulse_space/bounce.py). There is then one lane a thread, since a block may
+change its axes between two steps.
 
-impulse_space/block_seen.py says when a block rocks, lands and lifts.
+impulse_space/block_seen.py defines when a block rocks, lands and lifts.
 """
 
 import warp as wp
@@ -37,8 +37,8 @@ from warprock.kernels.impulse_space.block import (
     spin_of,
     warm_start,
 )
-from warprock.kernels.impulse_space.block_hold import hold, impulse_if, velocity_if
-from warprock.kernels.impulse_space.block_plane import find_plane, level, solve_in_plane
+from warprock.kernels.impulse_space.block_hold import impulse_if, stop_contacts, velocity_if
+from warprock.kernels.impulse_space.block_plane import find_plane, mirror_aims, solve_in_plane
 from warprock.kernels.impulse_space.block_seen import (
     glides,
     mode_after,
@@ -57,18 +57,18 @@ from warprock.kernels.shape_space.thrown import Throw
 
 if THROWN:
     from warprock.kernels.impulse_space.block_thrown import (
-        as_it_began,
+        in_first_axes,
         observe_tumbling,
+        set_attitude,
         start_throw,
         start_throw_peaks,
-        with_attitude,
     )
-    from warprock.kernels.impulse_space.bounce import bounce, calm
+    from warprock.kernels.impulse_space.bounce import bounce_velocity, remove_gained_energy
     from warprock.kernels.shape_space.thrown import (
         compose,
         needs_new_axes,
         new_axes,
-        rename_axes_of_block,
+        rename_block_axes,
     )
     from warprock.kernels.vectors import Quaternion
 
@@ -83,10 +83,10 @@ Counts = wp.types.vector(length=4, dtype=int)
 
 @wp.func
 def start_block(block: Block, knobs: Knobs) -> State:
-    """A block where it starts.
+    """State of a block at its start.
 
-    Velocities belong to half steps: half a step before the start the block rises as fast as it will
-    fall half a step after.
+    Velocities belong to half steps: half a step before the start the block rises with the velocity
+    at which it falls half a step after.
     """
     zero, fall = real(0.0), HALF * knobs.time_step * knobs.gravity
     return State(
@@ -97,7 +97,7 @@ def start_block(block: Block, knobs: Knobs) -> State:
 
 @wp.func
 def start_lane(block: Block) -> Result:
-    """What is seen of a lane before its first step."""
+    """Observed response of a lane before its first step."""
     zero = real(0.0)
     flat = block.standing == real(4.0)
     return Result(wp.where(flat, NEVER, zero), zero, zero, zero, 0, RUNNING, 0)
@@ -105,7 +105,7 @@ def start_lane(block: Block) -> Result:
 
 @wp.func
 def start_block_peaks(block: Block) -> Peaks:
-    """What is seen of a block before its first step."""
+    """Observed response of a block before its first step."""
     r13 = real(2.0) * (block.qx * block.qz + block.qy * block.qw)
     r23 = real(2.0) * (block.qy * block.qz - block.qx * block.qw)
     r33 = real(1.0) - real(2.0) * (block.qx * block.qx + block.qy * block.qy)
@@ -115,7 +115,7 @@ def start_block_peaks(block: Block) -> Peaks:
 
 @wp.func
 def swap_if(swaps: bool, a: wp.ref[real], b: wp.ref[real]):
-    """Lets two numbers change places."""
+    """Swaps two numbers if `swaps`."""
     first = real(a)
     a = wp.where(swaps, b, first)
     b = wp.where(swaps, first, b)
@@ -123,7 +123,7 @@ def swap_if(swaps: bool, a: wp.ref[real], b: wp.ref[real]):
 
 @wp.func
 def swap_impulses_if(swaps: bool, a: wp.ref[Impulse], b: wp.ref[Impulse]):
-    """Lets two impulses change places."""
+    """Swaps two impulses if `swaps`."""
     swap_if(swaps, a.fx, b.fx)
     swap_if(swaps, a.fy, b.fy)
     swap_if(swaps, a.n, b.n)
@@ -179,12 +179,12 @@ def run_lanes(
     if THROWN:
         own = blocks[0, first]
         tumbles = throws[first].tumbles == 1
-        # Leads from the axes that the block began with to its own, which change between steps.
+        # Turn from the body axes at the start to the present ones, which change between steps.
         named = Quaternion(zero, zero, zero, real(1.0))
     else:
         for c in range(corners):
             for i in range(LANES):
-                # Its weight is on the corners that touch.
+                # The touching corners share its weight.
                 impulse[c, i].n = HALF * dt * knobs.gravity / blocks[0, first + i].standing
     for sample in range(sample_times.shape[0]):
         while time < sample_times[sample]:
@@ -194,10 +194,10 @@ def run_lanes(
                 if tumbles and needs_new_axes(state[0].qx, state[0].qy):
                     s = state[0]
                     gx, gy, gw = new_axes(s.qx, s.qy, s.qz, s.qw)
-                    own = rename_axes_of_block(own, gx, gy)
+                    own = rename_block_axes(own, gx, gy)
                     box[0] = box_of(own)
                     x, y, z, w = compose(s.qx, s.qy, s.qz, s.qw, gx, gy, zero, gw)
-                    state[0] = with_attitude(s, x, y, z, w)
+                    state[0] = set_attitude(s, x, y, z, w)
                     x, y, z, w = compose(named[0], named[1], named[2], named[3], gx, gy, zero, gw)
                     named = Quaternion(x, y, z, w)
                     for c in range(corners):
@@ -223,7 +223,7 @@ def run_lanes(
                 ease[i] = j
                 lean[i] = now
                 gaps[i] = Gaps(FAR, zero, zero)
-                # Corners that change places where the block leans to another side.
+                # Corners swap if the block leans to another side.
                 swaps_x, swaps_y = was.x != now.x, was.y != now.y
                 p1, p2, p3, p4 = impulse[0, i], impulse[1, i], impulse[2, i], impulse[3, i]
                 swap_impulses_if(swaps_x, p1, p2)
@@ -247,15 +247,15 @@ def run_lanes(
                     observe_contact(knobs, gap, reach, free[i], n, apart[c, i], shows)
                     gaps[i] = shows
                     if THROWN:
-                        at.aim = bounce(knobs, at, free[i])
+                        at.aim = bounce_velocity(knobs, at, free[i])
                     contact[c, i] = at
                     impulse[c, i] = impulse_where(at.on > zero, impulse[c, i])
             for i in range(LANES):
                 plane[i] = find_plane(knobs, box[i], state[i], free[i])
-                face = level(
+                face = mirror_aims(
                     plane[i], Corners(contact[0, i], contact[1, i], contact[2, i], contact[3, i])
                 )
-                held = hold(knobs, box[i], lean[i], state[i], free[i], face)
+                held = stop_contacts(knobs, box[i], lean[i], state[i], free[i], face)
                 contact[0, i] = face.a
                 contact[1, i] = face.b
                 contact[2, i] = face.c
@@ -308,7 +308,7 @@ def run_lanes(
                 change = Triple(dv[0, i], dv[1, i], dv[2, i])
                 if THROWN:
                     u = free[i]
-                    calm(knobs, change, inverse_of(box[i]), state[i], u)
+                    remove_gained_energy(knobs, change, inverse_of(box[i]), state[i], u)
                     free[i] = u
                 slides, sees = glides(box[i], knobs, free[i]), seen[i]
                 lowest = gaps[i].lowest
@@ -318,7 +318,7 @@ def run_lanes(
                 observe_contacts(live, time, gaps[i], slides, since[i], sees)
                 if THROWN:
                     block = blocks[0, first + i]
-                    before, began = peaks[i], as_it_began(s, named)
+                    before, began = peaks[i], in_first_axes(s, named)
                     sees.mode = mode_after(sees.mode, began)
                     peaks[i] = observe_block(live, time, block, began, before)
                     if tumbles:
@@ -333,7 +333,10 @@ def run_lanes(
         for i in range(wp.where(found.attitudes.shape[0] > 0, LANES, 0)):
             live, inverse, s = seen[i].mode == RUNNING, inverse_of(box[i]), state[i]
             if THROWN:
-                inverse, s = inverse_of(box_of(blocks[0, first + i])), as_it_began(state[i], named)
+                inverse, s = (
+                    inverse_of(box_of(blocks[0, first + i])),
+                    in_first_axes(state[i], named),
+                )
             qx, qy, qz, qw = attitude_at(live, -past, inverse, s)
             found.attitudes[sample, 0, 0, first + i] = qx
             found.attitudes[sample, 0, 1, first + i] = qy
@@ -346,6 +349,6 @@ def run_lanes(
             found.places[sample, 0, 2, first + i] = spot.z
     for i in range(LANES):
         if THROWN:
-            state[i] = as_it_began(state[i], named)
+            state[i] = in_first_axes(state[i], named)
         found.results[first + i] = seen[i]
         found.blocks[0, first + i] = block_result(state[i].qz, state[i].qw, peaks[i])

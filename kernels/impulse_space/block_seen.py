@@ -1,8 +1,8 @@
-"""What the impulse step shows of single blocks in space.
+"""Observed response of single blocks in space under the impulse step.
 
 A block rocks while a corner has parted from the base, see parting.py. It lands once such a corner
-carries again; an edge lands as one. It stands flat while two opposite corners carry, and its uplift
-time is when it last did. It moves while it rocks or slides, see `slips`.
+carries again; both corners of an edge count as one landing. It stands flat while two opposite
+corners carry; its uplift time is when it last did. It moves while it rocks or slides, see `slips`.
 """
 
 import warp as wp
@@ -23,7 +23,7 @@ from warprock.kernels.shape_space.lanes import State, product, turn_of
 
 @wp.func
 def glides(box: Box, knobs: Knobs, u: Velocity) -> bool:
-    """Whether a block that stands flat slides, with its velocity after a step."""
+    """Whether a flat block slides, from its velocity after a step."""
     x = fused_less(box.half_height, u.turn_y, u.x)
     y = fused(box.half_height, u.turn_x, u.y)
     turn = u.turn_z * (box.half_width + box.half_depth)
@@ -40,15 +40,15 @@ def stands(a: Impulse, b: Impulse, c: Impulse, d: Impulse) -> bool:
 def observe_contacts(
     live: bool, time: real, gaps: Gaps, slides: bool, since: real, seen: wp.ref[Result]
 ):
-    """Whether a block moves, whether it lands, and how deep it is.
+    """Updates motion, impacts and penetration of a lane.
 
     Args:
-        live: Whether the lane lives on.
+        live: Whether the lane still runs.
         time: End of the step [s].
-        gaps: What its contacts show.
-        slides: Whether it slides if it stands flat.
+        gaps: Observed gaps of the contacts.
+        slides: Whether the block slides if it stands flat.
         since: Time since which it has not stood flat [s], or NEVER.
-        seen: What is seen of the lane.
+        seen: Observed response of the lane.
     """
     zero = real(0.0)
     rocks = live and gaps.lifted > zero
@@ -62,7 +62,7 @@ def observe_contacts(
 
 @wp.func
 def observe_block(live: bool, time: real, block: Block, s: State, peaks: Peaks) -> Peaks:
-    """Peaks and slide of a block after a step, if its lane lives on."""
+    """Peaks and slide of a block after a step, if its lane still runs."""
     r = turn_of(s)
     along, across, tilt, yaw = turns_of(block, r.r13, r.r23, r.r33, s.qz, s.qw)
     x, y = slide_of(block, s.x, s.y, r)
@@ -72,7 +72,7 @@ def observe_block(live: bool, time: real, block: Block, s: State, peaks: Peaks) 
 
 @wp.func
 def mode_after(mode: int, s: State) -> int:
-    """How a lane goes on after a step; one that has ended stays as it is."""
+    """Mode of a lane after a step; it does not change once the lane has ended."""
     speed = s.vx + s.vy + s.vz + s.lx + s.ly + s.lz
     up = turn_of(s).r33
     total = s.x + s.y + s.z + up + s.qw + speed

@@ -1,8 +1,8 @@
-"""What impulse_space/block_run.py does with blocks in space that start in motion.
+"""Blocks in space that start in motion, in impulse_space/block_run.py.
 
-Of a block that tumbles the face that looks down becomes the bottom between two steps
-(shape_space/thrown.py). Its corners begin without impulses then. Its slide is the way of its centre
-along the base.
+If a block tumbles, the face that looks down becomes its bottom between two steps
+(shape_space/thrown.py). Its corners then start without impulses. Its slide is the displacement of
+its centre along the base.
 """
 
 import warp as wp
@@ -18,7 +18,7 @@ from warprock.kernels.vectors import Quaternion, Vector
 
 @wp.func
 def start_throw(block: Block, knobs: Knobs, throw: Throw) -> State:
-    """A block where it starts, its velocity that of half a step before."""
+    """State of a block at its start, with the velocity of half a step before."""
     fall, one = HALF * knobs.time_step * knobs.gravity, real(1.0)
     turn = frame(Quaternion(block.qx, block.qy, block.qz, block.qw))
     inertia = wp.diag(Vector(one / block.inverse_x, one / block.inverse_y, one / block.inverse_z))
@@ -31,15 +31,15 @@ def start_throw(block: Block, knobs: Knobs, throw: Throw) -> State:
 
 @wp.func
 def start_throw_peaks(block: Block, s: State) -> Peaks:
-    """What is seen of a block before its first step; its matrix as after every later one."""
+    """Observed response of a block before its first step; the matrix is computed as in steps."""
     r = turn_of(s)
     along, across, tilt, _yaw = turns_of(block, r.r13, r.r23, r.r33, s.qz, s.qw)
     return start_peaks(along, across, tilt)
 
 
 @wp.func
-def with_attitude(s: State, x: real, y: real, z: real, w: real) -> State:
-    """The block at another attitude."""
+def set_attitude(s: State, x: real, y: real, z: real, w: real) -> State:
+    """The state with another attitude."""
     n = s
     n.qx = x
     n.qy = y
@@ -49,17 +49,17 @@ def with_attitude(s: State, x: real, y: real, z: real, w: real) -> State:
 
 
 @wp.func
-def as_it_began(s: State, named: Quaternion) -> State:
-    """The block in the axes that it began with; `named` leads from these to its own."""
+def in_first_axes(s: State, named: Quaternion) -> State:
+    """The state in the body axes of the start; `named` is the turn from these to the present."""
     x, y, z, w = compose(
         s.qx, s.qy, s.qz, s.qw, -named[0], -named[1], -named[2], named[3]
     )  # fmt: skip
-    return with_attitude(s, x, y, z, w)
+    return set_attitude(s, x, y, z, w)
 
 
 @wp.func
 def observe_tumbling(block: Block, s: State, before: Peaks, now: Peaks) -> Peaks:
-    """What is seen of a block that tumbles: its slide is the way of its centre."""
+    """The observed response of a block that tumbles: its slide is that of its centre."""
     x, y = s.x - block.x, s.y - block.y
     return Peaks(
         x, y, now.rotation, now.time, now.across, now.tilt, now.yaw,

@@ -1,13 +1,12 @@
 """Velocity-level contact step of a body in space that stands on points.
 
-The step is that of impulse_space/block.py, its equations and its funcs, for contacts that are the
-points of a body (see shape_space/body.py) where that has the corners of a block. Sweeps visit the
-points in turn, every second one backwards, so that what they leave has no sense of its own.
+Equations and functions are those of impulse_space/block.py, with the points of a body (see
+shape_space/body.py) in the place of the corners of a block. Every second sweep visits the points in
+reverse order, so that the residual has no preferred sense.
 
 A body rocks while one of its feet has parted from the base, see parting.py, and the points that
-carry do not span a plane; so a body that has come to lie on other points than it stood on is at
-rest there. Its uplift time is when the points that carry last spanned one. It moves while it rocks,
-or slides.
+carry do not span a plane. So a body may come to rest on other points than it stood on. Its uplift
+time is when the points that carry last spanned a plane. It moves while it rocks or slides.
 """
 
 import warp as wp
@@ -21,7 +20,7 @@ from warprock.kernels.impulse_space.block import (
     observe_contact,
     slips,
 )
-from warprock.kernels.impulse_space.bounce import bounce, rounded_into_base
+from warprock.kernels.impulse_space.bounce import bounce_velocity, rounded_into_base
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import Peaks, Result, observe_slide, observe_turns
@@ -39,13 +38,13 @@ from warprock.kernels.shape_space.thrown import push, tumble_on
 
 @wp.struct
 class Stance:
-    """Sums over the points of a body in the pose that the last step led to.
+    """Sums over the points of a body in the pose after the last step.
 
     Attributes:
-        count: Points that carried in the last step.
-        x, y, xx, xy, yy: Of these, the levers along the base [m] and their products [m^2].
-        touching: Points that touch where a slide is told.
-        way_x, way_y: Ways of these from where they stood [m].
+        count: Number of points that carried in the last step.
+        x, y, xx, xy, yy: Sums of their levers along the base [m] and of products of these [m^2].
+        touching: Number of points that touch for the slide.
+        way_x, way_y: Sums of their displacements from where they stood [m].
     """
 
     count: real
@@ -61,7 +60,7 @@ class Stance:
 
 @wp.func
 def start_body(block: Block, frame: Frame, knobs: Knobs) -> State:
-    """A body where it starts; its velocity is that of half a step before."""
+    """State of a body at its start, with the velocity of half a step before."""
     qx, qy, qz, qw = body_attitude(frame, block.qx, block.qy, block.qz, block.qw)
     inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
     zero = real(0.0)
@@ -75,7 +74,7 @@ def start_body(block: Block, frame: Frame, knobs: Knobs) -> State:
 
 @wp.func
 def start_lane(block: Block, frame: Frame) -> Result:
-    """What is seen of a lane before its first step."""
+    """Observed response of a lane before its first step."""
     zero = real(0.0)
     stands = block.standing == frame.feet
     return Result(wp.where(stands, NEVER, zero), zero, zero, zero, 0, RUNNING, 0)
@@ -101,7 +100,7 @@ def free_velocity(dv: Triple, knobs: Knobs, j: Symmetric, s: State) -> Velocity:
 
 @wp.func
 def lever_of(point: Point, r: Turn) -> Triple:
-    """Lever of a point [m]; a point that is not is high."""
+    """Lever of a point [m]; a row without a point is high above."""
     at = rounded_into_base(r, Triple(point.x, point.y, point.z))
     return Triple(at.x, at.y, wp.where(point.foot >= real(0.0), at.z, FAR))
 
@@ -130,7 +129,7 @@ def observe_point(
     knobs: Knobs, gap: real, frame: Frame, foot: real, u: Velocity, n: real, apart: wp.ref[real],
     gaps: wp.ref[Gaps],
 ):  # fmt: skip
-    """As `observe_contact` of impulse_space/block.py, of a point: only feet count as lifted."""
+    """As `observe_contact` of impulse_space/block.py, for a point: only feet count as lifted."""
     lifted = real(gaps.lifted)
     gaps.lifted = real(0.0)
     observe_contact(knobs, gap, frame.reach, u, n, apart, gaps)
@@ -139,21 +138,23 @@ def observe_point(
 
 @wp.func
 def find_contact(knobs: Knobs, gap: real, at: Triple, u: Velocity) -> Contact:
-    """Whether a point is a contact, and what it aims at."""
+    """Whether a point is a contact, and its least normal velocity."""
     zero = real(0.0)
     on = wp.where(gap <= knobs.collision_margin, real(1.0), zero)
     closes = Contact(at.x, at.y, at.z, -on * larger(gap, zero) * knobs.rate, on)
-    leaves = bounce(knobs, closes, u)
+    leaves = bounce_velocity(knobs, closes, u)
     aim = wp.where(knobs.restitution > zero, leaves, closes.aim)
     return Contact(at.x, at.y, at.z, aim, on)
 
 
 @wp.func
-def tell_stance(live: bool, before: real, sums: Stance, gaps: wp.ref[Gaps], since: real, p: Peaks):
-    """What the points tell of the pose that the last step led to, at the time `before` [s].
+def observe_stance(
+    live: bool, before: real, sums: Stance, gaps: wp.ref[Gaps], since: real, p: Peaks
+):
+    """Observes the pose after the last step, at the time `before` [s], by its points.
 
     Returns:
-        The time since which the body has not stood [s], or NEVER; and what is seen of its slide.
+        The time since which the body has not stood [s], or NEVER; the peaks with its slide.
     """
     zero, part = real(0.0), real(1.0) / larger(sums.count, real(1.0))
     stands = spans(
@@ -168,7 +169,7 @@ def tell_stance(live: bool, before: real, sums: Stance, gaps: wp.ref[Gaps], sinc
 
 @wp.func
 def glides(frame: Frame, knobs: Knobs, z: real, u: Velocity) -> bool:
-    """Whether a body that stands slides, with its velocity after a step."""
+    """Whether a standing body slides, from its velocity after a step."""
     x, y, turn = u.x - z * u.turn_y, u.y + z * u.turn_x, u.turn_z * frame.reach
     return slips(x * x + y * y + turn * turn, knobs)
 
@@ -177,10 +178,10 @@ def glides(frame: Frame, knobs: Knobs, z: real, u: Velocity) -> bool:
 def observe_body(
     time: real, block: Block, frame: Frame, s: State, mode: wp.ref[int], way: wp.ref[real], p: Peaks
 ) -> Peaks:  # fmt: skip
-    """Peaks of a body after a step, and whether its lane lives on.
+    """Peaks of a body after a step, and whether its lane still runs.
 
-    The lane of one that tumbles lives on; its slide is the way of its centre, `way` the square of
-    the largest so far [m^2].
+    The lane of a body that tumbles keeps running. Its slide is the displacement of its centre;
+    `way` is the square of the largest so far [m^2].
     """
     live = mode == RUNNING
     now = turns_of_body(block, frame, s.qx, s.qy, s.qz, s.qw)

@@ -1,27 +1,27 @@
 """Impulses that stop contact points of a body in space together, as one motion of the body.
 
-What impulse_space/block_hold.py does for the four corners of a block, for any points. Points that
-are held leave a body one motion: about the point, about the line through them, or none where they
-span a plane, apart from what closes open gaps. With m their middle, w along their line, A the
-moment of inertia about m, and s the angular momentum about m, both less those of the motion that
-closes the gaps, omega is
+As impulse_space/block_hold.py for the four corners of a block, for any number of points. Held
+points allow a body one motion: about the point, about the line through them, or none if they span a
+plane, apart from the motion that closes open gaps. Let m be their middle, w a vector along their
+line, A the moment of inertia about m, and s the angular momentum about m, both without the motion
+that closes the gaps. Then omega is
 
     one point:  A^-1 s        a line:  w (w.s) / (w.A w)        a plane:  0,
 
-and the centre of mass moves at m x omega. That takes the impulse e, whose moment about m is g. The
-normal impulses are the plane n = a + b.(r - m) over the points that carries e_z, g_x and g_y, as of
-a bed of equal springs; the friction of a point is n times what is one motion along the base,
-(e_x, e_y) / e_z and a turn about the centre of pressure, that carries g_z.
+and the centre of mass moves at m x omega. This takes the impulse e, whose moment about m is g. The
+normal impulses are those of a bed of equal springs, n = a + b.(r - m), with the sum e_z and the
+moments g_x and g_y. The friction of a point is n times a field of two terms: (e_x, e_y) / e_z, and
+a turn about the centre of pressure that gives g_z.
 
-Which points are held is found in rounds, beginning with all contacts: a point that would pull is
-let go, one that would sink is held. Where rounds do not end, or friction is not enough, the sweeps
-of impulse_space/block.py do the rest.
+Rounds find the held points, starting with all contacts: a point that would pull is released, one
+that would sink is held. If the rounds do not end, or friction is not enough, the sweeps of
+impulse_space/block.py follow.
 """
 
 import warp as wp
 
 from warprock.kernels.impulse_space.block import Contact, Impulse, Knobs, Velocity
-from warprock.kernels.impulse_space.block_hold import WITHIN, over
+from warprock.kernels.impulse_space.block_hold import WITHIN, solve_symmetric
 from warprock.kernels.shape_space.body import APART, divide_by_moments, spans
 from warprock.kernels.shape_space.contact import holds
 from warprock.kernels.shape_space.lanes import (
@@ -38,9 +38,9 @@ from warprock.kernels.shape_space.lanes import (
 )
 
 LEFT = by_precision(1.0e-9, 1.0e-2)
-"""Part of gravity's velocity in a step by which a point may miss what it aims at: round-off."""
+"""Deviation of a point from its aim, over g dt, that is round-off."""
 ROUNDS = 6
-"""Most rounds in which the held points are looked for."""
+"""Largest number of rounds that find the held points."""
 
 
 @wp.struct
@@ -70,7 +70,7 @@ class Sums:
 
 @wp.struct
 class Bed:
-    """What the held points carry together.
+    """Total impulse of the held points, and its distribution.
 
     Attributes:
         x, y: Their middle, from the centre of mass [m].
@@ -128,7 +128,7 @@ def add_held(held: real, at: Contact, sums: wp.ref[Sums]):
 
 
 @wp.func
-def roll(alone: bool, m: Triple, w: Triple, s: Triple, j: Symmetric) -> Triple:
+def turn_about(alone: bool, m: Triple, w: Triple, s: Triple, j: Symmetric) -> Triple:
     """Angular velocity about a point m, alone, or a line w through it, from s about m.
 
     j are moments of inertia about the centre of mass.
@@ -139,7 +139,7 @@ def roll(alone: bool, m: Triple, w: Triple, s: Triple, j: Symmetric) -> Triple:
         j.yy + mm - m.y * m.y, j.yz - m.y * m.z, j.zz + mm - m.z * m.z,
     )  # fmt: skip
     spin = scalar_product(w, s) / larger(scalar_product(w, times(about, w)), TINY)
-    o = over(about, s)
+    o = solve_symmetric(about, s)
     return Triple(
         wp.where(alone, o.x, spin * w.x), wp.where(alone, o.y, spin * w.y),
         wp.where(alone, o.z, spin * w.z),
@@ -151,7 +151,7 @@ def find_motion(reach: real, u: Velocity, s: State, r: Turn, inverse: Triple, su
     """Motion of a body whose held points are stopped, from u and s without contact.
 
     Returns:
-        The motion, and what the points carry.
+        The motion, and the impulse of the points.
     """
     zero, one, n = real(0.0), real(1.0), sums
     over_count = one / larger(n.count, one)
@@ -167,7 +167,7 @@ def find_motion(reach: real, u: Velocity, s: State, r: Turn, inverse: Triple, su
         flat, alone, axx, axy, ayy, n.tx - n.t * m.x, n.ty - n.t * m.y
     )
     closes = Triple(climb_y, -climb_x, zero)
-    # In the plane of the points; what closes gaps along a line is level.
+    # In the plane of the points; along a line the motion that closes gaps is level.
     level = wp.where(flat, closes.x * slope_x + closes.y * slope_y, zero)
     # Along the line: its direction is the longer column of the second moments.
     wide = axx >= ayy
@@ -178,7 +178,7 @@ def find_motion(reach: real, u: Velocity, s: State, r: Turn, inverse: Triple, su
     left = Triple(u.x - closing.x, u.y - closing.y, u.z - closing.z - rise)
     spin = minus(Triple(s.lx, s.ly, s.lz), times(j, closes))
     about = plus(spin, cross_product(left, m))
-    rolls = roll(alone, m, w, about, j)
+    rolls = turn_about(alone, m, w, about, j)
     o = Triple(
         closes.x + wp.where(flat, zero, rolls.x), closes.y + wp.where(flat, zero, rolls.y),
         level + wp.where(flat, zero, rolls.z),
@@ -203,8 +203,10 @@ def pressure_at(bed: Bed, at: Contact) -> real:
 
 
 @wp.func
-def judge(knobs: Knobs, at: Contact, v: Velocity, bed: Bed, held: wp.ref[real], same: wp.ref[real]):
-    """Lets a held point go that would pull, holds one that would sink; `same` is 0 then."""
+def update_held(
+    knobs: Knobs, at: Contact, v: Velocity, bed: Bed, held: wp.ref[real], same: wp.ref[real]
+):
+    """Releases a held point that would pull, holds one that would sink; sets `same` to 0 then."""
     zero, one = real(0.0), real(1.0)
     # What is no contact may lie anywhere.
     n = pressure_at(bed, at)
@@ -228,7 +230,7 @@ def add_pressure(held: real, at: Contact, bed: Bed, sums: wp.ref[Pressure]):
 
 @wp.func
 def find_turn(bed: Bed, sums: Pressure) -> Turning:
-    """The centre of pressure, and friction's turn about it."""
+    """The centre of pressure, and the turn of the friction about it."""
     part = real(1.0) / larger(bed.ez, TINY)
     cx, cy = part * sums.x, part * sums.y
     polar = sums.polar - (sums.x * cx + sums.y * cy)
@@ -238,14 +240,14 @@ def find_turn(bed: Bed, sums: Pressure) -> Turning:
 
 
 @wp.func
-def share(
+def share_impulse(
     knobs: Knobs, mu: real, held: real, at: Contact, v: Velocity, bed: Bed, turning: Turning,
     good: wp.ref[real],
 ) -> Impulse:  # fmt: skip
-    """Impulse of a point; `good` becomes 0 where it does not obey the law of contact.
+    """Impulse of a point; `good` is set to 0 if it does not obey the contact law.
 
-    A held point moves as it aims to, and pushes with friction within the bound; another one carries
-    nothing and does not sink.
+    A held point must have the velocity of its aim, push, and have friction within the bound. A
+    point that is not held has no impulse and must not sink.
     """
     zero, part = real(0.0), real(1.0) / larger(bed.ez, TINY)
     touches = held > zero

@@ -1,6 +1,6 @@
 """Runs of the impulse step over bodies in space that stand on points, LANES lanes a thread.
 
-As impulse_space/block_run.py, with as many rows of points as the body with the most of them has.
+As impulse_space/block_run.py, with as many rows as the body with the most points needs.
 """
 
 import warp as wp
@@ -29,9 +29,9 @@ from warprock.kernels.impulse_space.body import (
     lever_of,
     observe_body,
     observe_point,
+    observe_stance,
     start_body,
     start_lane,
-    tell_stance,
     weight_on,
 )
 from warprock.kernels.impulse_space.body_hold import (
@@ -44,10 +44,10 @@ from warprock.kernels.impulse_space.body_hold import (
     add_pressure,
     find_motion,
     find_turn,
-    judge,
-    share,
+    share_impulse,
+    update_held,
 )
-from warprock.kernels.impulse_space.bounce import calm
+from warprock.kernels.impulse_space.bounce import remove_gained_energy
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
@@ -67,8 +67,8 @@ from warprock.kernels.shape_space.lanes import State, Symmetric, Triple, Turn, i
 wp.set_module_options(ONE_VECTOR)
 
 ROWS = MOST_POINTS + 1
-"""Rows of points: an even number would put the same point of all numbers in the same places of the
-processor's cache, ten times slower."""
+"""Rows of points. An even number would map all rows of a point to the same places in the cache,
+which is ten times slower."""
 R = wp.types.vector(length=LANES, dtype=real)
 """A number a lane."""
 Three = wp.types.matrix(shape=(3, LANES), dtype=real)
@@ -177,7 +177,7 @@ def run_lanes(
                     impulse[c, i] = impulse_where(at_point.on > zero, impulse[c, i])
             for i in range(LANES):
                 shows = gaps[i]
-                stays, slid = tell_stance(
+                stays, slid = observe_stance(
                     seen[i].mode == RUNNING, time - dt, stance[i], shows, since[i], peaks[i]
                 )
                 gaps[i] = shows
@@ -204,7 +204,7 @@ def run_lanes(
                     pressure[i] = Pressure(zero, zero, zero)
                 for c in range(corners):
                     for i in range(LANES):
-                        judge(knobs, contact[c, i], trial[i], bed[i], held[c, i], good[i])
+                        update_held(knobs, contact[c, i], trial[i], bed[i], held[c, i], good[i])
                 changes = int(0)
                 for i in range(LANES):
                     changes += wp.where(good[i] > zero, 0, 1)
@@ -218,7 +218,7 @@ def run_lanes(
                 turning[i] = find_turn(bed[i], pressure[i])
             for c in range(corners):
                 for i in range(LANES):
-                    part[c, i] = share(
+                    part[c, i] = share_impulse(
                         knobs,
                         mu[i],
                         held[c, i],
@@ -256,7 +256,7 @@ def run_lanes(
                 live, sees, u = seen[i].mode == RUNNING, seen[i], free[i]
                 change = Triple(dv[0, i], dv[1, i], dv[2, i])
                 lowest = gaps[i].lowest
-                calm(knobs, change, inverse[i], state[i], u)
+                remove_gained_energy(knobs, change, inverse[i], state[i], u)
                 s = integrate(live, knobs, inverse[i], change, u, lowest, state[i], sees.loss)
                 slides = glides(frames[first + i], knobs, s.z, u)
                 observe_contacts(live, time, gaps[i], slides, since[i], sees)

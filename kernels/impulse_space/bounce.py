@@ -1,7 +1,7 @@
 """Normal restitution of the impulse step in space, point by point.
 
-A point that touches and comes down faster than `SLOW` g dt asks for e times that speed upwards
-(Newton's restitution), not for zero.
+The least normal velocity of a touching point that comes down faster than `SLOW` g dt is e times
+that speed upwards (Newton's restitution), not zero.
 """
 
 import warp as wp
@@ -16,13 +16,13 @@ from warprock.kernels.impulse_space.block import (
 from warprock.kernels.shape_space.lanes import State, Triple, Turn, minus, scaled_each, turn_of
 
 SLOW = real(4.0)
-"""Speed over that which gravity gives in a step up to which a corner does not bounce: a block that
-rests comes down at one of it, one that has just landed at two."""
+"""Largest speed, over g dt, at which a corner does not bounce: the corners of a block at rest come
+down at 1 g dt, those of a block that has just landed at 2 g dt."""
 
 
 @wp.func
-def bounce(knobs: Knobs, at: Contact, u: Velocity) -> real:
-    """Normal velocity that a corner asks for [m/s], from that at which it comes down."""
+def bounce_velocity(knobs: Knobs, at: Contact, u: Velocity) -> real:
+    """Least normal velocity of a corner after the step [m/s], by restitution."""
     speed = -(u.z + u.turn_x * at.y - u.turn_y * at.x)
     falls = at.on > real(0.0) and speed > SLOW * knobs.gravity * knobs.time_step
     return wp.where(falls, larger(knobs.restitution * speed, at.aim), at.aim)
@@ -30,7 +30,7 @@ def bounce(knobs: Knobs, at: Contact, u: Velocity) -> real:
 
 @wp.func
 def rounded_into_body(r: Turn, v: Triple) -> Triple:
-    """`into_body`, every product rounded."""
+    """`into_body` without fused products."""
     return Triple(
         r.r11 * v.x + r.r21 * v.y + r.r31 * v.z,
         r.r12 * v.x + r.r22 * v.y + r.r32 * v.z,
@@ -40,7 +40,7 @@ def rounded_into_body(r: Turn, v: Triple) -> Triple:
 
 @wp.func
 def rounded_into_base(r: Turn, v: Triple) -> Triple:
-    """`into_base`, every product rounded."""
+    """`into_base` without fused products."""
     return Triple(
         r.r11 * v.x + r.r12 * v.y + r.r13 * v.z,
         r.r21 * v.x + r.r22 * v.y + r.r23 * v.z,
@@ -49,15 +49,16 @@ def rounded_into_base(r: Turn, v: Triple) -> Triple:
 
 
 @wp.func
-def calm(knobs: Knobs, dv: Triple, inverse: Triple, s: State, u: wp.ref[Velocity]):
-    """Removes the energy that an impact made.
+def remove_gained_energy(knobs: Knobs, dv: Triple, inverse: Triple, s: State, u: wp.ref[Velocity]):
+    """Removes the energy that an impact has created.
 
-    With friction Newton's restitution may make some. The impulses of the contacts, for unit mass
-    p and h, change free velocities f and a by p and b = I^-1 h; of a part s of them the work is
+    With friction Newton's restitution may create energy. The impulses of the contacts, for unit
+    mass p and h, change the free velocities f and a by p and b = I^-1 h. A part s of them does the
+    work
 
         W = s (p . f + h . a) + s^2 / 2 (p . p + h . b).
 
-    Where it is above zero for the whole, that part is taken for which it is zero.
+    If W is positive for s = 1, the part s with W = 0 is taken.
 
     References:
         Kane and Levinson (1985), Dynamics: Theory and Applications.

@@ -1,18 +1,18 @@
 """Velocity-level contact step of a stack of blocks in space.
 
 Bodies are numbered from the ground: body 0 is the ground, an endless face that nothing moves, body
-k the k-th block. The step is that of the single block (see impulse_space/block.py), body by body;
-the contacts of interface k, below block k, are the corners of what the bottom face of block k and
-the top face of what it stands on share (see shape/faces.py), found once a step. Their normal is
-that of the lower face, their impulses and slips are along its width, its depth and its normal. A
-contact at the levers r_u and r_l from the centres of the two blocks sees the velocity
+k the k-th block. The step is that of a single block (see impulse_space/block.py), body by body. The
+contacts of interface k, below block k, are the corners of the overlap of the bottom face of block k
+and the top face below (see shape/faces.py), found once a step. Their normal is that of the lower
+face; impulses and slips are along its width, its depth and its normal. The velocity of a contact at
+the levers r_u and r_l from the centres of the two blocks is
 
     v_u + omega_u x r_u - v_l - omega_l x r_l.
 
-The sweeps go from the ground up; in an interface they visit the corners in an order that is that
-of the mirror image in a mirrored scene. What an interface gives back of its penetration moves all
-that stands on it along its normal, but for the 2 g dt^2 that one step of falling can make.
-Angular momenta and moments of inertia are those for unit mass, impulses are in N s.
+The sweeps go from the ground up. In a mirrored scene they visit the corners of an interface in
+mirrored order. erp moves all blocks above an interface along its normal, by erp times its
+penetration beyond 2 g dt^2, the fall that one step can make. Angular momenta and moments of inertia
+are those for unit mass, impulses are in N s.
 """
 
 import warp as wp
@@ -46,7 +46,7 @@ from warprock.kernels.vectors import Vector
 FAR = real(1.0e30)
 
 SETTLED = real(1.0e-14)
-"""Change of the impulses in a sweep, over their size, that is round-off."""
+"""Relative change of the impulses in a sweep that is round-off."""
 
 Chosen = wp.types.vector(length=CONTACTS, dtype=int)
 """Slots of contacts."""
@@ -54,7 +54,7 @@ Chosen = wp.types.vector(length=CONTACTS, dtype=int)
 
 @wp.struct
 class Pose:
-    """How all bodies lie in a step.
+    """Pose of all bodies in a step.
 
     Attributes:
         axes: Axes of each body, three rows; a lower body's are the directions of a contact.
@@ -95,7 +95,7 @@ def solve(
     """Projected Gauss-Seidel on all contacts: their impulses, and the velocities of the bodies.
 
     Args:
-        sweeps: How many at most; they end once one has changed next to nothing.
+        sweeps: Largest number; they end once a sweep changes only round-off.
         rate: Inverse of the time step [1/s].
         pose: The bodies.
         t: The contacts.
@@ -103,7 +103,7 @@ def solve(
         v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
     """
     u, o, p, gains = Bodies(), Bodies(), Points(), PointGains()
-    # Read inside the struct, these two would make the sweeps take half as long again.
+    # Local copies: read from the struct, these two would make the sweeps take half as long again.
     ru = t.ru
     rl = t.rl
     bodies = int(BLOCKS + 1)
@@ -151,13 +151,13 @@ def fastest_slip(pose: Pose, t: Touches, u: Bodies, o: Bodies) -> real:
 
 @wp.struct
 class Opening:
-    """What an interface shows in a step.
+    """Observed gaps of an interface in a step.
 
     Attributes:
         wide: Bits of the slots that do not touch now.
-        lands: 1 where one touches that did not.
+        lands: 1 if a slot touches that did not before.
         deep: Deepest penetration [m].
-        push: What it gives back of that [m].
+        push: Correction of that by erp [m].
     """
 
     wide: int
@@ -168,17 +168,17 @@ class Opening:
 
 @wp.func
 def find_contacts(gaps: CornerNumbers, there: int, lean: Vector, was: int, knobs: Knobs):
-    """The contacts among the corners of what two faces share.
+    """The contacts among the corners of the overlap of two faces.
 
     Args:
         gaps: Gaps by slot [m].
-        there: Bits of the slots that there are.
+        there: Bits of the slots that exist.
         lean: Sides to which the upper block leans, for the order of the contacts.
         was: Bits of the slots that did not touch in the last step.
         knobs: Settings.
 
     Returns:
-        Slots of the contacts and their number; and what the interface shows.
+        Slots of the contacts and their number; and the observed gaps of the interface.
     """
     zero = real(0.0)
     slack = real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity

@@ -1,13 +1,14 @@
 """Runs of the impulse step over stacks of blocks in space, one lane a thread on any device.
 
-A run begins with one solve from velocities of zero. It starts from the weights above, shared by the
-contacts, and ends at what they carry at rest, or at the release. Velocities belong to half steps,
-so the first step starts from velocities half a step back: -dt/2 times the settled acceleration.
+A run begins with one solve from velocities of zero. Its first guess is the weight above each
+interface, shared by the contacts; it gives the impulses at rest, or at the release. Velocities
+belong to half steps, so the first step starts with those of half a step earlier, -dt/2 times the
+settled acceleration.
 
-An interface rocks while a corner of what its faces share does not touch; it lands once one touches
-again. A stack moves while an interface rocks or slides, see `slips` in impulse_space/block.py. It
-ends when two faces share nothing, or a block leans by a right angle, also against what it stands
-on.
+An interface rocks while a corner of the overlap of its faces does not touch; it lands once one
+touches again. A stack moves while an interface rocks or slides, see `slips` in
+impulse_space/block.py. It ends when two faces no longer overlap, or a block leans by a right angle
+to the vertical or to the block below.
 """
 
 import warp as wp
@@ -39,14 +40,14 @@ LANES = 1
 """Lanes that a thread runs."""
 
 SETTLING = 20000
-"""Most sweeps of the solve before the run; they end once impulses are those of the rest."""
+"""Largest number of sweeps of the solve before the run; they end once the impulses converge."""
 
 Attitudes = wp.types.matrix(shape=(BLOCKS + 1, 4), dtype=real)
 Kept = wp.types.matrix(shape=(16 * BLOCKS, 3), dtype=real)
 Ints = wp.types.vector(length=BLOCKS + 1, dtype=int)
 Seen = wp.types.vector(length=8, dtype=real)
-"""What a run has seen of a block: slide along x and y, the peaks of `turns_of` (rotation and its
-time, across, tilt, yaw) and of the slide's square."""
+"""Observed response of a block: slide along x and y, peaks of `turns_of` (rotation and its time,
+across, tilt, yaw), and the peak of the square of the slide."""
 AllSeen = wp.types.matrix(shape=(BLOCKS + 1, 8), dtype=real)
 
 
@@ -54,7 +55,7 @@ AllSeen = wp.types.matrix(shape=(BLOCKS + 1, 8), dtype=real)
 def observe_block(
     seen: Seen, time: real, block: Block, q: Quaternion, r: Matrix, m: Matrix, c: Vector
 ) -> Seen:
-    """What has been seen of a block after a step.
+    """Observed response of a block after a step.
 
     m and c are as in `shared_corners`, r is its own attitude.
     """
@@ -72,11 +73,11 @@ def mode_after(mode: int, total: real, shares: int, r: Matrix, m: Matrix) -> int
     """The mode of a lane after one of its blocks has moved.
 
     Args:
-        mode: What it is so far.
-        total: A sum of the block's numbers, finite only if they are.
-        shares: Not zero where it shares some of the face below it.
+        mode: Its mode before.
+        total: A sum of the numbers of the block, finite if they are.
+        shares: Not zero if the block overlaps the face below.
         r: Attitude of the block.
-        m: The same as seen from what it stands on.
+        m: Attitude of the block in the axes of the body below.
     """
     sums = total + r[2, 2]
     found = wp.where(shares != 0, RUNNING, SLID_OFF)
@@ -87,7 +88,7 @@ def mode_after(mode: int, total: real, shares: int, r: Matrix, m: Matrix) -> int
 
 @wp.func
 def support_of(below: Block, k: int) -> Block:
-    """What block k stands on: the ground under the first, else the block given."""
+    """The body below block k: the ground below the first one, else the given block."""
     if k > 1:
         return below
     base = Block()
@@ -98,13 +99,13 @@ def support_of(below: Block, k: int) -> Block:
 
 @wp.func
 def lean_of(m: Matrix, rate: Vector, hint: Vector, before: Vector) -> Vector:
-    """Sides along x and y to which a block leans on what it stands on, each -1 or 1.
+    """Sides along x and y to which a block leans on the body below, each -1 or 1.
 
     Args:
-        m: Its attitude as seen from there.
-        rate: Its angular velocity against that, in the axes of that [rad/s].
-        hint: What the base velocity changes by, or is about to [m/s].
-        before: Sides that count where nothing tells.
+        m: Its attitude in the axes of the body below.
+        rate: Its angular velocity relative to that body, in these axes [rad/s].
+        hint: Present or next change of the base velocity [m/s].
+        before: Sides that count if all of these are zero.
     """
     zero = real(0.0)
     x = side_of(drop_round_off(-m[2, 0]), drop_round_off(rate[1]), hint[0], before[0])
@@ -125,7 +126,7 @@ def attitude_to_store(block: Block, q: Quaternion, spin: Vector, past: real) -> 
 
 @wp.struct
 class State:
-    """What a block keeps from step to step.
+    """State of a block.
 
     Attributes:
         at: Centre of mass [m].
@@ -145,7 +146,7 @@ def integrate(
     settles: bool, block: Block, knobs: Knobs, dv: Vector, s: State, u: Vector, o: Vector,
     lift: Vector,
 ):  # fmt: skip
-    """Moves a block by a step, or by half a step back before the first one.
+    """The state of a block after a step; before the first one, half a step back.
 
     Args:
         settles: Whether the step only finds impulses.
@@ -155,10 +156,10 @@ def integrate(
         s: The block before the step.
         u: Its velocity after it [m/s].
         o: Its angular velocity after it [rad/s].
-        lift: What its interfaces give back of their penetration [m].
+        lift: Correction of penetrations by erp [m].
 
     Returns:
-        The block after the step, and what its contacts took [J].
+        The block after the step, and the energy that its contacts took [J].
     """
     dt, one, r = knobs.time_step, real(1.0), frame(s.q)
     x, y, z = block.inverse_x, block.inverse_y, block.inverse_z

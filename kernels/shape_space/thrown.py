@@ -118,7 +118,7 @@ def compose(
 
 
 @wp.func
-def rename_axes_of_block(block: Block, gx: real, gy: real) -> Block:
+def rename_block_axes(block: Block, gx: real, gy: real) -> Block:
     """The block with its axes renamed by a turn about x or y, of 180 degrees only about x."""
     n = block
     half_turn = gx == real(1.0)

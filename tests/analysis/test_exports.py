@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import csv
+import json
+import os
 import pathlib
+import re
+import subprocess
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
@@ -12,12 +16,15 @@ import pytest
 from scipy.stats import lognorm
 
 import warprock as wr
+from tests.analysis.test_predictors import lanes as two_measures
 from tests.shared.commands import succeed
 from tests.shared.fragility_studies import stripes
-from warprock.analysis.exports import component_rows, nrml_text
+from warprock.analysis.exports import _function_ids, component_rows, nrml_text
 from warprock.analysis.fragility import fragility_curves
 from warprock.analysis.limits import read_limits
+from warprock.analysis.predictors import compare_measures, slices
 from warprock.errors import InputError
+from warprock.units import GRAVITY
 
 PGA, PGV, SA = "peak_acceleration_m_s2", "peak_velocity_m_s", "spectral_acceleration_m_s2"
 
@@ -104,10 +111,10 @@ def test_openquake_computes_our_probabilities(intensity: str, imt: str, size: fl
     limits = read_limits(["0.5", "overturning"])
     curves = fragility_curves(lanes(), source="t", intensity=intensity, limits=limits, by=["block"])
     found = read_nrml(nrml_text(curves, intensity, 0.5))
-    assert list(found) == ["block tall-vase", "block low-vase"]
+    assert list(found) == ["block_tall-vase", "block_low-vase"]
     for curve in curves:
         limit = "rotation_0_5" if curve.limit.ratio else "overturning"
-        name, mean, deviation = found[curve.group_text][limit]
+        name, mean, deviation = found[curve.group_text.replace(" ", "_")][limit]
         assert name == imt
         for score in (-2.0, 0.0, 1.5):
             at = curve.fit.median * np.exp(score * curve.fit.dispersion)
@@ -131,7 +138,7 @@ def test_a_group_without_a_function_is_left_out_of_the_model():
     table.loc[table["block"] == "low-vase", "peak_rotation_ratio"] = 0.1
     curves = fragility_curves(table, source="t", limits=read_limits(["overturning"]), by=["block"])
     text = nrml_text(curves, PGA)
-    assert list(read_nrml(text)) == ["block tall-vase"]
+    assert list(read_nrml(text)) == ["block_tall-vase"]
     assert "left out for want of a function: 1 groups" in text
     assert component_rows(curves, PGA)["Incomplete"].tolist() == [0, 1]
 
@@ -147,20 +154,83 @@ def test_what_one_intensity_parts_is_deterministic_in_the_table_and_no_limit_of_
     assert list(read_nrml(nrml_text(curves, PGA))["block"]) == ["overturning"]
 
 
+READERS = os.environ.get("WARPROCK_READERS", "")
+"""The Python that has pelicun and OpenQuake, as `.ci/outside` makes it."""
+extra = pytest.mark.skipif(not READERS, reason="WARPROCK_READERS names no Python: .ci/outside does")
+
+
+def theirs(*asked: object) -> dict[str, dict]:
+    """What a program of others reads in a file of ours."""
+    script = pathlib.Path(__file__).parents[1] / "shared" / "readers.py"
+    done = subprocess.run(
+        [READERS, "-I", script, *map(str, asked)], capture_output=True, text=True, check=True
+    )
+    return json.loads(done.stdout.splitlines()[-1])
+
+
 @pytest.mark.extra
+@extra
 def test_pelicun_reads_our_table(tmp_path: pathlib.Path):
-    assessment = pytest.importorskip("pelicun.assessment", reason="pelicun is not installed")
     limits = read_limits(["uplift", "0.5", "overturning"])
     rows = component_rows(fragility_curves(lanes(), source="t", limits=limits, by=["block"]), PGA)
     path = tmp_path / "fragility-p58.csv"
     rows.to_csv(path, index=False)
-    theirs = assessment.Assessment({"PrintLog": False})
-    theirs.damage.load_model_parameters([str(path)], set(rows["ID"]), warn_missing=False)
-    found = theirs.damage.ds_model.damage_params
+    found = theirs("pelicun", path)
+    assert set(found) == set(rows["ID"])
     for _, row in rows.iterrows():
-        for state, name in (("LS2", "Theta_0"), ("LS3", "Theta_0"), ("LS3", "Theta_1")):
+        for key in ("LS2-Theta_0", "LS3-Theta_0", "LS3-Theta_1"):
             # Their base unit is that of the table, m/s^2.
-            assert found.loc[row["ID"], (state, name)] == pytest.approx(row[f"{state}-{name}"])
+            assert found[row["ID"]][key] == pytest.approx(row[key], rel=1e-12)
+
+
+@pytest.mark.extra
+@extra
+@pytest.mark.parametrize(("intensity", "imt", "size"), [(PGA, "PGA", GRAVITY), (PGV, "PGV", 0.01)])
+def test_openquake_finds_our_probabilities(
+    intensity: str, imt: str, size: float, tmp_path: pathlib.Path
+):
+    limits = read_limits(["0.5", "overturning"])
+    curves = fragility_curves(lanes(), source="t", intensity=intensity, limits=limits, by=["block"])
+    path = tmp_path / "fragility.xml"
+    path.write_text(nrml_text(curves, intensity), encoding="utf-8")
+    middle = curves[0].fit.median / size
+    levels = [0.5 * middle, middle, 2.0 * middle]
+    found = theirs("openquake", path, *levels)
+    assert set(found) == {"block_tall-vase", "block_low-vase"}
+    for curve in curves:
+        function = found[curve.group_text.replace(" ", "_")]
+        assert function["imt"] == imt
+        assert function["limits"] == ["rotation_0_5", "overturning"]
+        ours = curve.fit.probability(np.array(levels) * size)
+        number = function["limits"].index("rotation_0_5" if curve.limit.ratio else "overturning")
+        np.testing.assert_allclose(function["chances"][number], ours, rtol=1e-9)
+
+
+@pytest.mark.extra
+@extra
+def test_openquake_finds_slices_of_two_measures(tmp_path: pathlib.Path):
+    table = two_measures()
+    found = compare_measures(
+        table, source="t", measures=[PGV], limit=read_limits(["overturning"])[0], most_doubt=0.2
+    )
+    first, cut = slices(found)
+    path = tmp_path / "predictors.xml"
+    path.write_text(nrml_text(cut, first), encoding="utf-8")
+    levels = [20.0, 60.0, 200.0]
+    read = theirs("openquake", path, *levels)
+    assert len(read) == len(cut) == 5
+    for each, function in zip(cut, read.values(), strict=True):
+        wanted = each.fit.probability(np.array(levels) * 0.01)
+        np.testing.assert_allclose(function["chances"][0], wanted, rtol=1e-9)
+
+
+def test_names_of_functions_are_those_that_openquake_takes():
+    """Its reader refuses others: ^[\\w_\\-:]+$, 75 letters at most."""
+    names = ["block tall-vase", "block tall.vase", "x" * 90, "x" * 91, "größe 1.5"]
+    found = _function_ids(names)
+    assert len(set(found)) == len(names)
+    assert all(re.fullmatch(r"[A-Za-z0-9_:-]{1,75}", name) for name in found)
+    assert found[:2] == ["block_tall-vase", "block_tall_vase"]
 
 
 def test_the_command_writes_what_both_read_and_risk_reads_it_back(tmp_path: pathlib.Path):

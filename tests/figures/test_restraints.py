@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from warprock.case.load import load_case
-from warprock.engines.housner_held import inertia_of
+from warprock.engines.held import inertia_of
 from warprock.figures.restraints import SAMPLES, _Told, draw_restraints, told_lane
 from warprock.model.hold import Ties
 from warprock.model.tie_states import TieState

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -24,6 +24,8 @@ from warprock.case.input_columns import SPECTRAL
 from warprock.units import GRAVITY, split_unit
 
 NRML = "http://openquake.org/xmlns/nrml/0.5"
+LONGEST_ID = 75
+"""Letters that OpenQuake takes of the name of a function."""
 SCORES = 6.0
 """Standard scores of the intensities between which OpenQuake evaluates a function: beyond them the
 probability is within 1e-9 of 0 and 1."""
@@ -172,7 +174,7 @@ def nrml_text(curves: Sequence[Exported], intensity: str, period: float = np.nan
     said += f"; left out for want of a function: {left} groups" if left else ""
     ElementTree.SubElement(model, "description").text = said
     ElementTree.SubElement(model, "limitStates").text = " ".join(limits)
-    for name, mine in whole.items():
+    for name, mine in zip(_function_ids(whole), whole.values(), strict=True):
         function = ElementTree.SubElement(
             model, "fragilityFunction", id=name, format="continuous", shape="logncdf"
         )
@@ -198,6 +200,18 @@ def nrml_text(curves: Sequence[Exported], intensity: str, period: float = np.nan
     ElementTree.indent(root)
     text = ElementTree.tostring(root, encoding="unicode", xml_declaration=False)
     return f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n'
+
+
+def _function_ids(names: Iterable[str]) -> list[str]:
+    """Names of functions as OpenQuake takes them: letters, digits, _, - and :, each once."""
+    found: list[str] = []
+    for name in names:
+        text = re.sub(r"[^A-Za-z0-9_:-]+", "_", name)[:LONGEST_ID]
+        if text in found:
+            end = f"_{len(found) + 1}"
+            text = text[: LONGEST_ID - len(end)] + end
+        found.append(text)
+    return found
 
 
 def _identifier(limit: Limit) -> str:

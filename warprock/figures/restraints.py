@@ -142,6 +142,15 @@ class _Told:
         return max(first - more, 0.0), min(last + more, float(times[-1]))
 
     @property
+    def against_wall(self) -> bool:
+        """Whether it stands against a wall all along: it has one, and leans away from it alone."""
+        hold = self.lanes.hold
+        if hold is None or hold.wall is None:
+            return False
+        slid = float(self.response["peak_slide"][0]) > 1e-9 * float(self.lanes.height[0])
+        return not slid and bool((hold.wall[0] * self.rotation <= 0.0).all())
+
+    @property
     def impacts(self) -> Array:
         """Times at which the block comes back on its base [s], of those that can be seen."""
         size = np.abs(self.rotation[: self.last + 1])
@@ -181,7 +190,8 @@ class _Told:
         """What the ties did; of a wall alone how often the block came back on it."""
         count = int(self.response["impact_count"][0])
         if self.ties is None:
-            return f"The block comes back on its wall {count} time{'s' * (count != 1)}"
+            where = "comes back on its wall" if self.against_wall else "strikes base or wall"
+            return f"The block {where} {count} time{'s' * (count != 1)}"
         force = three_digits(float(self.response["peak_tie_force"][0]) / 1e3)
         states = self.ties.states[:, : self.last + 1]
         yield_count = int((states == TieState.YIELDING).any(axis=1).sum())
@@ -243,9 +253,7 @@ def _draw_rotation(axes: Axes, told: _Told) -> None:
     shown = slice(0, told.last + 1)
     ratio = told.rotation / told.lanes.slenderness_angle[0]
     axes.plot(told.response.times[shown], ratio[shown], color=BLUE, linewidth=1.1)
-    hold = told.lanes.hold
-    walled = hold is not None and hold.wall is not None
-    at, name = told.impacts, "impact on the wall" if walled else "impact"
+    at, name = told.impacts, "impact on the wall" if told.against_wall else "impact"
     look: dict[str, Any] = {"marker": "|", "markersize": 9.0, "color": FALLEN, "linestyle": "none"}
     axes.plot(at, np.zeros(len(at)), label=name, zorder=4.0, **look)
     axes.set_ylabel(SHORT_ROTATION_LABEL)

@@ -144,8 +144,9 @@ class EventSettings:
             "longest step, never more than 0.25 / frequency parameter; a single box in the plane "
             "that rests, rocks about a corner that sticks or slides flat follows polynomials in "
             "steps up to 4 times as long, never longer than 1 / angular frequency of its motion, "
-            "and takes half as long ones while it slides on a corner or flies; steps are shortened "
-            "to end at impacts and at knots of the motion",
+            "and takes half as long ones while it slides on a corner or flies; one that ties, a "
+            "load or a wall hold follows polynomials in all it does; steps are shortened to end at "
+            "impacts and at knots of the motion",
             1e-6,
             0.1,
             "s",
