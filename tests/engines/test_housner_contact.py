@@ -20,7 +20,7 @@ from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.oracle.block import oracle_response
 from warprock.running import engine_choice
 from warprock.running.batch import run_batch
-from warprock.running.engine_choice import choose_engine, judged_lanes
+from warprock.running.engine_choice import choose_engine, lanes_to_try
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
 
@@ -227,7 +227,7 @@ def test_engine_where_none_is_named_follows_the_rule(monkeypatch: pytest.MonkeyP
 
 @pytest.mark.parametrize("count", [1, 18, 1000, 1001, 10**6, 77 * 57 * 3])
 def test_lanes_judged_are_few_and_meet_every_value_of_an_axis(count: int) -> None:
-    lanes = judged_lanes(count)
+    lanes = lanes_to_try(count)
     assert min(count, 500) <= len(lanes) <= 1000
     for length in (3, 10, 57, 77, 100):
         if count % length == 0 and length <= len(lanes):

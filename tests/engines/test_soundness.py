@@ -12,7 +12,7 @@ import pytest
 from tests.shared.blocks import Array, at_rest, make_lanes, two_equal
 from warprock.engines.decoding import respond
 from warprock.engines.energy import stack_energy_held
-from warprock.engines.soundness import BARRIER_SHARE, toppled_from_nothing
+from warprock.engines.soundness import BARRIER_SHARE, find_toppled_from_nothing
 from warprock.measure.atlas_lanes import AtlasSize, stack_energy, stack_pairs
 from warprock.measure.atlas_maps import at_step, at_stiffness
 from warprock.model import rocking
@@ -236,20 +236,20 @@ def test_a_stack_needs_what_a_path_over_all_states_needs(
     peak = np.array([[0.5 * np.pi, 0.0]])
     # A grid of 5 mrad finds the saddle to some hundredths of it.
     below, above = ((1.0 - BARRIER_SHARE) * least * f for f in (0.96, 1.04))
-    assert toppled_from_nothing(lanes, np.array([below]), peak)[0]
-    assert not toppled_from_nothing(lanes, np.array([above]), peak)[0]
-    assert not toppled_from_nothing(lanes, np.array([below]), np.full((1, 2), 0.01))[0]
+    assert find_toppled_from_nothing(lanes, np.array([below]), peak)[0]
+    assert not find_toppled_from_nothing(lanes, np.array([above]), peak)[0]
+    assert not find_toppled_from_nothing(lanes, np.array([below]), np.full((1, 2), 0.01))[0]
     slippery = dataclasses.replace(lanes, friction=np.array([[10.0, 0.01]]))
-    assert not toppled_from_nothing(slippery, np.array([below]), peak)[0]
+    assert not find_toppled_from_nothing(slippery, np.array([below]), peak)[0]
 
 
 def test_a_stack_that_starts_beyond_its_well_may_fall():
     lanes = two_blocks(1.0, 1.0, 0.6)
     peak = np.full((1, 2), 0.5 * np.pi)
     # As one, two blocks overturn from half of the slenderness angle of each.
-    assert not toppled_from_nothing(lanes, np.array([-1.0]), peak)[0]
+    assert not find_toppled_from_nothing(lanes, np.array([-1.0]), peak)[0]
     inside = dataclasses.replace(lanes, rotation_start=0.5 * lanes.rotation_start)
-    assert toppled_from_nothing(inside, np.array([-1.0]), peak)[0]
+    assert find_toppled_from_nothing(inside, np.array([-1.0]), peak)[0]
 
 
 def columns(count: int, blocks: int = 1) -> dict[str, Array]:

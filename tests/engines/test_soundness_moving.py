@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from tests.shared.blocks import Array, make_lanes, sines, two_equal
-from warprock.engines.soundness import Account, contacts_hold, moved_by_nothing, unstable
+from warprock.engines.soundness import Account, contacts_hold, find_moved_by_nothing, unstable
 from warprock.measure.atlas_maps import at_step, at_stiffness
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, as_stacks
@@ -69,7 +69,7 @@ def test_a_base_too_weak_to_lift_a_block_turns_none(stacked_blocks: int):
     angle = math.atan(0.2)
     turned = np.array([0.06, 0.04, 0.06, 1.0, 0.06])[:, None] * angle
     peak = np.repeat(turned, stacked_blocks, axis=1)
-    found = moved_by_nothing(lanes, pull, peak)
+    found = find_moved_by_nothing(lanes, pull, peak)
     np.testing.assert_array_equal(found, [True, False, False, False, False])
 
 

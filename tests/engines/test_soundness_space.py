@@ -21,7 +21,7 @@ from warprock.engines.energy import energy_to_tilt, most_energy
 from warprock.engines.soundness import (
     BARRIER_SHARE,
     account_in_space,
-    moved_by_nothing,
+    find_moved_by_nothing,
     pull_in_space,
     unstable,
 )
@@ -174,7 +174,7 @@ def test_a_base_too_weak_to_lift_an_edge_tilts_no_block():
     frequency = np.full(count, 2.0)
     x, z = (sines(Control.ACCELERATION, each, frequency, 1.0) for each in (along_x, upwards))
     tilt = np.array([0.06, 0.04, 0.06, 0.06, 0.06, 0.06]) * np.arctan2(0.2, 1.0)
-    found = moved_by_nothing(lanes, pull_in_space(SpatialMotions(x, x, z)), tilt)
+    found = find_moved_by_nothing(lanes, pull_in_space(SpatialMotions(x, x, z)), tilt)
     assert (1.0 - BARRIER_SHARE) / np.sqrt(2.0) < 0.68
     np.testing.assert_array_equal(found, [True, False, False, False, True, False])
 

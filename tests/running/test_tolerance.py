@@ -33,7 +33,7 @@ from warprock.model.response import (
 from warprock.running import tolerance
 from warprock.running.batch import run_batch
 from warprock.running.case_run import run_case, run_lane
-from warprock.running.companions import companion_settings, cut_off, halve_step
+from warprock.running.companions import companion_settings, cut_records, halve_step
 from warprock.running.options import TOLERANCE, RunOptions
 from warprock.running.refinement import MET, MISSED, SENSITIVE, missed_tolerance, refinement_counts
 from warprock.running.tolerance import HALVINGS, run_to_tolerance
@@ -232,7 +232,7 @@ def test_a_companion_that_ends_at_rest_is_the_whole_run() -> None:
 
 def test_a_record_that_is_cut_off_is_the_same_until_then() -> None:
     motions = expand_lanes(_record_case("[1.0, 1.0, 2.0]")).motions
-    cut = cut_off(motions, np.array([7.003, np.inf, 12.0]))
+    cut = cut_records(motions, np.array([7.003, np.inf, 12.0]))
     times = np.linspace(0.0, 7.0, 1234)
     late = np.linspace(7.02, 90.0, 1000)
     for lane in range(3):

@@ -22,7 +22,7 @@ from warprock.engines.assembly_packs import (
     sorts_of,
 )
 from warprock.engines.base import AbstractEngine
-from warprock.engines.decoding import lane_fields, respond, still_since, time_or_nan
+from warprock.engines.decoding import lane_fields, respond, rest_start_times, time_or_nan
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.kernels import assembly
 from warprock.kernels.instance import kernel_module
@@ -140,7 +140,7 @@ class Assembly(AbstractEngine):
         assert found.contacts is not None
         joints = joints_moved(own, found.contacts)
         state = JointState.OPENED * joints.opened + JointState.SLID * joints.slid
-        rest_time = still_since(rows, times.times[-1] - 0.5 * self.settings.time_step)
+        rest_time = rest_start_times(rows, times.times[-1] - 0.5 * self.settings.time_step)
         bad = [
             (_unstable(own, rows), Status.UNSTABLE),
             (rows["astray"] > 0, Status.OUTSIDE_MODEL),

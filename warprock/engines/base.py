@@ -190,7 +190,7 @@ class AbstractEngine(abc.ABC):
         """Longest step that every lane may take [s], shape [lane], of an engine with an order."""
         return np.full(lanes.lane_count, self.settings.time_step)
 
-    def asked_step(self, lanes: Lanes, motions: GroundMotions) -> float:
+    def step_of_settings(self, lanes: Lanes, motions: GroundMotions) -> float:
         """Longest step that the settings ask for [s]; a lane may take shorter ones."""
         return float(self.settings.time_step)
 

@@ -69,7 +69,7 @@ def asked_friction(rows: Rows, friction: Array, precision: str) -> tuple[Array, 
     return needed, needed > (1.0 + FRICTION_SLACK[precision]) * friction
 
 
-def still_since(rows: Rows, time: Array | float) -> Array:
+def rest_start_times(rows: Rows, time: Array | float) -> Array:
     """Since when lanes rest that have not moved since a time [s]; NaN of all others.
 
     Args:

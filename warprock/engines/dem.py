@@ -12,7 +12,7 @@ import numpy.typing as npt
 from warprock.engines import dem_stack_bodies
 from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import body_columns, speed_columns
-from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
+from warprock.engines.decoding import lane_fields, planar_fields, rest_start_times, spatial_fields
 from warprock.engines.dem_bodies import CornerSprings, corner_rows, cornered_columns
 from warprock.engines.dem_bodies_space import PointSprings, on_corners, sprung_inputs
 from warprock.engines.dem_springs import (
@@ -227,7 +227,7 @@ class Dem(AbstractEngine):
             account, peak = account_of(rows, step), blocks["peak_rotation"]
             gained = unstable(lanes, account, peak, rigid=False, complete=True)
         # In the last step of the run every interface was closed and held.
-        rest_time = still_since(rows, times.times[-1] - 1.5 * step)
+        rest_time = rest_start_times(rows, times.times[-1] - 1.5 * step)
         return lane_fields(rows, rest_time, [(gained, Status.UNSTABLE)]) | blocks
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.launching import NEVER
-from warprock.engines.spatial_bodies import body_of, spatial_inputs, there_are
+from warprock.engines.spatial_bodies import body_of, existing_points, spatial_inputs
 from warprock.model.bodies import Bodies, boxes_on_corners
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.pose import product, quaternion, start_poses
@@ -67,7 +67,7 @@ class PointSprings:
     @property
     def feet(self) -> Mask:
         """Points that a body stands on at rest, shape [lane, point]."""
-        return np.asarray(self.body.standing & there_are(self.body))
+        return np.asarray(self.body.standing & existing_points(self.body))
 
     def standing_ratio(self) -> Array:
         """Rocking stiffness of the springs / that needed to stand, shape [lane, 1].
@@ -84,7 +84,7 @@ class PointSprings:
         # The axes of the base as seen along the principal axes.
         back = body.axes * np.array([-1.0, -1.0, -1.0, 1.0])
         matrix = np.zeros((len(body.mass), 6, 6))
-        weight = there_are(body)[..., None]
+        weight = existing_points(body)[..., None]
         for axis, spring in zip(np.eye(3), (self.shear, self.shear, self.stiffness), strict=True):
             way = np.broadcast_to(rotate(back, axis[None])[:, None], body.points.shape)
             row = weight * np.concatenate([way, np.cross(body.points, way)], axis=-1)
@@ -144,7 +144,7 @@ class PointSprings:
 
     def _sink(self, height: Array) -> Array:
         """How far a body sinks until points at heights [m], [lane, point], bear its weight [m]."""
-        rise = np.sort(np.where(there_are(self.body), height, np.inf), axis=1)
+        rise = np.sort(np.where(existing_points(self.body), height, np.inf), axis=1)
         settles = GRAVITY * self.body.mass / self.stiffness
         number = np.arange(1, rise.shape[1] + 1)
         with np.errstate(invalid="ignore"):
@@ -158,7 +158,7 @@ def base_of(body: Bodies) -> Mask:
 
     They are those that it stands on at rest, or all where these lie on a line.
     """
-    there = there_are(body)
+    there = existing_points(body)
     feet = body.standing & there
     size = np.ptp(body.points, axis=1).max(axis=1)
     flat = _least_moment(body, feet) > ALMOST * size**2

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import body_columns, find_load, stack_columns, start_on_corners
-from warprock.engines.decoding import lane_fields, planar_fields, still_since
+from warprock.engines.decoding import lane_fields, planar_fields, rest_start_times
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.kernels import direct
@@ -81,7 +81,7 @@ class Direct(AbstractEngine):
         hold = contacts_hold(stacks, self.settings.contact_stiffness)
         gained = unstable(stacks, account_of(rows, step, mass), found.blocks["peak"], rigid=hold)
         # In the last step of the run no end had parted, and nothing slid.
-        rest_time = still_since(rows, times.times[-1] - 0.5 * step)
+        rest_time = rest_start_times(rows, times.times[-1] - 0.5 * step)
         fields = lane_fields(rows, rest_time, [(gained, Status.UNSTABLE)])
         return fields | planar_fields(found.blocks) | {"energy_lost": mass * rows["loss"]}
 

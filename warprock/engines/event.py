@@ -195,7 +195,7 @@ class Event(AbstractEngine):
         """Longest step that every lane may take [s]: also cut at the knots of a record."""
         return np.asarray(np.minimum(self._own_step(lanes, motions), motions.knot_interval))
 
-    def asked_step(self, lanes: Lanes, motions: GroundMotions) -> float:
+    def step_of_settings(self, lanes: Lanes, motions: GroundMotions) -> float:
         """Longest step that the settings ask for [s]; polynomials take longer ones."""
         parts = POLYNOMIAL_STEPS if _rolls(lanes, motions) else 1.0
         return parts * float(self.settings.time_step)
@@ -219,7 +219,7 @@ class Event(AbstractEngine):
             for side in sides
         ]
         fastest = np.concatenate(rates, axis=1).max(axis=1)
-        step = np.asarray(np.minimum(self.asked_step(lanes, motions), PHASE_STEP / fastest))
+        step = np.asarray(np.minimum(self.step_of_settings(lanes, motions), PHASE_STEP / fastest))
         if _rolls(lanes, motions):
             rate = motions.components[0].fastest_rate
             with np.errstate(divide="ignore"):

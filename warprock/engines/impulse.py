@@ -10,7 +10,7 @@ import numpy.typing as npt
 from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import planar_columns, speed_columns, stack_columns
 from warprock.engines.bodies import Corners, box_bodies
-from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
+from warprock.engines.decoding import lane_fields, planar_fields, rest_start_times, spatial_fields
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_in_space, account_of, unstable
 from warprock.engines.spatial_bodies import spatial_inputs
@@ -137,6 +137,6 @@ class Impulse(AbstractEngine):
             blocks = planar_fields(found.blocks)
             gained = unstable(lanes, account_of(rows, step, mass), blocks["peak_rotation"])
         # In the last step of the run no corner had parted, and nothing slid.
-        rest_time = still_since(rows, times.times[-1] - 0.5 * step)
+        rest_time = rest_start_times(rows, times.times[-1] - 0.5 * step)
         fields = lane_fields(rows, rest_time, [(gained, Status.UNSTABLE)])
         return fields | blocks | {"energy_lost": mass * rows["loss"]}

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from warprock.engines.blocks import rotate_yaw, spatial_columns
 from warprock.engines.bodies import Corners, rotate_lever
-from warprock.engines.spatial_bodies import body_of, stood_places, there_are
+from warprock.engines.spatial_bodies import body_of, existing_points, standing_places
 from warprock.engines.stack_bodies import profile_slides
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.turning import rotate
@@ -164,9 +164,9 @@ def _spatial_slides(stacks: SpatialLanes, attitude: Array, places: Array) -> Arr
 def _body_slides(stacks: SpatialLanes, attitude: Array, places: Array) -> Array:
     """The same of bodies, [lane, 1, sample, 2]: mean of the points that touch."""
     body = body_of(stacks)
-    points, stood = body.points_in_block_axes, stood_places(stacks)
+    points, stood = body.points_in_block_axes, standing_places(stacks)
     seen = rotate(attitude[:, 0, :, None], points[:, None]) + places[:, 0, :, None]
-    there = there_are(body)[:, None]
+    there = existing_points(body)[:, None]
     height = np.where(there, seen[..., 2], np.inf)
     lowest = height.min(axis=-1, keepdims=True)
     touches = there & (height <= lowest + TOUCH * 0.5 * stacks.width[..., None])

@@ -73,7 +73,7 @@ def find_exploded(lanes: Lanes, held: Array, gained: Array, bound: float = EXPLO
     return np.asarray((gained > bound * held) & (gained > BARRIER_SHARE * barrier))
 
 
-def toppled_from_nothing(lanes: Lanes, held: Array, peak_rotation: Array) -> Mask:
+def find_toppled_from_nothing(lanes: Lanes, held: Array, peak_rotation: Array) -> Mask:
     """Where a stack turned further than its energy can take it, shape [lane].
 
     Let u_k be the sine of the rotation of block k less that of what it stands on. While each u_k
@@ -140,7 +140,7 @@ def fall_energy(lanes: Lanes, held: Array, peak_rotation: Array) -> Array:
     return np.asarray(np.where(able, freed, 0))
 
 
-def moved_by_nothing(lanes: Lanes, pull: Array, lean: Array) -> Mask:
+def find_moved_by_nothing(lanes: Lanes, pull: Array, lean: Array) -> Mask:
     """Where blocks turned that stood flat on a base too weak to lift any of them, shape [lane].
 
     The resultant of weight and inertia stays inside every face, whatever slides: friction that
@@ -278,9 +278,9 @@ def unstable(
       a gain: the step made it. An account that is complete, with what springs hold in it, may be
       wrong by `COMPLETE_BOUND`. Where soft contacts let blocks sink below their flat state, or
       where a block falls, gains count from there;
-    - blocks turned on a base too weak to lift them (`moved_by_nothing`): what has begun to rock
-      takes energy from such a base, so the first condition would miss it;
-    - a corner went through its ground (`gone_through`).
+    - blocks turned on a base too weak to lift them (`find_moved_by_nothing`): a block that has
+      begun to rock takes energy from such a base, so the first condition would miss it;
+    - a corner went through its ground (`find_fallen_through`).
 
     Args:
         lanes: Single blocks or stacks.
@@ -303,8 +303,8 @@ def unstable(
     sunk = np.where(rigid | complete, 0.0, sinks)
     judge = _gained_in_space if lanes.spatial else _gained_in_plane
     found = judge(lanes, account, held, sunk, lean, rigid, complete)
-    found |= rigid & moved_by_nothing(lanes, account.pull, lean)
-    return np.asarray(found | (rigid & gone_through(lanes, account.deepest)))
+    found |= rigid & find_moved_by_nothing(lanes, account.pull, lean)
+    return np.asarray(found | (rigid & find_fallen_through(lanes, account.deepest)))
 
 
 def _gained_in_plane(
@@ -322,7 +322,7 @@ def _gained_in_plane(
     found = find_exploded(lanes, held + sunk, -account.lost, bound)
     found |= find_exploded(lanes, held + sunk + fell, account.returned, bound)
     if lanes.stacked:
-        return np.asarray(found | (rigid & toppled_from_nothing(lanes, held, lean)))
+        return np.asarray(found | (rigid & find_toppled_from_nothing(lanes, held, lean)))
     # Of a body it is not known to which side it turned so far: the side that takes less.
     needed = energy_held(lanes, lean)
     if lanes.body is not None:
@@ -349,7 +349,7 @@ def _gained_in_space(
     return found | find_exploded(lanes, held, energy_to_tilt(lanes, lean) - sunk - held, bound)
 
 
-def gone_through(lanes: Lanes, deepest: Array) -> Mask:
+def find_fallen_through(lanes: Lanes, deepest: Array) -> Mask:
     """Where a corner went deeper into rigid ground than half of its block's least side, [lane].
 
     A block of which the centre may be below the face it stands on is not held up by it.

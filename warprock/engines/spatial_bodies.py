@@ -72,7 +72,7 @@ def _frame_columns(lanes: Lanes) -> dict[str, Array]:
     """Fields of the struct `Frame`, shape [lane] each."""
     body = body_of(lanes)
     columns = {f"a{name}": part for name, part in zip("xyzw", body.axes.T, strict=True)}
-    feet = (body.standing & there_are(body)).sum(axis=1)
+    feet = (body.standing & existing_points(body)).sum(axis=1)
     columns |= {"reach": farthest(body), "feet": feet.astype(np.float64)}
     return columns | throw_columns(lanes)
 
@@ -87,13 +87,13 @@ def _point_columns(lanes: Lanes) -> dict[str, Array]:
     if body.most_points > MOST_POINTS:
         allowed = f"must have at most {MOST_POINTS} contact points"
         raise InputError("run_batch", "lanes.body.points", body.most_points, allowed)
-    stood, there = stood_places(blocks), there_are(body)
+    stood, there = standing_places(blocks), existing_points(body)
     columns = {name: body.points[..., axis] for axis, name in enumerate("xyz")}
     columns |= {"stood_x": stood[..., 0], "stood_y": stood[..., 1]}
     return columns | {"foot": np.where(there, body.standing, -1.0)}
 
 
-def stood_places(lanes: SpatialLanes) -> Array:
+def standing_places(lanes: SpatialLanes) -> Array:
     """Where the contact points would be on the ground, did the bodies stand at the start [m].
 
     Shape [lane, point, 2].
@@ -109,7 +109,7 @@ def farthest(body: Bodies) -> Array:
     return np.asarray(np.linalg.norm(body.points, axis=-1).max(axis=1))
 
 
-def there_are(body: Bodies) -> npt.NDArray[np.bool_]:
+def existing_points(body: Bodies) -> npt.NDArray[np.bool_]:
     """Which rows are points, shape [lane, point]."""
     return np.asarray(np.arange(body.most_points) < body.count[:, None])
 
@@ -120,4 +120,6 @@ def _standing(lanes: SpatialLanes) -> Array:
     attitude = start_poses(lanes)[1]
     low = rotate(attitude[:, None], body.points_in_block_axes)[..., 2]
     touches = low - low.min(axis=1, keepdims=True) <= LEVEL * farthest(body)[:, None]
-    return np.asarray((touches & body.standing & there_are(body)).sum(axis=1), dtype=np.float64)
+    return np.asarray(
+        (touches & body.standing & existing_points(body)).sum(axis=1), dtype=np.float64
+    )

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import planar_columns, stack_columns
-from warprock.engines.decoding import lane_fields, planar_fields, still_since
+from warprock.engines.decoding import lane_fields, planar_fields, rest_start_times
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.kernels import xpbd
@@ -69,6 +69,6 @@ class Xpbd(AbstractEngine):
         account = account_of(found.lanes, step)
         gained = unstable(stacks, account, found.blocks["peak"], rigid=hold)
         # In the last step of the run no end had parted, and nothing slid.
-        rest_time = still_since(found.lanes, times.times[-1] - 0.5 * step)
+        rest_time = rest_start_times(found.lanes, times.times[-1] - 0.5 * step)
         fields = lane_fields(found.lanes, rest_time, [(gained, Status.UNSTABLE)])
         return fields | planar_fields(found.blocks)

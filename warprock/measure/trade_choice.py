@@ -25,7 +25,7 @@ from warprock.measure.trade import CSV, cheapest, settings_text
 from warprock.measure.trade_scenes import SAMPLE_INTERVAL, TRADE_SCENES, scene_class
 from warprock.model.response import SOUND, Outcome, SampleTimes, Status
 from warprock.running.batch import run_batch
-from warprock.running.engine_choice import judged_lanes, outside_model
+from warprock.running.engine_choice import lanes_to_try, outside_model
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 from warprock.running.tolerance import run_to_tolerance
 from warprock.settings.engines import SETTINGS, build_settings
@@ -166,7 +166,7 @@ def _sticks(lane_set: LaneSet) -> bool:
     lanes = lane_set.lanes
     if lanes.stacked:
         return True
-    chosen = np.array(judged_lanes(lanes.lane_count))
+    chosen = np.array(lanes_to_try(lanes.lane_count))
     ends = np.full(len(chosen), lane_set.times.duration)
     return not outside_model(lanes.take(chosen), lane_set.motions.take(chosen), ends)
 

@@ -1,8 +1,8 @@
 """Factors of the estimates of `run_to_tolerance`, from the table of `tools/calibrate_estimates.py`.
 
-An estimate is a factor times what the runs tell of the error, and a floor for what all runs get
-wrong alike: a swing of a block that barely lifts, or a slip that ends within a step. Both were
-fitted by engine, quantity, scene and kind of motion to lanes whose true answer is known.
+An estimate is a factor times the error by the differences of runs, plus a floor for the error that
+all runs share: a swing of a block that barely lifts, or a slip that ends within a step. Both were
+fitted by engine, quantity, scene and kind of motion to lanes with a known true answer.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ class Factor:
     """How the differences of runs become an estimate of the error.
 
     Attributes:
-        factor: Factor on what the differences of runs tell of the error.
-        floor: What is added, over the slenderness angle for rotations, over the peak slide for
-            slides.
+        factor: Factor on the error by the differences of runs.
+        floor: Error that is added, over the slenderness angle for rotations, over the peak slide
+            for slides.
     """
 
     factor: float = PLAIN

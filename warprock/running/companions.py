@@ -1,4 +1,4 @@
-"""Runs of the same lanes at other steps, and how far two such runs lie apart."""
+"""Runs of the same lanes at other steps, and the differences of two such runs."""
 
 from __future__ import annotations
 
@@ -34,24 +34,24 @@ Numbers = npt.NDArray[np.intp]
 
 
 STACK_REST = 3.0
-"""Least motion of the other blocks of a stack that the swings it leaves out cause, over these."""
+"""Motion of the other blocks of a stack that omitted swings cause at least, over these swings."""
 
 PIECES_KEPT = 2**24
-"""Most samples of cut-off records in memory at a time, 400 MB; lanes that need more run in
-parts."""
+"""Largest number of samples of shortened records in memory at a time, 400 MB; lanes that need more
+run in parts."""
 
 STACK_RESTS = 1e-2
 """Swing at which blocks of a stack in the plane rest, over that at twice the step. The two are far
 enough apart for the order of impacts to differ where it depends on which blocks rest."""
 
 LATE = 3.0
-"""Steps by which two runs may both see a lift too late, with an engine that looks for lifts at the
-ends of its steps. Of 60 random pulses no lane of `impulse`, `direct` and `xpbd` erred by more than
-its estimate then; with 2 one in twelve did."""
+"""Number of steps by which two runs may both be late with an uplift, for an engine that detects
+uplifts at the ends of its steps. For 60 random pulses no lane of `impulse`, `direct` and `xpbd`
+then erred by more than its estimate; with 2 one in twelve did."""
 
 BRANCHES = 64.0
-"""Ratio of two differences above which two impacts at nearly the same time have changed their
-order. No order of convergence explains it: it is twice that of the fifth, of stacks that stick."""
+"""Ratio of two differences above which two nearly simultaneous impacts have changed their order.
+Convergence cannot explain it: the ratio is twice that of the fifth order, of sticking stacks."""
 
 REST_RATIO_LEAST = 1e-9
 REST_RATIO_MOST = 1e-2
@@ -76,8 +76,8 @@ def record_alone(motions: GroundMotions) -> bool:
     return all(isinstance(part, RecordMotions) for part in motions.components)
 
 
-def cut_off(motions: GroundMotions, ends: Array) -> GroundMotions:
-    """Cuts records off: they stop moving the base at their first sample at or after a time.
+def cut_records(motions: GroundMotions, ends: Array) -> GroundMotions:
+    """Cuts records short: they stop moving the base at their first sample at or after a time.
 
     Args:
         motions: Motions of records alone.
@@ -89,13 +89,13 @@ def cut_off(motions: GroundMotions, ends: Array) -> GroundMotions:
 
 
 def many_pieces(motions: GroundMotions, ends: Array) -> bool:
-    """Whether the pools of `cut_off` would be too large to be held at a time."""
+    """Whether the pools of `cut_records` would be too large to be held at once."""
     samples = sum(int(_pieces(part, ends)[0][:, 1].sum()) for part in motions.components)
     return samples > PIECES_KEPT
 
 
 def _pieces(motions: Any, ends: Array) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.intp]]:
-    """Finds the pieces of records that are left: offset, samples left and all samples of each.
+    """The pieces of records that remain: offset, samples left and all samples of each.
 
     Returns:
         Shape [piece, 3], and the piece of every lane, shape [lane].
@@ -161,7 +161,7 @@ class Companions:
 
     @property
     def scene(self) -> str:
-        """Which factors the estimates of its errors have."""
+        """The kind of scene, by which the factors of the error estimates are chosen."""
         if self.lanes.stacked:
             return STACK
         upright = isinstance(self.motions, UprightMotions)
@@ -172,8 +172,8 @@ class Companions:
     def rest_is_known(self) -> bool:
         """Whether a lane that rests for good does so at every step.
 
-        The next lift depends on the base alone if a resting block does not move at all and if steps
-        end at the knots between which the acceleration of the base is linear.
+        That holds if a resting block does not move at all and steps end at the knots between which
+        the acceleration of the base is linear: the next uplift then depends only on the base.
         """
         return engine_class(self.engine).rests_exactly and record_alone(self.motions)
 
@@ -253,11 +253,11 @@ class Companions:
     def halvings(self, power: int) -> Numbers:
         """How often to halve the setting for steps at most 2^-power of those taken, shape [lane].
 
-        Lanes whose step is cut by something else (the block's own frequency, the knots of a
-        record) need the setting halved more than `power` times before the runs differ at all.
+        If the frequency of the block or the knots of a record limit the step of a lane, the setting
+        must be halved more than `power` times before the runs differ.
         """
         # Round-off apart; a lane whose sizes are not finite takes part as it is.
-        asked = self._built(self.settings).asked_step(self.lanes, self.motions)
+        asked = self._built(self.settings).step_of_settings(self.lanes, self.motions)
         cuts = np.ceil(np.log2(asked / self._longest_step(self.settings)) - 1e-9)
         return power + np.where(np.isfinite(cuts), cuts, 0.0).astype(np.intp)
 
@@ -285,16 +285,16 @@ class Companions:
 
 
 def companion_settings(settings: Any, count: int, lanes: Lanes) -> Any:
-    """Settings with the step halved `count` times, doubled below zero, and the rest rule to match.
+    """Settings with the step halved `count` times (doubled if negative), and a matching rest rule.
 
-    At a halved step blocks rest at smaller swings, in proportion to the square of the step. A last
-    swing that every step leaves out may change the answer to a later shock, and no step would show
-    it: of 76 lanes under 40 s of a record one parts from Housner's equation by that.
+    At a halved step blocks rest at smaller swings, in proportion to the square of the step. If all
+    runs omitted the same last swing, none would show its effect on a later shock: one of 76 lanes
+    under 40 s of a record differs from Housner's equation for that reason.
 
     Blocks of a stack rest at swings smaller by `STACK_RESTS`, and at twice the step at larger ones.
-    Whether a small swing has come to rest decides which ends take part in an impact elsewhere, and
-    which of two nearly simultaneous impacts is the first. Runs that differ only in the step all
-    take the same branch there; runs that rest at other swings do not.
+    Whether a small swing has ended decides which ends take part in an impact elsewhere, and which
+    of two nearly simultaneous impacts is the first. Runs that differ only in the step would all
+    take the same branch there; runs with different rest rules do not.
     """
     found = halve_step(settings, count)
     if count == 0 or not hasattr(found, "rest_rotation_ratio"):
@@ -314,8 +314,8 @@ def halve_step(settings: Any, count: int) -> Any:
     return settings
 
 
-def have_fallen(response: Response) -> Mask:
-    """Lanes whose blocks no longer stand on one another, shape [lane]."""
+def find_fallen(response: Response) -> Mask:
+    """Lanes that overturned or slid off, shape [lane]."""
     return np.asarray(np.isin(response["outcome"], (Outcome.OVERTURNED, Outcome.SLID_OFF)))
 
 
@@ -324,18 +324,18 @@ def usable(response: Response) -> Mask:
     return np.asarray(np.isin(response["status"], USABLE))
 
 
-def part_ways(one: Response, other: Response) -> Mask:
-    """Lanes that stand in one run and not in the other, or that one of them could not run."""
-    return np.asarray((have_fallen(one) != have_fallen(other)) | ~usable(one) | ~usable(other))
+def find_parted_lanes(one: Response, other: Response) -> Mask:
+    """Lanes that stand in one run and fall in the other, or that have no answer in one of them."""
+    return np.asarray((find_fallen(one) != find_fallen(other)) | ~usable(one) | ~usable(other))
 
 
 def gap(one: Response, other: Response, alpha: Array) -> Array:
     """Largest |rotation difference| of two runs [rad]; infinite where one failed.
 
-    Where the blocks fall in both runs, up to the slenderness angle: the time of the fall counts,
-    not the end of it.
+    If the blocks fall in both runs, only rotations up to the slenderness angle count: the time of
+    the fall matters, not its end.
     """
-    both = as_columns(have_fallen(one) & have_fallen(other), alpha)
+    both = as_columns(find_fallen(one) & find_fallen(other), alpha)
     bound = np.where(both, alpha, np.inf)[..., None]
     ours, theirs = (np.clip(each["rotation"], -bound, bound) for each in (one, other))
     return _where_run(np.abs(ours - theirs).max(axis=-1), one, other)
@@ -349,14 +349,14 @@ def peak_gap(one: Response, other: Response) -> Array:
 def peaks_apart(one: Response, other: Response) -> Array:
     """Differences of the peaks of two runs [rad], which may lie between two samples."""
     gaps = peak_gap(one, other)
-    # Of a fall in both runs the histories tell when it was.
-    return np.where(as_columns(have_fallen(one) & have_fallen(other), gaps), 0.0, gaps)
+    # If the blocks fall in both runs, the histories show when.
+    return np.where(as_columns(find_fallen(one) & find_fallen(other), gaps), 0.0, gaps)
 
 
-def took_branches(lanes: Lanes, before: Array, after: Array, tolerance: float) -> Mask:
-    """Stacks whose first two runs took different branches, and the next two the same, [lane].
+def find_branched_lanes(lanes: Lanes, before: Array, after: Array, tolerance: float) -> Mask:
+    """Stacks whose first two runs took different branches and the next two the same, shape [lane].
 
-    That is no proof that the true motion takes this branch: another run has to take it, too.
+    That does not prove that the true motion takes this branch: a further run has to confirm it.
 
     Args:
         lanes: The lanes.
@@ -378,7 +378,7 @@ def slide_gap(one: Response, other: Response) -> Array:
 def uplift_gap(one: Response, other: Response) -> Array:
     """|Difference of the uplift times| of two runs [s], shape [lane].
 
-    Zero where neither lifts, infinite where one alone does or failed.
+    Zero if neither lifts; infinite if only one does, or one failed.
     """
     ours, theirs = one["uplift_time"], other["uplift_time"]
     lifts, lifted = np.isfinite(ours), np.isfinite(theirs)
@@ -391,8 +391,8 @@ def uplift_error(response: Response, apart: Array, floor: Array) -> Array:
 
     Args:
         response: The run whose uplift times count.
-        apart: What their difference from those of other runs makes of it [s].
-        floor: What all runs share [s].
+        apart: Error by the differences from other runs [s].
+        floor: Error that all runs share [s].
     """
     never = np.isnan(response["uplift_time"]) & np.isfinite(apart)
     return np.where(usable(response) & ~never, apart + floor, np.nan)

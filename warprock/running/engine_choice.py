@@ -1,4 +1,4 @@
-"""The engine that a case is run with where none is named, and why.
+"""Which engine runs a case if none is named, and why.
 
 The rule, in this order:
 
@@ -42,7 +42,7 @@ class EngineChoice:
     Attributes:
         engine: Its name.
         why: Why, in words; empty where it was named.
-        outside: Lanes outside the model of `housner`, of those that were judged.
+        outside: Lanes outside the model of `housner`, of those that were tried.
         planar_block: Whether it is for one block in the plane, which `housner` might run.
         named: Whether it was named, not chosen.
     """
@@ -79,7 +79,7 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     Raises:
         InputError: A combination of values in the case that no engine could use.
     """
-    lanes = judged_lanes(case.lane_count)
+    lanes = lanes_to_try(case.lane_count)
     lane_set = expand_lanes(case, lanes)
     scene = lane_set.scene
     analytical = reference_engine()
@@ -104,7 +104,7 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     if scene.restitution_given:
         why = "the case prescribes what an impact leaves (contact.angular_restitution)"
         return EngineChoice(analytical, why)
-    runs = np.array(judged_lanes(len(lanes) * len(factors)))
+    runs = np.array(lanes_to_try(len(lanes) * len(factors)))
     chosen, factor = runs // len(factors), np.asarray(factors)[runs % len(factors)]
     ends = np.broadcast_to(lane_set.ends, len(lanes))[chosen]
     outside = outside_model(
@@ -122,10 +122,10 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
 
 
 def another_engine(ran: str, scene: SceneKind) -> str | None:
-    """An engine to hold a run against; None where no other can run its scene.
+    """An engine to compare a run with; None if no other can run its scene.
 
-    To one that locates events, the most preferred one that steps over them, and the other way
-    round; where there is none such, the most preferred other one.
+    For an engine that locates events, it is the most preferred one that steps over them, and the
+    other way round; if there is none, the most preferred other engine.
     """
     others = [name for name in preferred_engines() if name != ran]
     able = [name for name in others if engine_class(name).supports(scene) is None]
@@ -150,11 +150,11 @@ def outside_model(lanes: Lanes, motions: GroundMotions, ends: npt.NDArray[np.flo
     return found
 
 
-def judged_lanes(count: int) -> range:
-    """Numbers of the lanes that are judged: all, or `LANES_JUDGED` of them at even distances.
+def lanes_to_try(count: int) -> range:
+    """Numbers of the lanes that are tried: all, or `LANES_JUDGED` of them at even distances.
 
     The distance and the number of lanes have no common divisor, so that every value of every axis
-    of a sweep is met.
+    of a sweep occurs.
     """
     step = max(1, -(-count // LANES_JUDGED))
     while math.gcd(step, count) > 1:

@@ -17,7 +17,7 @@ KEY, KEY_BEFORE = "refinement", "accuracy"
 """Key of the counts in files, and the one that older files have."""
 
 
-def renamed_counts(facts: Mapping[str, Any]) -> dict[str, Any]:
+def rename_counts(facts: Mapping[str, Any]) -> dict[str, Any]:
     """What a file says, with the counts under the key of today."""
     return {KEY if name == KEY_BEFORE else name: value for name, value in facts.items()}
 

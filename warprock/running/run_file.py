@@ -24,7 +24,7 @@ from warprock.running.refinement import (
     REFINED,
     SENSITIVE,
     TOTAL_STEPS,
-    renamed_counts,
+    rename_counts,
 )
 
 Shape = Any
@@ -113,7 +113,7 @@ def read_facts(path: pathlib.Path, shapes: Mapping[str, Shape] = NO_SHAPES) -> d
     Raises:
         InputError: It cannot be read, holds no object, or is not as a command wrote it.
     """
-    facts = renamed_counts(read_object(path))
+    facts = rename_counts(read_object(path))
     kind = next((name for name in shapes if name in facts), "")
     require_shape(facts, {**COMMON, **shapes.get(kind, {})}, str(path))
     return facts

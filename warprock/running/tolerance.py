@@ -74,19 +74,19 @@ from warprock.running.companions import (
     Companions,
     as_columns,
     companion_settings,
-    cut_off,
+    cut_records,
+    find_branched_lanes,
+    find_fallen,
+    find_parted_lanes,
     gap,
     halve_step,
-    have_fallen,
     largest,
     many_pieces,
-    part_ways,
     peak_gap,
     peaks_apart,
     record_alone,
     sample_times,
     slide_gap,
-    took_branches,
     uplift_error,
     uplift_gap,
     usable,
@@ -299,7 +299,7 @@ def _run_until_rest(
         return join_responses(parts)
     cut = case
     if np.any(short):
-        cut = dataclasses.replace(case, motions=cut_off(case.motions, ends))
+        cut = dataclasses.replace(case, motions=cut_records(case.motions, ends))
     found = cut.run_halved(halvings, work)
     known.count_steps(lanes, found)
     rests = (found["outcome"] == Outcome.AT_REST) & (found["rest_time"] <= ends)
@@ -333,14 +333,14 @@ class _Known:
         self.scatters = self.order == 1 or records
         self.doublings = SCATTERED if self.order == 1 and not records else 1
         self.factors = estimate_factors(case.engine, case.scene, records=records)
-        self.lasted = np.where(have_fallen(asked), largest(asked["peak_time"]), case.times.duration)
+        self.lasted = np.where(find_fallen(asked), largest(asked["peak_time"]), case.times.duration)
         self.fields = {n: v.copy() for n, v in asked.fields.items() if n not in HISTORIES}
         self.alpha = case.lanes.slenderness_angle
         self.floor = case.rest_floor
         self.going = usable(asked)
         self.met = np.zeros_like(self.going)
         self.unlike = np.zeros_like(self.going)
-        self.falls = have_fallen(asked)
+        self.falls = find_fallen(asked)
         self.halvings, self.halved, self.pairs = np.zeros((3, len(self.going)), dtype=np.intp)
         self.first_steps = self.fields["step_count"].copy()
         self.total_steps = self.first_steps.copy()
@@ -438,8 +438,8 @@ class _Known:
         self.uplift[lanes] = uplift_gap(before, after)
         ratio = largest(self.errors["rotation"][lanes] / angle)
         likely = largest(share * np.sqrt(self.squares["rotation"][lanes]) / angle)
-        differ = part_ways(before, after)
-        branched = took_branches(self.case.lanes, self.before[lanes], apart, self.tolerance)
+        differ = find_parted_lanes(before, after)
+        branched = find_branched_lanes(self.case.lanes, self.before[lanes], apart, self.tolerance)
         met = ~differ & ~branched & (ratio <= self.tolerance)
         # At best the error goes on to shrink as it did, at least as of a first order.
         hope = np.where(refined, np.maximum(rate, 2.0), full)
@@ -450,7 +450,7 @@ class _Known:
         steady = (halved > 0) & (overall >= 2.0 ** ((self.order - SLACK) * halved))
         doubtful = (ratio > SENSITIVE_ABOVE) & ~steady
         self.met[lanes] = met
-        self.falls[lanes] &= have_fallen(before) & have_fallen(after)
+        self.falls[lanes] &= find_fallen(before) & find_fallen(after)
         self.going[lanes] = usable(after) & ~met & ~hopeless
         self.unlike[lanes] = differ | branched | doubtful | ~(likely <= CHAOTIC_ABOVE)
 

@@ -28,7 +28,7 @@ from warprock.running.files import replacing
 from warprock.running.lane_table import LANE_TABLE, arrow_table, lane_table
 from warprock.running.parts import State, find_part, part_writer, read_part, write_part
 from warprock.running.provenance import count_words
-from warprock.running.refinement import KEY, refinement_counts, renamed_counts
+from warprock.running.refinement import KEY, refinement_counts, rename_counts
 from warprock.sweeps.ahead import ahead
 from warprock.sweeps.plan import Plan
 
@@ -79,7 +79,7 @@ def find_chunk(plan: Plan, folder: pathlib.Path, number: int) -> Chunk:
         return Chunk(number, part.state)
     if part.state is State.BROKEN:
         return Chunk(number, part.state, "it cannot be read: it is cut off or no Parquet")
-    footer = renamed_counts(part.footer)
+    footer = rename_counts(part.footer)
     if not {"plan", *place, *COUNTED} <= set(footer):
         return Chunk(number, State.FOREIGN, "it is no chunk of a sweep")
     if part.state is State.FOREIGN:
