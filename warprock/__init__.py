@@ -15,13 +15,13 @@
     run.table
 
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Assembly`, `Contact`,
-`TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Strip`, `Start`, `Motion`, `Support`, `Times`,
-`Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`, `Study`,
-`with_unit`, `save_record`. Commands: `run`, `verdict`, `brief`, `fragility`, `predictors`, `risk`,
-`measures`, `map`, `spectrum`, `ida`, `sensitivity`, `capacity`, `limit`, `sweep`, `compare`,
-`validate`, `study`, `body`, `identify`, `trade`, `stability`. Bad input is an `InputError`. Below
-them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`,
-`write_run`.
+`TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Strip`, `Ground`, `Start`, `Motion`, `Support`,
+`Times`, `Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`,
+`Study`, `with_unit`, `save_record`. Commands: `run`, `verdict`, `brief`, `fragility`, `predictors`,
+`risk`, `measures`, `map`, `spectrum`, `ida`, `sensitivity`, `capacity`, `limit`, `sweep`,
+`compare`, `validate`, `study`, `body`, `identify`, `trade`, `stability`. Bad input is an
+`InputError`. Below them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`,
+`lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
 """
@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from warprock.api.parts import Ensemble as Ensemble
     from warprock.api.parts import Frame as Frame
     from warprock.api.parts import Grid as Grid
+    from warprock.api.parts import Ground as Ground
     from warprock.api.parts import Lognormal as Lognormal
     from warprock.api.parts import Loguniform as Loguniform
     from warprock.api.parts import Motion as Motion
@@ -112,6 +113,7 @@ _HOME = {
     "Found": "api.found",
     "Frame": "api.parts",
     "Grid": "api.parts",
+    "Ground": "api.parts",
     "InputError": "errors",
     "LaneSet": "case.lanes",
     "Lanes": "model.lanes",

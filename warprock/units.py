@@ -34,6 +34,8 @@ class Dimension(enum.StrEnum):
     INERTIA = "moment of inertia"
     FORCE = "force"
     STIFFNESS = "stiffness"
+    BED_STIFFNESS = "stiffness a unit of area"
+    BED_DAMPING = "damping a unit of area"
     AGE = "age"
     DIMENSIONLESS = "dimensionless"
 
@@ -88,6 +90,8 @@ UNITS: dict[Dimension, dict[str, str]] = {
         "kN/mm": "1000000",
         "MN/m": "1000000",
     },
+    Dimension.BED_STIFFNESS: {"N/m^3": "1", "kN/m^3": "1000", "MN/m^3": "1000000"},
+    Dimension.BED_DAMPING: {"N s/m^3": "1", "kN s/m^3": "1000", "MN s/m^3": "1000000"},
     Dimension.AGE: {"years": "1", "a": "1", "ka": "1000", "Ma": "1000000"},
     Dimension.DIMENSIONLESS: {"": "1"},
 }
@@ -110,6 +114,13 @@ ALIASES: dict[str, str] = {
     "kg m²": "kg m^2",
     "kg*m^2": "kg m^2",
     "t/m³": "t/m^3",
+    **{
+        f"{unit}{time}/m{cube}": f"{unit}{' s' if time else ''}/m^3"
+        for unit in ("N", "kN", "MN")
+        for time in ("", " s", "s", "*s")
+        for cube in ("3", "³", "^3")
+        if (time, cube) not in (("", "^3"), (" s", "^3"))
+    },
 }
 """Other spellings of units that are understood."""
 
@@ -125,6 +136,8 @@ EXAMPLES: dict[Dimension, str] = {
     Dimension.INERTIA: "18 kg m^2",
     Dimension.FORCE: "12 kN",
     Dimension.STIFFNESS: "5 kN/mm",
+    Dimension.BED_STIFFNESS: "50 MN/m^3",
+    Dimension.BED_DAMPING: "200 kN s/m^3",
     Dimension.AGE: "10 ka",
     Dimension.DIMENSIONLESS: "1.0",
 }
@@ -256,6 +269,8 @@ ENDINGS = {
     "rad/s": "_rad_s",
     "deg/s": "_deg_s",
     "1/s": "_per_s",
+    "N s/m^3": "_N_s_m3",
+    "N/m^3": "_N_m3",
     "N/m": "_N_m",
     "m/s": "_m_s",
     "deg": "_deg",

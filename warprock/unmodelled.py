@@ -35,9 +35,11 @@ UNMODELLED = (
         "engines.dem.cohesion",
     ),
     Unmodelled(
-        "Springs and dampers under a block, but for the [support] that moves sideways",
+        "Springs and dampers under a block, but for the [support] that moves sideways and the "
+        "[ground] below a single box in the plane",
         ("isolator", "isolation", "base isolation", "damper", "spring", "bearing", "tmd"),
-        "[support], a linear oscillator between motion and block; "
+        "[support], a linear oscillator between motion and block; [ground], stiffness and damping "
+        "a unit of area below a [block]; "
         "contact stiffness and damping of the engines dem and direct: warprock keys engines.dem",
     ),
     Unmodelled(
@@ -60,9 +62,10 @@ UNMODELLED = (
         "warprock risk, which takes a hazard curve as a file or as k0 and k",
     ),
     Unmodelled(
-        "Soil: the base is rigid and does not rotate",
+        "Soil, but for the [ground]: the base is rigid and does not rotate",
         ("soil", "soil structure interaction", "ssi", "foundation", "tilt of the base"),
-        "the ground motion itself, [motion]; compliant contact in dem and direct",
+        "[ground] below a [block] in the plane, stiffness and damping a unit of area; compliant "
+        "contact in dem and direct",
     ),
     Unmodelled(
         "Crushed and cracked corners, and mortar: blocks are rigid",

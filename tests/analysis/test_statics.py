@@ -59,6 +59,11 @@ def test_what_is_no_single_box_in_the_plane_is_refused(name, tmp_path):
     assert ("warprock limit" in str(caught.value)) == (name == "arch")
 
 
+def test_a_block_on_ground_that_gives_way_is_refused():
+    with pytest.raises(wr.InputError, match="must be left out: statics are those of a block on a"):
+        wr.capacity({**WALL, "ground": {"stiffness": "50 MN/m^3"}})
+
+
 def test_a_block_that_falls_by_itself_says_so():
     pulled = {**TIE, "prestress": "5 kN"}
     found = wr.capacity({**WALL, "tie": [pulled]})

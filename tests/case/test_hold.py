@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import warprock as wr
-from tests.shared.case_texts import FREE, refusal
+from tests.shared.case_texts import FREE, PULSE, refusal
+from tests.shared.commands import succeed
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.engines import ENGINES, engine_class
@@ -191,6 +192,68 @@ def test_other_engines_say_what_runs_it(write, engine):
 
 
 STRIP = FREE.replace("0.5 m", "0.1 m") + '[strip]\nhinge_height = 0.5\nweight = "5 kN"\n'
+
+
+GROUND = (
+    PULSE.replace('"displacement"', '"acceleration"').replace('"8 mm"', '"0.4 g"')
+    + """
+[ground]
+stiffness = "50 MN/m^3"
+damping = "200 kN s/m^3"
+"""
+)
+
+
+def test_a_block_stands_on_ground_that_gives_way(write):
+    swept = ["ground.stiffness=20 MN/m^3, 50 MN/m3, 1e9 N/m^3", "ground.damping=20 kNs/m³"]
+    lane_set = expand_lanes(load_case(write(GROUND), swept))
+    lanes, row = lane_set.lanes, lane_set.inputs
+    assert lane_set.scene.held == ("ground",)
+    np.testing.assert_array_equal(lanes.hold.bed.stiffness, [2e7, 5e7, 1e9])
+    np.testing.assert_array_equal(row["ground_stiffness_N_m3"], [2e7, 5e7, 1e9])
+    np.testing.assert_array_equal(row["ground_damping_N_s_m3"], 2e4)
+    # Its weight over what a metre of the whole face takes.
+    weight = 9.81 * lanes.density * lanes.height
+    np.testing.assert_allclose(row["ground_depth_m"], weight / lanes.hold.bed.stiffness)
+    np.testing.assert_array_equal(lanes.take(np.array([2])).hold.bed.stiffness, [1e9])
+    made = wr.Ground(stiffness="50 MN/m^3", damping="200 kN s/m^3")
+    assert dict(made) == load_case(write(GROUND)).raw["ground"]
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        (
+            "ground.stiffness=50",
+            "ground.stiffness: got 50, must be a stiffness a unit of area",
+        ),
+        ("ground.stiffness=50 kN/m", "must be a stiffness a unit of area with a unit (N/m^3, kN/m"),
+        ("ground.stiffness=0 N/m^3", "must be the stiffness of the ground below the base, a unit"),
+        ("ground.damping=-1 N s/m^3", "must be the damping of the ground below the base, a unit"),
+        ("ground.stiffness=0.5 MN/m^3", "or the block falls by itself"),
+        ("contact.angular_restitution=0.9", "must be left out beside [ground], which says what an"),
+        ("transverse_wall={ side = 'left', rebound = 0 }", "must be left out beside [ground], on "),
+        ("model=spatial", "must be left out: it holds a single box in the plane"),
+        ("ground.depth=1 m", "unknown key (allowed: stiffness, damping)"),
+    ],
+)
+def test_what_does_not_fit_a_ground_is_refused_in_one_line(write, override, said):
+    with pytest.raises(wr.InputError) as caught:
+        expand_lanes(load_case(write(GROUND), [override]))
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_other_engines_say_what_runs_a_block_on_ground_that_gives_way(write, engine):
+    reason = engine_class(engine).supports(expand_lanes(load_case(write(GROUND))).scene)
+    assert reason is None if engine == "housner" else "(ground); housner runs it" in reason
+
+
+def test_explain_says_what_an_impact_on_such_ground_leaves(write):
+    told = succeed("explain", write(GROUND)).stdout
+    assert "one planar block on compliant ground" in told
+    assert "angular restitution: what the dampers of the ground leave" in told
 
 
 def test_a_block_is_a_strip_of_wall(write):

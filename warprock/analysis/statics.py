@@ -71,9 +71,12 @@ def run_statics(case: Case) -> Statics:
         (lanes.bodies, "block", "a body that is no box"),
         (lanes.spatial, "block", "a block in space"),
         (lanes.held == ("strip",), "strip", "a strip of wall"),
+        (lanes.held == ("ground",), "ground", "compliant ground"),
     ):
         if wrong:
             allowed = "must be a single box in the plane"
+            if key == "ground":
+                allowed = "must be left out: statics are those of a block on a rigid base"
             if key == "assembly":
                 allowed += "; warprock limit finds what an assembly bears"
             raise InputError(case.source_of(key), key, Said(got), allowed)

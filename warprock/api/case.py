@@ -53,6 +53,7 @@ class Case(JudgedCase):
         top_load: `TopLoad` that rests on the block; nothing rests on it without.
         frame: `Frame` of which the block is a column.
         strip: `Strip` of wall between two floors that the block is.
+        ground: `Ground` below the block that gives way; rigid without.
         run: `Times`: length of the run, sampling of histories.
         motion: `Motion` of the base; still without.
         support: `Support`: a floor or an isolator between the motion and the block.
@@ -112,6 +113,7 @@ class Case(JudgedCase):
         top_load: Given | None = None,
         frame: Given | None = None,
         strip: Given | None = None,
+        ground: Given | None = None,
         run: Given | None = None,
         motion: Given | None = None,
         support: Given | None = None,
@@ -142,6 +144,7 @@ class Case(JudgedCase):
                 "top_load": top_load,
                 "frame": frame,
                 "strip": strip,
+                "ground": ground,
                 "tie": ([tie] if isinstance(tie, Mapping) else list(tie)) or None,
                 "start": start,
                 "motion": motion,

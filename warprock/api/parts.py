@@ -23,6 +23,7 @@ from warprock.case.body import Body as BodyTable
 from warprock.case.body import StackedBody
 from warprock.case.contact import Contact as ContactTable
 from warprock.case.hold import Frame as FrameTable
+from warprock.case.hold import Ground as GroundTable
 from warprock.case.hold import Strip as StripTable
 from warprock.case.hold import Tie as TieTable
 from warprock.case.hold import TopLoad as TopLoadTable
@@ -235,6 +236,18 @@ class Strip(_Declared):
     """
 
     _tables = (StripTable,)
+
+
+class Ground(_Declared):
+    """Compliant ground below a single block: springs and dampers that press and do not pull.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.Ground(stiffness="50 MN/m^3", damping="200 kN s/m^3")["stiffness"]
+        '50 MN/m^3'
+    """
+
+    _tables = (GroundTable,)
 
 
 class Start(_Declared):

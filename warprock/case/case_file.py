@@ -15,7 +15,7 @@ from warprock.case.block import Block, Stack, read_block
 from warprock.case.body import Body
 from warprock.case.check import CheckSpec, read_check
 from warprock.case.contact import Contact
-from warprock.case.hold import Frame, Strip, Ties, TopLoad, TransverseWall
+from warprock.case.hold import Frame, Ground, Strip, Ties, TopLoad, TransverseWall
 from warprock.case.motion import Motion
 from warprock.case.run import Run
 from warprock.case.start import Start
@@ -54,6 +54,7 @@ class CaseFile(Table):
     top_load: TopLoad | None = None
     frame: Frame | None = None
     strip: Strip | None = None
+    ground: Ground | None = None
     start: Start = Start()
     motion: Motion | None = None
     support: Support | None = None

@@ -260,6 +260,31 @@ class Strip(Table):
     ] = None
 
 
+class Ground(Table):
+    """Compliant ground below a single block: springs and dampers that press and do not pull."""
+
+    place: ClassVar[str] = "ground"
+
+    stiffness: Annotated[
+        float,
+        NumberKey(
+            "the stiffness of the ground below the base, a unit of area",
+            "1e4 N/m^3 to 1e13 N/m^3",
+            swept=True,
+            column=Column("ground_stiffness"),
+        ),
+    ]
+    damping: Annotated[
+        float,
+        NumberKey(
+            "the damping of the ground below the base, a unit of area",
+            "0 N s/m^3 to 1e12 N s/m^3",
+            swept=True,
+            column=Column("ground_damping"),
+        ),
+    ] = 0.0
+
+
 class Ties(pydantic.RootModel[dict[str, Tie]]):
     """The ties of a block by number."""
 

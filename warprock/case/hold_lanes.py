@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.hold import BY_FORMULA, STAYS, Frame, Strip, Tie, TopLoad, TransverseWall
+from warprock.case.hold import BY_FORMULA, STAYS, Frame, Ground, Strip, Tie, TopLoad, TransverseWall
 from warprock.case.input_columns import computed, key_column
 from warprock.errors import InputError
-from warprock.model.hold import SIDES, Hold, Ties, three_impacts
+from warprock.model.hold import SIDES, Bed, Hold, Ties, three_impacts
 from warprock.model.hold import Frame as Frames
 from warprock.model.hold import TopLoad as Loads
 from warprock.model.lanes import Lanes
@@ -23,12 +23,16 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-WALL, TIE, LOAD, FRAME, STRIP = (
+MOST_SUNK = 0.1
+"""Depth at rest on compliant ground over the width of a block up to which sizes are as drawn."""
+
+WALL, TIE, LOAD, FRAME, STRIP, GROUND = (
     TransverseWall.place,
     Tie.place.partition(".")[0],
     TopLoad.place,
     Frame.place,
     Strip.place,
+    Ground.place,
 )
 
 
@@ -50,6 +54,8 @@ def held(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]:
         return _strips(values, lanes)
     if values.case.tables.frame is not None:
         return _frames(values, lanes)
+    if values.case.tables.ground is not None:
+        return _on_ground(values, lanes)
     if values.case.tables.transverse_wall is not None:
         hold, of_wall = _beside_wall(values, lanes)
         columns |= of_wall
@@ -132,9 +138,44 @@ def _tie_columns(values: LaneValues, number: int) -> dict[str, object]:
     return columns
 
 
+def _on_ground(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]:
+    """Blocks on compliant ground, and its columns."""
+    _refuse_beside(values, (WALL, TIE, LOAD), "[ground], on which the block stands free")
+    key = "contact.angular_restitution"
+    if values.given(key):
+        allowed = "must be left out beside [ground], which says what an impact leaves"
+        raise InputError(values.case.source_of(key), key, float(values.numbers(key)[0]), allowed)
+    given = {name: values.numbers(f"{GROUND}.{name}") for name in Ground.declared()}
+    bed = Bed(**given)
+    sunk = bed.sunk(lanes.width, lanes.depth, lanes.mass)
+    soft = sunk >= MOST_SUNK * lanes.width
+    at = int(np.argmax(soft))
+    least = given["stiffness"][at] * sunk[at] / (MOST_SUNK * lanes.width[at])
+    # A box that sinks by w at rest falls by itself where w > width^2 / (6 height).
+    tips = sunk * 6.0 * lanes.height >= lanes.width**2
+    which = int(np.argmax(tips))
+    steady = given["stiffness"][which] * (6.0 * sunk * lanes.height / lanes.width**2)[which]
+    values.refuse(
+        tips,
+        f"{GROUND}.stiffness",
+        f"must be more than {steady:.3g} N/m^3, or the block falls by itself",
+    )
+    values.refuse(
+        soft,
+        f"{GROUND}.stiffness",
+        f"must be more than {least:.3g} N/m^3: at rest the block would lie deeper than "
+        f"{MOST_SUNK:g} of its width",
+    )
+    columns: dict[str, object] = {}
+    for name, numbers in given.items():
+        columns |= key_column(f"{GROUND}.{name}", numbers)
+    lanes = dataclasses.replace(lanes, hold=Hold(bed=bed))
+    return lanes, columns | computed("ground_depth", sunk)
+
+
 def _frames(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]:
     """Frames of which the blocks are columns, and their columns of the table of inputs."""
-    _refuse_beside(values, (WALL, TIE, LOAD), "[frame], whose columns stand free")
+    _refuse_beside(values, (WALL, TIE, LOAD, GROUND), "[frame], whose columns stand free")
     count, beam = values.numbers(f"{FRAME}.columns"), values.numbers(f"{FRAME}.beam_mass")
     values.refuse(count != np.round(count), f"{FRAME}.columns", "must be a whole number")
     frame = Frames(count, beam / (count * lanes.mass))
@@ -153,7 +194,7 @@ def _frames(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]
 
 def _strips(values: LaneValues, lanes: Lanes) -> tuple[Lanes, dict[str, object]]:
     """Strips of wall, and their columns of the table of inputs."""
-    others = (WALL, TIE, LOAD, FRAME)
+    others = (WALL, TIE, LOAD, FRAME, GROUND)
     _refuse_beside(values, others, "[strip], which base and floor alone hold")
     hinge, weight = values.numbers(f"{STRIP}.hinge_height"), values.numbers(f"{STRIP}.weight")
     columns: dict[str, object] = {
@@ -235,7 +276,7 @@ def refuse_elsewhere(values: LaneValues, place: str) -> None:
     Raises:
         InputError: The case holds its block.
     """
-    for name in (WALL, TIE, LOAD, FRAME, STRIP):
+    for name in (WALL, TIE, LOAD, FRAME, STRIP, GROUND):
         if getattr(values.case.tables, name) is not None:
             allowed = f"must be left out: it holds a single box in the plane, and the case {place}"
             raise InputError(values.case.source_of(name), name, Said("a table"), allowed)

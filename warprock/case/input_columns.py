@@ -27,6 +27,7 @@ _COMPUTED = (
         "Slenderness (critical) angle; of an eccentric block that of its weaker side",
     ),
     Column("slenderness_angle_across", "rad", "The same about the edges at the ends of its depth"),
+    Column("ground_depth", "m", "Depth at which the block lies in the ground at rest"),
     Column("slenderness_angle_left", "rad", "Slenderness angle of a body to its side at -x"),
     Column("slenderness_angle_right", "rad", "Slenderness angle of a body to its side at +x"),
     Column(

@@ -12,7 +12,7 @@ from warprock.case.block import Block, StackedBlock
 from warprock.case.body import Body, StackedBody
 from warprock.case.case_file import CaseFile
 from warprock.case.contact import Contact
-from warprock.case.hold import Frame, Strip, Tie, TopLoad, TransverseWall
+from warprock.case.hold import Frame, Ground, Strip, Tie, TopLoad, TransverseWall
 from warprock.case.motion import Motion
 from warprock.case.run import DURATION, Run
 from warprock.case.start import Start
@@ -31,6 +31,7 @@ _TABLES: tuple[type[Table], ...] = (
         TopLoad,
         Frame,
         Strip,
+        Ground,
         Start,
         Motion,
         Support,

@@ -16,7 +16,7 @@ from warprock.case.case_file import CaseFile
 from warprock.case.check import CHECKS
 from warprock.case.contact import Contact
 from warprock.case.ensemble import EnsembleTable
-from warprock.case.hold import Frame, Strip, Tie, TopLoad, TransverseWall
+from warprock.case.hold import Frame, Ground, Strip, Tie, TopLoad, TransverseWall
 from warprock.case.keys import general_key
 from warprock.case.motion import Motion
 from warprock.case.run import Run
@@ -101,6 +101,7 @@ def sections() -> Iterator[Section]:
     yield _section("[top_load]", TopLoad)
     yield _section("[frame]", Frame)
     yield _section("[strip]", Strip)
+    yield _section("[ground]", Ground)
     yield _section("[start]", Start)
     yield _section("[motion], [motion.y], [motion.z]", Motion)
     yield _section("[support]", Support)

@@ -12,6 +12,7 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import start_columns
 from warprock.engines.decoding import asked_friction, lane_fields, planar_fields, time_or_nan
 from warprock.engines.held import held_fields, held_inputs, inertia_of, tie_rate
+from warprock.engines.housner_bed import bed_inputs, bed_rate
 from warprock.engines.housner_body import body_inputs
 from warprock.engines.housner_strip import strip_inputs, strip_of, strip_rate
 from warprock.engines.launching import Found, Kernel
@@ -41,10 +42,17 @@ STEPS_SPARE = 50
 steps, so this is far above any rocking motion and ends only a lane that makes no headway."""
 
 
+BED_STEP = 0.75
+"""Longest step on compliant ground, over that of others: there a block swings at the fastest rate
+all the time, and the errors of its rate, 11 times those of its rotation, add up."""
+
+
 FRAME = ("frame",)
 """What holds blocks that rock as free-standing ones do."""
 STRIP = ("strip",)
 """What makes a block a strip of wall."""
+BED = ("ground",)
+"""What lays a block on compliant ground."""
 
 
 @final
@@ -63,6 +71,9 @@ class Housner(AbstractEngine):
     of Housner's equation all the same. Not judged is the end of a fall: once a block leans beyond
     its balance by more than the friction angle (at most 45 degrees) and turns outwards, it falls
     whatever its contact does.
+
+    A block on compliant ground (kernels/housner/bed.py) counts as at rest while its whole face is
+    pressed; its impacts are what returns to that.
 
     Where the base moves upwards, too, a block is pulled down by g + a_z. A base that falls faster
     than its block would leave it: such a lane is OUTSIDE_MODEL like one that is pulled.
@@ -89,7 +100,7 @@ class Housner(AbstractEngine):
         if scene.stacked:
             return "housner runs single blocks, and the case has a stack"
         least, given = scene.angular_restitution, scene.restitution_given
-        if least <= 0.0 and not given and not scene.bodies:
+        if least <= 0.0 and not given and not scene.bodies and scene.held != BED:
             return (
                 "housner needs an angular restitution above 0 in every lane, a width below "
                 f"{WIDEST:.4g} times the height: the smallest is {least:.3g}, and that block does "
@@ -106,6 +117,8 @@ class Housner(AbstractEngine):
         """The kernel that runs a scene; see `AbstractEngine.kernel_of`."""
         if scene.held == STRIP:
             return Kernel(housner, "strip_run")
+        if scene.held == BED:
+            return Kernel(housner, "bed_run")
         if scene.held and scene.held != FRAME:
             return Kernel(housner, "held_run")
         name = "body_run" if scene.on_points else "block_run"
@@ -119,6 +132,8 @@ class Housner(AbstractEngine):
             return self._body_inputs(lanes, motions, times)
         if lanes.held == STRIP:
             return self._strip_inputs(lanes, motions, times)
+        if lanes.held == BED:
+            return self._bed_inputs(lanes, motions, times)
         alpha = lanes.slenderness_angle
         radius = rocking.half_diagonal(lanes.width, lanes.height)
         frequency_squared = 3.0 * GRAVITY / (4.0 * radius)
@@ -176,6 +191,20 @@ class Housner(AbstractEngine):
             **start_columns(lanes),
         }
 
+    def _bed_inputs(
+        self, lanes: Lanes, motions: GroundMotions, times: SampleTimes
+    ) -> dict[str, Any]:
+        """What the kernel of blocks on compliant ground takes."""
+        rate = np.maximum(bed_rate(lanes), lanes.frequency_parameter)
+        rate = np.maximum(rate, motions.components[0].fastest_rate)
+        step_length = BED_STEP * PHASE_STEP[self.target.precision] / rate
+        limit = step_limit(motions, times.duration, step_length, STEPS_SPARE, len(times.times))
+        blocks = bed_inputs(lanes) | {"step_length": step_length, "step_limit": limit}
+        return {
+            "blocks": {name: each[:, None] for name, each in blocks.items()},
+            **start_columns(lanes),
+        }
+
     def _body_inputs(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
@@ -216,7 +245,9 @@ class Housner(AbstractEngine):
                 **planar_fields(found.blocks),
                 "energy_lost": lost,
             }
-        if lanes.hold is not None and lanes.held != STRIP:
+        if lanes.held == BED:
+            lost = rows["loss"]
+        elif lanes.hold is not None and lanes.held != STRIP:
             lost = lost + rows["tie_loss"]
             more = held_fields(lanes, rows)
         return {

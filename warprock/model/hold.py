@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.strip import Strip
+from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
@@ -125,6 +126,34 @@ class Frame:
 
 
 @dataclasses.dataclass(frozen=True)
+class Bed:
+    """Compliant ground below single blocks, which presses and does not pull, shape [lane] each.
+
+    Attributes:
+        stiffness: A unit of area [N/m^3].
+        damping: A unit of area [N s/m^3].
+    """
+
+    stiffness: Array
+    damping: Array
+
+    def sunk(self, width: Array, depth: Array, mass: Array) -> Array:
+        """How deep blocks lie in it at rest [m], of full widths and depths [m] and masses [kg]."""
+        return np.asarray(mass * GRAVITY / (self.stiffness * width * depth))
+
+    def fastest_rate(self, width: Array, height: Array, depth: Array, mass: Array) -> Array:
+        """A bound of the rates of blocks on it [rad/s]: of their swings, of how they die out.
+
+        A force at an end of the base moves that end as if it had at least a quarter of the mass
+        of the block: 1 / m + b^2 / (m (b^2 + h^2) / 3 + m h^2), with half sizes.
+        """
+        lightness = (1.0 + width**2 / ((width**2 + height**2) / 3.0 + height**2)) / mass
+        area = width * depth
+        swing = np.sqrt(self.stiffness * area * lightness)
+        return np.asarray(np.maximum(swing, self.damping * area * lightness))
+
+
+@dataclasses.dataclass(frozen=True)
 class Hold:
     """What holds the blocks of lanes.
 
@@ -136,6 +165,7 @@ class Hold:
         load: Loads on their tops; None without loads.
         frame: Frames of which the blocks are columns; None of blocks that stand alone.
         strip: Strips of wall that the blocks are; None of blocks in one piece.
+        bed: Compliant ground below them; None of blocks on a rigid base.
     """
 
     wall: Array | None = None
@@ -144,6 +174,7 @@ class Hold:
     load: TopLoad | None = None
     frame: Frame | None = None
     strip: Strip | None = None
+    bed: Bed | None = None
 
     @property
     def tables(self) -> tuple[str, ...]:
@@ -154,6 +185,7 @@ class Hold:
             "top_load": self.load,
             "frame": self.frame,
             "strip": self.strip,
+            "ground": self.bed,
         }
         return tuple(name for name, part in parts.items() if part is not None)
 
@@ -167,10 +199,11 @@ class Hold:
             load=None if self.load is None else _take(self.load, lanes),
             frame=None if self.frame is None else _take(self.frame, lanes),
             strip=None if self.strip is None else self.strip.take(lanes),
+            bed=None if self.bed is None else _take(self.bed, lanes),
         )
 
 
-OfLanes = TypeVar("OfLanes", Ties, TopLoad, Frame)
+OfLanes = TypeVar("OfLanes", Ties, TopLoad, Frame, Bed)
 
 
 def _take(parts: OfLanes, lanes: slice | npt.NDArray[np.intp]) -> OfLanes:

@@ -50,6 +50,7 @@ from warprock.model.response import (
     SampleTimes,
     Status,
 )
+from warprock.oracle.bed import BedRun
 from warprock.oracle.block_base import base_segments
 from warprock.oracle.block_mechanics import PivotingBlock
 from warprock.oracle.block_swings import BlockRun
@@ -114,7 +115,7 @@ class OracleResponse:
     tie_energy_lost: float = 0.0
 
 
-def _answer(run: BlockRun | HeldRun, friction: float) -> OracleResponse:
+def _answer(run: BlockRun | HeldRun | BedRun, friction: float) -> OracleResponse:
     """What a finished run came to, of a block with a friction."""
     status = run.status
     if status is Status.OK and run.friction_needed > (1.0 + FRICTION_SLACK) * friction:
@@ -137,9 +138,9 @@ def _answer(run: BlockRun | HeldRun, friction: float) -> OracleResponse:
     )
 
 
-def _of_ties(run: BlockRun | HeldRun) -> dict[str, Any]:
+def _of_ties(run: BlockRun | HeldRun | BedRun) -> dict[str, Any]:
     """What became of the ties of a lane."""
-    if isinstance(run, BlockRun):
+    if not isinstance(run, HeldRun):
         return {}
     broken = [tie.broken for tie in run.ties if tie.broken < math.inf]
     return {
@@ -195,9 +196,14 @@ def rock(
     assert not isinstance(motions, SpatialMotions)
     parts = (motions.x, motions.z) if isinstance(motions, UprightMotions) else (motions,)
     friction = float(lanes.friction[lane])
-    run: BlockRun | HeldRun
+    run: BlockRun | HeldRun | BedRun
     block = _block(lanes, lane)
-    if isinstance(block, StripWall):
+    bed = None if lanes.hold is None else lanes.hold.bed
+    if bed is not None:
+        sizes = (float(lanes.width[lane]), float(lanes.height[lane]), float(lanes.depth[lane]))
+        ground = (float(bed.stiffness[lane]), float(bed.damping[lane]))
+        run = BedRun(sizes, float(lanes.density[lane]), ground, times, rtol, friction)
+    elif isinstance(block, StripWall):
         run = StripRun(block, times, rtol, friction)
     elif lanes.hold is None or lanes.hold.frame is not None:
         run = BlockRun(block, times, rtol, friction)

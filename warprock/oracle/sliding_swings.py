@@ -348,7 +348,7 @@ class SlidingRun:
         if full and not np.abs(self.state[3:6]).max() > SLACK:
             self._lie(rested, self.grip)
             return
-        self.still, self.rest_time = False, math.nan
+        self.still, self.rest_time, self.tail = False, math.nan, 0.0
         on_base = set(self.grip.points) & set(BASE)
         if math.isnan(self.uplift_time) and len(on_base) < 2:
             self.uplift_time = self.time

@@ -154,6 +154,8 @@ def _scene_text(scene: SceneKind) -> str:
         )
     if scene.held == ("strip",):
         return "a strip of wall between two floors, two planar bodies with a hinge between them"
+    if scene.held == ("ground",):
+        return "one planar block on compliant ground: springs and dampers below its base"
     if scene.bodies and scene.stacked:
         return (
             f"a planar stack of {scene.block_count} blocks on a base, bodies among them; each "

@@ -1,0 +1,43 @@
+"""Runs of blocks on compliant ground over lanes, a lane a thread."""
+
+import warp as wp
+
+from warprock.kernels.housner.bed import WHOLE, Block, start_lane, step
+from warprock.kernels.housner.block import stall
+from warprock.kernels.housner.block_found import BlockResult, Found, Result
+from warprock.kernels.instance import BRANCHES
+from warprock.kernels.modes import OVERTURNED, RESTING
+from warprock.kernels.motion import Ground, Motion, sample_index
+from warprock.kernels.rows import kernel
+
+LANES = 1
+
+wp.set_module_options(BRANCHES)
+
+
+@kernel
+def run_lanes(
+    blocks: wp.array(dtype=Block), motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
+    starts: wp.array(dtype=real), rates: wp.array(dtype=real), sample_times: wp.array(dtype=real),
+    found: Found,
+):  # fmt: skip
+    """Runs a lane a thread."""
+    lane, _one = wp.tid()
+    block = blocks[lane]
+    m = motions[lane]
+    s, seen = start_lane(block, starts[lane], rates[lane])
+    for sample in range(sample_times.shape[0]):
+        until = sample_times[sample]
+        while s.mode < OVERTURNED and s.time < until:
+            at = sample_index(m, s.segment)
+            ground = Ground(pool[0, at], pool[1, at], real(0.0))
+            step(block, m, ground, until, s, seen)
+            s.mode = stall(s.mode, seen.steps, block.step_limit)
+        if found.rotations.shape[0] > 0:
+            found.rotations[sample, 0, lane] = s.side * s.lean
+    if s.mode < OVERTURNED and s.pressed == WHOLE:
+        s.mode = RESTING
+    found.results[lane] = Result(
+        seen.uplift_time, seen.rest_time, seen.loss, seen.needed, seen.impacts, s.mode, seen.steps
+    )
+    found.blocks[0, lane] = BlockResult(seen.peak, seen.peak_time)
