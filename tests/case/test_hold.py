@@ -5,6 +5,7 @@ import pytest
 
 import warprock as wr
 from tests.shared.case_texts import FREE, PULSE, refusal
+from tests.shared.commands import succeed
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.engines import ENGINES, engine_class
@@ -247,6 +248,12 @@ def test_what_does_not_fit_a_ground_is_refused_in_one_line(write, override, said
 def test_other_engines_say_what_runs_a_block_on_ground_that_gives_way(write, engine):
     reason = engine_class(engine).supports(expand_lanes(load_case(write(GROUND))).scene)
     assert reason is None if engine == "housner" else "(ground); housner runs it" in reason
+
+
+def test_explain_says_what_an_impact_on_such_ground_leaves(write):
+    told = succeed("explain", write(GROUND)).stdout
+    assert "one planar block on compliant ground" in told
+    assert "angular restitution: what the dampers of the ground leave" in told
 
 
 def test_a_block_is_a_strip_of_wall(write):

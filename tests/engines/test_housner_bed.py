@@ -149,5 +149,5 @@ def test_random_lanes_follow_the_oracle(seed):
 @pytest.mark.thorough
 @pytest.mark.parametrize("seed", [3, 4])
 def test_many_random_lanes_follow_the_oracle(seed):
-    # The oracle takes some seconds a lane; some hundred and fifty were held against it once.
+    # The oracle takes some seconds a lane; three hundred were held against it once.
     assert_follows_oracle(30, seed, 3.0)

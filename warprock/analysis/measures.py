@@ -12,6 +12,7 @@ The measures that are tried without being asked for are those that a block can h
 - two ties at nine tenths of its height, each of which yields at a tenth of its weight: a strap to
   the wall behind it;
 - an isolator of 0.5 Hz and 15 % damping under it;
+- a floor at whose impacts it keeps nine tenths of the angular velocity that it keeps on its own;
 - half of its friction, and half more, in engines whose blocks slide.
 
 What an engine cannot do is said so, and no other takes its place: factors between engines would
@@ -49,6 +50,8 @@ TIE_HEIGHT, TIE_FORCE = 0.9, 0.1
 """Height of a strap over that of the block, and force at which it yields over its weight."""
 TIE_GIVE, TIE_REACH = 0.005, 0.05
 """Elongation at which a strap yields, and that at which it breaks [m]."""
+FLOOR = 0.9
+"""Angular restitution on another floor over that on its own."""
 ISOLATOR_HZ, ISOLATOR_DAMPING = 0.5, 0.15
 WIDEST = (4.0, 3.0, 2.0, 1.5)
 """Greatest widths that a target is looked for at, over that of the block: the first that the engine
@@ -195,6 +198,10 @@ def usual_measures(case: Case, engine: str) -> list[Measure]:
     if "support" not in case.raw:
         isolator = {"frequency": f"{ISOLATOR_HZ:g} Hz", "damping": ISOLATOR_DAMPING}
         found.append(Measure(f"isolator of {ISOLATOR_HZ:g} Hz", {"support": isolator}))
+    restitution = float(row.get("angular_restitution", np.nan))
+    if box and np.isfinite(restitution):
+        floor = {"contact.angular_restitution": float(f"{FLOOR * restitution:.12g}")}
+        found.append(Measure(f"floor with {FLOOR:g} of its restitution", floor))
     if slides(engine) and "friction" in row:
         friction = float(row["friction"])
         found += [

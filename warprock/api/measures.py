@@ -44,7 +44,7 @@ def measures(
 
     `case` is one block under several records, a lane each. It goes through an incremental dynamic
     analysis as it is and with each measure: a wider base, ballast at its foot, straps, an isolator,
-    less or more friction, or measures of yours.
+    another floor, less or more friction, or measures of yours.
 
     Args:
         case: The case, as in `run`.

@@ -38,7 +38,7 @@ def measures(
 
     CASE is one block under several records, a lane each. It goes through an incremental dynamic
     analysis as it is and with each measure: a wider base, ballast at its foot, straps, an isolator,
-    less or more friction, or measures of yours. The hazard is that of warprock risk.
+    another floor, less or more friction, or measures of yours. The hazard is that of warprock risk.
     """
     from warprock.analysis.incremental import Ladder
     from warprock.api.analyses.risk import read_asked

@@ -44,6 +44,8 @@ def print_explanation(found: Mapping[str, Any], then: str) -> None:
     restitution = "given by the case" if scene["restitution_given"] else "Housner's closed form"
     if scene["held"] in (("frame",), ("strip",)) and not scene["restitution_given"]:
         restitution = "from the momentum that its motion after an impact keeps"
+    if scene["held"] == ("ground",):
+        restitution = "what the dampers of the ground leave"
     if scene["stacked"] or scene["spatial_because"] or scene["assembly"]:
         restitution = "from the contact laws of the engine"
     sampling = found["sample_interval_s"]
