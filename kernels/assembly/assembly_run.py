@@ -64,8 +64,9 @@ about what beginning costs all of them."""
 SAME = real(1.0e-6)
 """Part of a step up to which the end of a step is a sample's time: round-off."""
 
-ROOM = 20
-"""Times the most sweeps of a step that a solve before the run may take: it starts from nothing."""
+ROOM, FIRST = 20, 20
+"""Times the most sweeps of a step that solves before the run, which start from nothing, and its
+first steps may take: what the former leave of high columns the latter have to find."""
 
 
 @wp.struct
@@ -369,7 +370,7 @@ def run_lanes(
                 new[a, i] = va
                 new[b, i] = vb
         for i in range(LANES):
-            most = wp.where(clock[i].count < 0, ROOM * knobs.sweeps, knobs.sweeps)
+            most = wp.where(clock[i].count < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
             own = solve[i]
             decide(knobs.settled, most, own)
             solve[i] = own

@@ -68,7 +68,7 @@ def drums(count: int) -> Laid:
         (oppenheim(7), 0.3736),
         (oppenheim(27), 0.3538),
         (drums(12), 1.0 / 6.0),
-        pytest.param(drums(20), 0.1, marks=pytest.mark.thorough),
+        (drums(20), 0.1),
     ],
     ids=["7 voussoirs", "27 voussoirs", "12 drums", "20 drums"],
 )
@@ -76,7 +76,8 @@ def test_what_does_not_slide_stands_below_its_limit_load_and_falls_above(kind: L
     """Limit loads: Oppenheim (1992) by limit analysis; a column tips at its width over height."""
     found = run(kind, pushes(load * np.array([0.99, 1.01]), 1.0, 4.0), 4.0)
     assert (found["status"] == Status.OK).all()
-    assert found["peak_displacement"][0] < CREEP
+    # What steps leave adds up along a chain: at most a hundredth of a millimetre for two blocks.
+    assert found["peak_displacement"][0] < max(CREEP, 5e-6 * kind.count)
     assert found["opened_joints"][0] == 0
     assert found["peak_displacement"][1] > 1000.0 * CREEP
     assert found["opened_joints"][1] > 0

@@ -1,4 +1,4 @@
-"""Blocks as the kernels take them: what they are and where they start, [lane, block].
+"""Blocks as inputs of kernels: their properties and starts, shape [lane, block].
 
 Lowest block first; a single block is a stack of one.
 """
@@ -26,10 +26,10 @@ TOUCHING = 1e-9
 
 
 def start_on_corners(lanes: Lanes) -> tuple[Array, Array, Array, Array]:
-    """Where the blocks start, each on its lower corner on the face beneath.
+    """Poses of the blocks at the start, each on its lower corner on the face below.
 
-    A block that is not turned against what it stands on has its centre at the offset along it;
-    a turned one is turned about the end of the overlap to which it leans.
+    A block without rotation relative to the body below has its centre at the offset along it. A
+    rotated block is rotated about the end of the overlap to which it leans.
 
     Returns:
         x and z of their centres, and x of both ends of the overlaps below them, at -x and at +x
@@ -46,7 +46,7 @@ def start_on_corners(lanes: Lanes) -> tuple[Array, Array, Array, Array]:
         ends = [s * np.minimum(below_face, half_face[:, block] + s * offset) for s in (-1.0, 1.0)]
         feet = [rotate_lever(end, below_height, below_turn) for end in ends]
         left[:, block], right[:, block] = (below_x + foot[0] for foot in feet)
-        # From either end to the centre; both lead to the same if the block is not turned.
+        # From either end to the centre; both give the same if the block is not rotated.
         ways = [rotate_lever(end - offset, -half_height[:, block], turn) for end in ends]
         leans = [turn < below_turn, turn > below_turn]
         from_left, from_right = (
@@ -62,7 +62,7 @@ def start_on_corners(lanes: Lanes) -> tuple[Array, Array, Array, Array]:
 def stack_columns(lanes: Lanes) -> dict[str, Array]:
     """Fields of the struct `Stack` of kernels/shape/stack_run.py, shape [lane] each."""
     turned = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
-    # The first number of a stack that is not the same in its mirror image.
+    # The first number of a stack that differs from that of its mirror image.
     parts = [lanes.rotation_start, lanes.offset]
     odd = np.concatenate(parts if lanes.profiles is None else [*parts, lanes.profiles.odd], axis=1)
     first = np.take_along_axis(odd, np.argmax(odd != 0.0, axis=1)[:, None], axis=1)[:, 0]
@@ -73,11 +73,11 @@ def stack_columns(lanes: Lanes) -> dict[str, Array]:
 
 
 def find_load(lanes: Lanes, x: Array) -> tuple[Array, Array]:
-    """Finds what stands on each interface: mass [kg], centre [m], shape [lane, block] each.
+    """Mass [kg] and centre [m] of all blocks above each interface, shape [lane, block] each.
 
     Args:
         lanes: The stacks.
-        x: Where the centres of mass of the blocks are [m], shape [lane, block].
+        x: Centres of mass of the blocks [m], shape [lane, block].
     """
     above = sum_above(lanes.mass)
     return above, sum_above(lanes.mass * x) / above

@@ -1,4 +1,4 @@
-"""From what a kernel leaves to the fields of a response, the same for all engines."""
+"""Fields of a response from the results of a kernel, the same for all engines."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def time_or_nan(times: Rows) -> Array:
 
 
 FRICTION_SLACK = {"float64": 1e-6, "float32": 1e-4}
-"""Relative lack of friction up to which a lane counts as within the model. The series of the
-contact force leave out some 1e-7 of the weight; float32 rounds to about 1e-5."""
+"""Relative lack of friction up to which a lane counts as inside the model. The truncated series of
+the contact force err by some 1e-7 of the weight; float32 rounds to about 1e-5."""
 
 
 def asked_friction(rows: Rows, friction: Array, precision: str) -> tuple[Array, Mask]:
@@ -70,7 +70,7 @@ def asked_friction(rows: Rows, friction: Array, precision: str) -> tuple[Array, 
 
 
 def rest_start_times(rows: Rows, time: Array | float) -> Array:
-    """Since when lanes rest that have not moved since a time [s]; NaN of all others.
+    """Start of rest of lanes that have not moved since a time [s]; NaN for all others.
 
     Args:
         rows: Rows of a `Result` with `moved`, the last time at which the lane moved, shape [lane].
@@ -83,13 +83,13 @@ def rest_start_times(rows: Rows, time: Array | float) -> Array:
 def lane_fields(
     rows: Rows, rest_time: Array, marks: Sequence[tuple[Mask, Status]] = ()
 ) -> dict[str, Rows]:
-    """Lane fields from the results of a kernel, all but those that blocks of their own have.
+    """Lane fields from the results of a kernel, without those that belong to blocks.
 
     Args:
         rows: Rows of its `Result`, shape [lane].
-        rest_time: Since when lanes rest [s], NaN where they do not, shape [lane].
-        marks: Statuses besides those that modes tell, and where they hold, shape [lane]; the first
-            one counts.
+        rest_time: Start of rest [s], NaN for lanes that do not rest, shape [lane].
+        marks: Statuses besides those of modes, and the lanes that have them, shape [lane]; the
+            first one counts.
     """
     mode = rows["mode"]
     modes = (
@@ -119,7 +119,7 @@ def lane_fields(
 def planar_fields(per_block: Rows) -> dict[str, Rows]:
     """Fields of blocks in the plane from rows of `BlockResult`, shape [lane, block] each.
 
-    What a kernel does not tell is zero: blocks of its scheme do not slide.
+    Slides that a kernel does not give are zero: blocks of its scheme do not slide.
     """
     names = {
         "peak_rotation": "peak",
@@ -169,15 +169,15 @@ def spatial_fields(lanes: Lanes, per_block: Rows) -> dict[str, Array]:
 def histories(
     lanes: Lanes, found: Found, times: SampleTimes, *, above_rigid: bool
 ) -> dict[str, Array]:
-    """Histories by field, as far as asked for, from what a kernel leaves of them.
+    """The histories asked for, by field, from the results of a kernel.
 
-    Shape [lane, block, sample] each. Rotations end at a right angle, as peaks do.
+    Shape [lane, block, sample] each. Rotations are limited to a right angle, as peaks are.
 
     Args:
         lanes: The lanes.
-        found: What the kernel has left.
+        found: Results of the kernel.
         times: Duration and sampling.
-        above_rigid: Whether it tells heights as what they differ from those of a rigid pile.
+        above_rigid: Whether its heights are relative to those of a stack of rigid blocks.
     """
     if found.history is None:
         return {}
@@ -225,7 +225,7 @@ def respond(engine: str, lanes: Lanes, columns: Mapping[str, Rows], times: Sampl
         alone = FIELDS[name].per_block and not several
         fields[name] = values[:, 0] if alone else values
     status = fields["status"]
-    # A sum is finite only if all of its parts are.
+    # A sum is finite if all of its parts are.
     total = sum(
         fields[name].reshape(len(status), -1).sum(axis=1)
         for name in (*FINITE_FIELDS, "rotation")

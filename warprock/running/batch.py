@@ -36,7 +36,7 @@ STEPS_PER_SECOND_OF_MOTION = 100.0
 """Rough steps of one lane in a second of motion where the engine has no time step of its own."""
 
 _WARMING_UP = threading.Lock()
-"""Held while kernels are built: threads with batches of their own must not build the same one."""
+"""Lock while kernels are built, so that two threads with batches never build the same one."""
 
 LANE_QUANTUM: int = LANE_WIDTH
 """Chunks are a multiple of the lanes of a pack."""
@@ -50,15 +50,15 @@ MOST_HISTORY = 500_000_000
 
 
 def require_room(blocks: int, times: SampleTimes, source: str = "run_batch") -> None:
-    """Refuses histories that are too large to be held in memory.
+    """Refuses histories that do not fit into memory.
 
     Args:
-        blocks: Blocks of all lanes together.
+        blocks: Number of blocks of all lanes together.
         times: Duration and sampling.
-        source: What errors name as their source.
+        source: Source that errors name.
 
     Raises:
-        InputError: They are.
+        InputError: The histories are too large.
     """
     if times.interval is None or blocks * times.count <= MOST_HISTORY:
         return
@@ -138,7 +138,7 @@ def run_batch(
 
 
 def _build(engine: str, settings: Any, target: Target) -> AbstractEngine:
-    """An engine with its settings on a device, refused where it or one of them is none."""
+    """An engine with its settings on a device; refuses unknown engines, devices and settings."""
     require_device(target.device)
     wanted = engine_class(engine).settings_type
     if settings is not None and not isinstance(settings, wanted):
@@ -149,12 +149,13 @@ def _build(engine: str, settings: Any, target: Target) -> AbstractEngine:
 def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotions]]) -> None:
     """Compiles or loads the kernels of several runs side by side, on all cores.
 
-    A run on its own compiles what it needs on one core; what needs many kernels ends sooner where
-    they are known beforehand. Warp compiles its headers once a thread and set of flags, which takes
-    as long as two kernels: kernels of like flags follow one another, and threads begin at two ends.
+    A run alone compiles its kernels on one core. Work that needs many kernels ends sooner if they
+    are known beforehand. Warp compiles its headers once for each thread and set of flags, which
+    takes as long as two kernels. So kernels with the same flags follow one another, and threads
+    begin at both ends of the list.
 
     Args:
-        batches: Of each run the engine, its lanes and their ground motions.
+        batches: For each run its engine, its lanes and their ground motions.
 
     Raises:
         InputError: The folder of the kernels cannot be written to.
@@ -184,7 +185,7 @@ def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotion
 def _chunk_runner(
     built: AbstractEngine, lanes: Lanes, motions: GroundMotions, times: SampleTimes
 ) -> Callable[[slice], Response]:
-    """What runs a chunk of the lanes."""
+    """A function that runs a chunk of the lanes."""
 
     def run_chunk(part: slice) -> Response:
         some, moves = lanes.take(part), motions.take(part)
@@ -212,7 +213,7 @@ def _run_all(
     threads: int,
     progress: Callable[[int], None] | None,
 ) -> list[Response]:
-    """Responses of all chunks in their order; on trouble the waiting chunks are dropped."""
+    """Responses of all chunks in their order; after an error the waiting chunks are dropped."""
     done = 0
     pool = concurrent.futures.ThreadPoolExecutor(threads)
     try:
@@ -223,5 +224,5 @@ def _run_all(
                 progress(done)
         return [future.result() for future in futures]
     finally:
-        # A launch cannot be stopped; nobody waits for the ones in hand.
+        # A running launch cannot be stopped; it is not waited for.
         pool.shutdown(wait=False, cancel_futures=True)

@@ -1,40 +1,39 @@
 """Runs every lane until its rotations are within a tolerance, or says that they are not.
 
-The one estimate of a lane's error from runs at other steps. Every lane runs at the step asked for,
-and a companion at twice the step shows how far it errs. With an error A h^p of order p in the step
-h, halving it leaves an r-th of the error, r = 2^p, and the finer of two runs errs by their
+This file has the only estimate of a lane's error by runs at other steps. Every lane runs at the
+asked step, and a companion at twice the step shows the error. If the error is A h^p, of order p in
+the step h, halving h divides it by r = 2^p, and the error of the finer of two runs is their
 difference over r - 1 (Richardson 1911). A lane whose estimate misses the tolerance runs again at
 half of the step. Only those lanes do, at most `HALVINGS` times, and the numbers of a lane are those
-of its finest run. Where doubling the setting changes no step, because something else limits it, the
+of its finest run. If doubling the setting changes no step, because something else limits it, the
 lane starts with half of the step instead.
 
-Each two neighbouring runs tell A; an estimate is made of the root of the mean of the squares. Two
-runs that lie apart by more than `CHAOTIC_ABOVE` tell nothing, but for the last two. Three runs
-also show r, the ratio of their two differences; it lies between 2, that of a first order, and 2^p.
-Errors of the first order scatter: an impact comes late by any part of a step, and two runs may lie
-close to one another by chance. So where p is 1, lanes run at four times the step, too, which costs
-less than what lanes ran again for; and m pairs tell the error better than one, by the root of m. On
-top come the factors and floors of `warprock.running.calibration`.
+Each pair of neighbouring runs gives A; the estimate takes the root of the mean of the squares. A
+pair whose difference exceeds `CHAOTIC_ABOVE` does not count, except for the last one. Three runs
+also give r, the ratio of their two differences; it lies between 2, of a first order, and 2^p.
+Errors of the first order scatter: an impact is late by any part of a step, and two runs may agree
+by chance. So if p is 1, lanes also run at four times the step, which costs less than the repeated
+runs that it avoids; m pairs give the error better than one, by the root of m. Then the factors and
+floors of `warprock.running.calibration` are applied.
 
-Under a record lanes are costly and many are chaotic. There a lane ends early where its error would
-miss the tolerance at the finest step, too, shrinking as it did so far (at first, as the order
-says), and where its `BUDGET` is spent. Under any other motion a lane ends early where its runs lie
-far apart and do not approach one another. Further runs would cost much there and help little.
+Under a record lanes are costly and many are chaotic. A lane then ends early if its error, at the
+present rate of convergence (at first, that of the order), would miss the tolerance at the finest
+step, too; and if its `BUDGET` is spent. Under any other motion a lane ends early if the differences
+of its runs are large and do not decrease. Further runs would cost much and help little.
 
-Of a lane that missed the tolerance two things may be true. Its runs approach one another, all in
-all as the order says or nearly so: it keeps its status, its estimate says how far it may be off,
-and a smaller step will do. Or they do not: it stands in one and falls in the other, or it magnifies
-small differences (`Status.SENSITIVE`). Then its estimate says how far its runs lie apart, not how
-far the truth may be; an ensemble says what can be said of it. Of a lane that fell in every run only
-the time of the fall is in doubt.
+A lane that missed the tolerance is one of two kinds. If its runs converge, about as the order says,
+it keeps its status; its estimate says how large its error may be, and a smaller step will do. If
+they do not converge, it stands in one run and falls in another, or it magnifies small differences
+(`Status.SENSITIVE`). Then its estimate is the difference of its runs, not the size of its error; an
+ensemble gives a distribution. If a lane fell in every run, only the time of the fall is in doubt.
 
-Under a record a lane's companions end soon after it rests for good, if its engine holds a block at
-rest exactly: nothing in what is left depends on the step. Where a companion does not rest there, it
+Under a record the companions of a lane end soon after it rests for good, if its engine keeps a
+block at rest exactly: nothing after that depends on the step. A companion that does not rest there
 runs on.
 
-The estimate cannot see what the runs have in common: what the model leaves out, wrong inputs, or an
-event that all of them miss, such as a lift shorter than the finest step of an engine that looks for
-one at the ends of its steps.
+The estimate cannot see errors that all runs share: what the model leaves out, wrong inputs, or an
+event that all of them miss, such as an uplift shorter than the finest step of an engine that
+detects uplifts at the ends of its steps.
 
 L. F. Richardson (1911), The approximate arithmetical solution by finite differences of physical
 problems involving differential equations, *Philosophical Transactions of the Royal Society A* 210,
@@ -101,14 +100,13 @@ HALVINGS = 3
 """How often the step is halved, at most: to an eighth."""
 
 BUDGET = 3.55
-"""Steps of all runs of a lane under a record, at most, over those of its first one. They are
-predicted, so the limit is approximate: it allows half of the step for a lane that rocks from end to
-end (1 + 1/2 + 2), more for one that rests early. Seven blocks under six records at ten scales took
-up to 2.99 in the mean."""
+"""Largest number of steps of all runs of a lane under a record, over that of its first run. The
+numbers are predicted, so the limit is approximate. It allows half of the step for a lane that rocks
+from end to end (1 + 1/2 + 2), and more for one that rests early. Seven blocks under six records at
+ten scales took up to 2.99 in the mean."""
 
 SLOWEST = 2.0
-"""Least r of an estimate, that of a first order: an error that shrinks by less has shrunk by
-chance."""
+"""Least r of an estimate, that of a first order; a smaller ratio is chance."""
 
 FASTEST = 2.0**5
 """Largest r of an estimate: stacks that stick are of fifth order."""
@@ -119,19 +117,19 @@ a few steps long. Of bodies under pulses, against Housner's equation, 10 of 1,12
 erred by more than 1.5 times what the order says, and 14 of 38 with smaller ones."""
 
 SCATTERED = 2
-"""How often the step of companions is doubled where errors are of the first order. Under a record
-a third companion costs too much."""
+"""How often the step of companions is doubled if errors are of the first order. Under a record a
+third companion costs too much."""
 
 SENSITIVE_ABOVE = 0.03
 """Estimate / slenderness angle above which a lane whose runs do not converge is sensitive."""
 
 SLACK = 0.5
-"""Order by which runs may approach one another more slowly than the engine's says, and the lane be
-taken for one of a coarse step, not of chaos."""
+"""Difference between the order of the engine and the observed one up to which a large error counts
+as a coarse step, not as chaos."""
 
 CHAOTIC_ABOVE = 0.3
 """Estimate / slenderness angle above which every lane is sensitive: an error as large as the motion
-does not propagate in proportion, and its runs approach one another by chance."""
+does not propagate in proportion, and its runs agree only by chance."""
 
 SAMPLE_INTERVAL = 4e-2
 """Largest time between the samples that are compared [s]. Shorter ones cost as much as the run. Of
@@ -139,7 +137,7 @@ SAMPLE_INTERVAL = 4e-2
 largest difference in three of four, and less than 15 % in nine of ten."""
 
 CHUNK_VALUES = 4_000_000
-"""Values in the histories of one run that are held at a time."""
+"""Number of values in the histories of one run that are held at a time."""
 
 PARTS = 32
 """Parts of a run: the record of a companion ends with one of them, so that lanes share records."""
