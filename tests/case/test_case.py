@@ -371,7 +371,7 @@ def test_the_table_of_keys_and_the_models_are_the_same_keys():
     from warprock.case.assembly import Assembly
     from warprock.case.block import Block, StackedBlock
     from warprock.case.body import Body, StackedBody
-    from warprock.case.hold import Frame, Strip, Tie, TopLoad, TransverseWall
+    from warprock.case.hold import Frame, Ground, Strip, Tie, TopLoad, TransverseWall
     from warprock.case.motion import Motion
     from warprock.case.support import Support
 
@@ -386,6 +386,7 @@ def test_the_table_of_keys_and_the_models_are_the_same_keys():
     models |= {f"support.{name}" for name in Support.model_fields}
     models |= {f"frame.{name}" for name in Frame.model_fields}
     models |= {f"strip.{name}" for name in Strip.model_fields}
+    models |= {f"ground.{name}" for name in Ground.model_fields}
     models |= {f"top_load.{name}" for name in TopLoad.model_fields}
     models |= {f"tie.N.{name}" for name in Tie.model_fields}
     lists = {"base", "centre", "inertia", "top"}
