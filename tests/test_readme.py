@@ -37,7 +37,8 @@ def test_the_first_screen_holds_the_two_commands():
 def test_ci_runs_the_readmes_test_command_and_then_programs_of_others(tmp_path: pathlib.Path):
     """Runs .ci/run with every program replaced by one that writes down how it was called."""
     shutil.copytree(ROOT / ".ci", tmp_path / ".ci")
-    (tmp_path / ".venv/bin").mkdir(parents=True)
+    for environment in (".venv", ".venv-readers"):
+        (tmp_path / environment / "bin").mkdir(parents=True)
     (tmp_path / "tools").symlink_to(ROOT / "tools")
     log = tmp_path / "log"
     real = subprocess.check_output(["bash", "-c", "type -P python3"], text=True).strip()
@@ -45,7 +46,8 @@ def test_ci_runs_the_readmes_test_command_and_then_programs_of_others(tmp_path: 
     pass_on = f'case "$1" in tools/*) exec {shlex.quote(real)} "$@";; esac\n'
     (tmp_path / "bin").mkdir()
     programs = ("python", "ruff", "mypy", "sphinx-build")
-    for name in ("bin/python3", *(f".venv/bin/{program}" for program in programs)):
+    own = [f".venv/bin/{program}" for program in programs]
+    for name in ("bin/python3", ".venv-readers/bin/python", *own):
         (tmp_path / name).write_text(echo + pass_on, encoding="utf-8")
         (tmp_path / name).chmod(0o755)
     path = os.pathsep.join([str(tmp_path / "bin"), os.environ["PATH"]])
@@ -62,16 +64,18 @@ def test_ci_runs_the_readmes_test_command_and_then_programs_of_others(tmp_path: 
     test_command = re.findall(r"^```bash\n(.*?)\n```$", README, re.M | re.S)[1]
     wanted = [shlex.split(part) for part in test_command.split(" && ")]
     got = [[pathlib.PurePath(call.split()[0]).name, *call.split()[1:]] for call in calls]
-    assert got[-9:-6] == [[pathlib.PurePath(part[0]).name, *part[1:]] for part in wanted]
-    assert got[-6][1:] == ["-m", "pytest", "-m", "thorough"]
-    assert got[-5][-1] == ".[docs,mujoco,bullet,dask,fragility]"
+    assert got[-12:-9] == [[pathlib.PurePath(part[0]).name, *part[1:]] for part in wanted]
+    assert got[-9][1:] == ["-m", "pytest", "-m", "thorough"]
+    assert got[-8][-1] == ".[docs,mujoco,bullet,dask,fragility]"
     # Side by side: the manual, and what the extras bring.
     manual = ["sphinx-build", "-W", "--keep-going", "-q", "docs", "docs/_build"]
-    beside = got[-4:-1]
+    beside = got[-7:-1]
     assert manual in beside
     beside.remove(manual)
     assert beside[0][-1] == ".[mujoco,bullet,dask,fragility]"
-    assert beside[1][1:3] == ["-m", "pytest"]
+    assert beside[1][1:] == ["-m", "venv", ".venv-readers"]
+    assert [each[1:4] for each in beside[2:4]] == [["-m", "pip", "install"]] * 2
+    assert beside[4][1:3] == ["-m", "pytest"]
     assert got[-1][1:] == ["-m", "pytest", "-n", "0", "-m", "speed"]
     names = [" ".join(pathlib.PurePath(call).name.split()) for call in calls]
     assert {"ruff check", "ruff format --check", "mypy"} <= set(names)
