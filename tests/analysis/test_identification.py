@@ -90,7 +90,8 @@ def noisy(noise: float) -> list[Identified]:
     return found
 
 
-@pytest.mark.parametrize("noise", [pytest.param(1e-5, marks=pytest.mark.thorough), 1e-4])
+@pytest.mark.thorough
+@pytest.mark.parametrize("noise", [1e-5, 1e-4])
 def test_errors_cover_the_truth(noise: float):
     """Two standard errors cover 95 % of normal errors: of 200 within 89 % to 100 %, four sigma."""
     found, eta = noisy(noise), float(rocking.angular_restitution(ANGLE))

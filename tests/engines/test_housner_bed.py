@@ -141,13 +141,13 @@ def assert_follows_oracle(count: int, seed: int, duration: float) -> None:
     np.testing.assert_allclose(found["friction_needed"], oracle["friction_needed"], rtol=LOOKED_UP)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1])
 def test_random_lanes_follow_the_oracle(seed):
     assert_follows_oracle(4, seed, 1.5)
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", [2, 3])
 def test_many_random_lanes_follow_the_oracle(seed):
     # The oracle takes some seconds a lane; three hundred were held against it once.
     assert_follows_oracle(30, seed, 3.0)
