@@ -41,7 +41,7 @@ def alone(lane):
 ENGINES_HERE = [
     pytest.param(name, marks=() if name in ("housner", "event") else pytest.mark.thorough)
     for name in ENGINES
-    if name != "two-block"
+    if name not in ("two-block", "assembly")  # which run no single block
 ]
 
 
