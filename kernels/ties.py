@@ -89,3 +89,59 @@ def force_of(tie: Tie, state: TieState, stretch: real) -> real:
 def breaks_before_yield(tie: Tie, state: TieState) -> bool:
     """Whether an elastic tie that is stretched breaks before it yields."""
     return tie.longest <= state.free + tie.yield_force / tie.stiffness
+
+
+@wp.func
+def changed_state(tie: Tie, state: TieState, further: bool, stretch: real, time: real) -> TieState:
+    """State behind an event at an elongation [m] that grows further, or else shrinks.
+
+    The energy that yielding takes is counted where it ends; a break takes what the tie holds, too.
+    """
+    reach = tie.yield_force / tie.stiffness
+    if further:
+        if state.does == LOOSE:
+            state.does = ELASTIC
+        elif state.does == ELASTIC:
+            state.does = YIELDING
+            if breaks_before_yield(tie, state):
+                state.does = BROKEN_TIE
+                force = tie.stiffness * (stretch - state.free)
+                state.lost = state.lost + HALF * force * force / tie.stiffness
+                state.broken = time
+        elif state.does == YIELDING:
+            state.does = BROKEN_TIE
+            worn = tie.yield_force * (stretch - reach - state.free)
+            state.lost = state.lost + worn + HALF * tie.yield_force * reach
+            state.broken = time
+        else:
+            state.does = ELASTIC
+            worn = tie.yield_force * (state.free - (stretch + reach))
+            state.lost = state.lost + worn
+            state.free = stretch + reach
+    elif state.does == YIELDING:
+        state.does = ELASTIC
+        worn = tie.yield_force * (stretch - reach - state.free)
+        state.lost = state.lost + worn
+        state.free = stretch - reach
+    elif tie.pushes > 0:
+        state.does = YIELDING_BACK
+    else:
+        state.does = LOOSE
+    return state
+
+
+@wp.func
+def state_at(tie: Tie, stretch: real) -> TieState:
+    """State of a tie of a block that was led to an elongation [m]."""
+    state = TieState(tie.free_length, real(0.0), NEVER, ELASTIC)
+    reach = tie.yield_force / tie.stiffness
+    if stretch < state.free and tie.pushes == 0:
+        state.does = LOOSE
+    if stretch > state.free + reach:
+        state.free = stretch - reach
+    if stretch < state.free - reach and tie.pushes > 0:
+        state.free = stretch + reach
+    if stretch > tie.longest:
+        state.does = BROKEN_TIE
+        state.broken = real(0.0)
+    return state

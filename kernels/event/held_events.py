@@ -35,14 +35,14 @@ from warprock.kernels.event.held_state import (
 )
 from warprock.kernels.series import DEGREE, Series, first_root, slope_of
 from warprock.kernels.ties import (
-    BROKEN_TIE,
     ELASTIC,
     LOOSE,
     YIELDING,
     YIELDING_BACK,
     Tie,
     TieState,
-    breaks_before_yield,
+    changed_state,
+    state_at,
 )
 
 NOTHING, OPENS, STARTS, STOPS, TOUCHES, CHANGES, FALLS, LETS_GO = 0, 1, 2, 3, 4, 5, 6, 7
@@ -257,54 +257,15 @@ def tie_event(
 def change_tie(held: Held, i: int, way: int, stretch: real, time: real):
     """Changes what a tie does at an elongation [m] and a time [s]."""
     tie = held.ties[i, held.lane]
-    state = held.states[i, held.lane]
-    reach = tie.yield_force / tie.stiffness
-    if way > 0:
-        if state.does == LOOSE:
-            state.does = ELASTIC
-        elif state.does == ELASTIC:
-            state.does = YIELDING
-            if breaks_before_yield(tie, state):
-                state.does = BROKEN_TIE
-                force = tie.stiffness * (stretch - state.free)
-                state.lost = state.lost + HALF * force * force / tie.stiffness
-                state.broken = time
-        elif state.does == YIELDING:
-            state.does = BROKEN_TIE
-            worn = tie.yield_force * (stretch - reach - state.free)
-            state.lost = state.lost + worn + HALF * tie.yield_force * reach
-            state.broken = time
-        else:
-            state.does = ELASTIC
-            state.lost = state.lost + tie.yield_force * (state.free - (stretch + reach))
-            state.free = stretch + reach
-    elif state.does == YIELDING:
-        state.does = ELASTIC
-        state.lost = state.lost + tie.yield_force * (stretch - reach - state.free)
-        state.free = stretch - reach
-    elif tie.pushes > 0:
-        state.does = YIELDING_BACK
-    else:
-        state.does = LOOSE
-    held.states[i, held.lane] = state
+    held.states[i, held.lane] = changed_state(
+        tie, held.states[i, held.lane], way > 0, stretch, time
+    )
 
 
 @wp.func
 def start_tie(held: Held, i: int, stretch: real):
     """Puts a tie in the state that a block has which was led to an elongation [m]."""
-    tie = held.ties[i, held.lane]
-    state = TieState(tie.free_length, real(0.0), NEVER, ELASTIC)
-    reach = tie.yield_force / tie.stiffness
-    if stretch < state.free and tie.pushes == 0:
-        state.does = LOOSE
-    if stretch > state.free + reach:
-        state.free = stretch - reach
-    if stretch < state.free - reach and tie.pushes > 0:
-        state.free = stretch + reach
-    if stretch > tie.longest:
-        state.does = BROKEN_TIE
-        state.broken = real(0.0)
-    held.states[i, held.lane] = state
+    held.states[i, held.lane] = state_at(held.ties[i, held.lane], stretch)
 
 
 @wp.func

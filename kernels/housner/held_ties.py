@@ -18,7 +18,6 @@ way: each change is a rotation that is known before it is reached, and is locate
 import warp as wp
 
 from warprock.kernels.ties import (
-    BROKEN_TIE,
     ELASTIC,
     LOOSE,
     YIELDING,
@@ -26,8 +25,9 @@ from warprock.kernels.ties import (
     Load,
     Tie,
     TieState,
-    breaks_before_yield,
+    changed_state,
     force_of,
+    state_at,
 )
 
 
@@ -205,39 +205,9 @@ def next_bound(held: Restraints, side: real, lean: real, outwards: bool) -> Boun
 def change_tie(held: Restraints, i: int, side: real, theta: real, outwards: bool, time: real):
     """Changes what a tie does at the rotation at which it changes."""
     tie = held.ties[i, held.lane]
-    state = held.states[i, held.lane]
     stretch = elongation(held, tie, side, theta)
-    reach = tie.yield_force / tie.stiffness
-    if (tie.side * side < real(0.0)) == outwards:
-        if state.does == LOOSE:
-            state.does = ELASTIC
-        elif state.does == ELASTIC:
-            state.does = YIELDING
-            if breaks_before_yield(tie, state):
-                state.does = BROKEN_TIE
-                force = tie.stiffness * (stretch - state.free)
-                state.lost = state.lost + HALF * force * force / tie.stiffness
-                state.broken = time
-        elif state.does == YIELDING:
-            state.does = BROKEN_TIE
-            worn = tie.yield_force * (stretch - reach - state.free)
-            state.lost = state.lost + worn + HALF * tie.yield_force * reach
-            state.broken = time
-        else:
-            state.does = ELASTIC
-            worn = tie.yield_force * (state.free - (stretch + reach))
-            state.lost = state.lost + worn
-            state.free = stretch + reach
-    else:
-        if state.does == YIELDING:
-            state.does = ELASTIC
-            worn = tie.yield_force * (stretch - reach - state.free)
-            state.lost = state.lost + worn
-            state.free = stretch - reach
-        elif tie.pushes > 0:
-            state.does = YIELDING_BACK
-        else:
-            state.does = LOOSE
+    further = (tie.side * side < real(0.0)) == outwards
+    state = changed_state(tie, held.states[i, held.lane], further, stretch, time)
     held.states[i, held.lane] = state
 
 
@@ -246,19 +216,7 @@ def start_ties(held: Restraints, side: real, theta: real):
     """Puts the ties in the state that a block has which was led to a rotation."""
     for i in range(held.ties.shape[0]):
         tie = held.ties[i, held.lane]
-        state = TieState(tie.free_length, real(0.0), NEVER, ELASTIC)
-        stretch = elongation(held, tie, side, theta)
-        reach = tie.yield_force / tie.stiffness
-        if stretch < state.free and tie.pushes == 0:
-            state.does = LOOSE
-        if stretch > state.free + reach:
-            state.free = stretch - reach
-        if stretch < state.free - reach and tie.pushes > 0:
-            state.free = stretch + reach
-        if stretch > tie.longest:
-            state.does = BROKEN_TIE
-            state.broken = real(0.0)
-        held.states[i, held.lane] = state
+        held.states[i, held.lane] = state_at(tie, elongation(held, tie, side, theta))
 
 
 @wp.func
