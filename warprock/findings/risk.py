@@ -19,7 +19,7 @@ from warprock.analysis.risk import (
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.fits import FITTED, LIMIT, MOST_FITS, worst_limit
 from warprock.findings.measures import measure
-from warprock.findings.numbers import three
+from warprock.findings.numbers import MISSING, three
 from warprock.findings.sheets import Heading, Sheet, sheet_of
 
 RISK = "risk.csv"
@@ -228,8 +228,8 @@ def once_in(period: float) -> str:
 
 
 def percent_text(chance: float) -> str:
-    """A chance in percent, two digits."""
-    return f"{100.0 * chance:.2g} %"
+    """A chance in percent, two digits; a dash where there is none."""
+    return MISSING if np.isnan(chance) else f"{100.0 * chance:.2g} %"
 
 
 def _headline(rows: pd.DataFrame, chances: pd.DataFrame, names: Sequence[str]) -> str:
@@ -319,7 +319,7 @@ def _rate_sheet(rows: pd.DataFrame, chances: pd.DataFrame, names: Sequence[str])
     cells = [
         [
             *(str(row[name]) for name in (*names, LIMIT)),
-            f"{row['rate_per_year']:.3g}",
+            MISSING if np.isnan(row["rate_per_year"]) else f"{row['rate_per_year']:.3g}",
             _range(row["rate_p05_per_year"], row["rate_p95_per_year"]),
             _range(row["rate_fit_p05_per_year"], row["rate_fit_p95_per_year"]),
             three(row["return_period_years"]),
