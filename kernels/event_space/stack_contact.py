@@ -74,8 +74,8 @@ class Own:
 class Pose:
     """Pose of all bodies, a matrix by rows.
 
-    Centres of mass [m], axes, inertia [kg m^2] and its inverse, friction coefficient under each body,
-    inverse mass [1/kg].
+    Centres of mass [m], axes, inertia [kg m^2] and its inverse, the friction coefficient under each
+    body, and its inverse mass [1/kg].
     """
 
     x: Bodies

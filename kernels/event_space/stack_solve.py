@@ -82,6 +82,13 @@ NO_X = 4
 CURVED = 5
 """The one on which P is not linear: friction at its bound."""
 
+GIVEN = 0
+"""A look at contacts on given pieces..."""
+ANEW = 1
+"""...on the pieces of their arguments..."""
+RENEW = 2
+"""...and, after that, with l set to f and lifts to those of the velocities."""
+
 SixRows = wp.types.matrix(shape=(6 * BLOCKS, 6), dtype=real)
 Sixes = wp.types.matrix(shape=(BLOCKS, 6), dtype=real)
 
@@ -91,9 +98,9 @@ class System:
     """What a solve is about.
 
     Attributes:
-        t: The contacts; the gaps are lifts.
+        t: The contacts.
         pose: Where the bodies are.
-        stiff: c of each contact [kg].
+        stiff: Stiffness c of each contact [kg].
         v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
     """
 
@@ -106,21 +113,33 @@ class System:
 
 @wp.struct
 class Guess:
-    """Multipliers l [N s], velocities [m/s], angular velocities [rad/s], pieces of the contacts."""
+    """Multipliers l [N s], lifts [m/s], pieces; velocities [m/s], angular velocities [rad/s]."""
 
     asks: Points
+    lift: PointNumbers
+    pieces: PointInts
     v: Bodies
     w: Bodies
-    pieces: PointInts
 
 
 @wp.struct
 class Slope:
-    """The gradient M (v - v_free) - sum G^T f, by force and moment; the convex function [J]."""
+    """What a look at all contacts finds.
+
+    Attributes:
+        force, spin: The gradient M (v - v_free) - sum G^T f.
+        energy: The convex function [J].
+        change: How much l and lifts changed, as an energy [J].
+        same: Whether no contact went to another piece.
+        straight: Whether none is on the curved piece.
+    """
 
     force: Bodies
     spin: Bodies
     energy: real
+    change: real
+    same: bool
+    straight: bool
 
 
 @wp.struct
@@ -255,56 +274,67 @@ def lift_of(law: int, mu: real, gap: real, u: Vector) -> real:
 
 
 @wp.func(inline=False)
-def pieces_at(s: System, g: Guess) -> PointInts:
-    """The pieces of all contacts at a guess."""
-    t_body, t_slot, t_law, t_gap, ru, rl = s.t.body, s.t.slot, s.t.law, s.t.gap, s.t.ru, s.t.rl
-    axes, stiff, asks, v, w, mu = s.pose.axes, s.stiff, g.asks, g.v, g.w, s.pose.friction
-    pieces = PointInts()
-    for i in range(s.t.total):
-        k = t_body[i]
-        e = directions(axes, k, t_slot[i])
-        u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
-        z = asks[i] - stiff[i] * Vector(u[0], u[1], u[2] + t_gap[i])
-        pieces[i] = piece_of(t_law[i], mu[k], z)
-    return pieces
-
-
-@wp.func(inline=False)
-def slope_at(s: System, g: Guess) -> Slope:
-    """The gradient at a guess with its pieces, and the convex function."""
-    t_body, t_slot, t_law, t_gap, ru, rl = s.t.body, s.t.slot, s.t.law, s.t.gap, s.t.ru, s.t.rl
-    axes, stiff, asks, v, w, mu = s.pose.axes, s.stiff, g.asks, g.v, g.w, s.pose.friction
-    light, inertia, v0, w0, pieces = s.pose.light, s.pose.inertia, s.v, s.w, g.pieces
-    n = Slope()
-    force, spin, energy = Bodies(), Bodies(), real(0.0)
+def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
+    """The gradient and the convex function at a guess; the guess gets what the mode says."""
+    # A field of a struct is read as a whole wherever it is indexed: once is enough.
+    body = s.t.body
+    slot = s.t.slot
+    law = s.t.law
+    ru = s.t.ru
+    rl = s.t.rl
+    axes = s.pose.axes
+    friction = s.pose.friction
+    stiff = s.stiff
+    asks = g.asks
+    lifts = g.lift
+    pieces = g.pieces
+    v = g.v
+    w = g.w
+    force, spin, energy, change = Bodies(), Bodies(), real(0.0), real(0.0)
+    same, straight = bool(True), bool(True)
     bodies = int(BLOCKS + 1)
     for i in range(s.t.total):
-        k = t_body[i]
-        e = directions(axes, k, t_slot[i])
+        k, c, piece, lift = body[i], stiff[i], pieces[i], lifts[i]
+        mu, e = friction[k], directions(axes, k, slot[i])
         u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
-        z = asks[i] - stiff[i] * Vector(u[0], u[1], u[2] + t_gap[i])
-        f = project_on_piece(pieces[i], t_law[i], mu[k], z)
-        energy += HALF * wp.length_sq(f) / stiff[i]
+        if mode == RENEW:
+            now = lift_of(law[i], mu, lift, u)
+            z = asks[i] - c * Vector(u[0], u[1], u[2] + lift)
+            piece = piece_of(law[i], mu, z)
+            f = project_on_piece(piece, law[i], mu, z)
+            more = now - lift
+            change += (wp.length_sq(f - asks[i]) / (c * c) + more * more) / s.pose.light[k]
+            lift = now
+            asks[i] = f
+            lifts[i] = lift
+        z = asks[i] - c * Vector(u[0], u[1], u[2] + lift)
+        if mode == ANEW:
+            piece = piece_of(law[i], mu, z)
+        same = same and piece == pieces[i]
+        straight = straight and piece != CURVED
+        pieces[i] = piece
+        f = project_on_piece(piece, law[i], mu, z)
+        energy += HALF * wp.length_sq(f) / c
         push = wp.transpose(e) * f
         force[k] = force[k] - push
         spin[k] = spin[k] - wp.cross(ru[i], push)
         force[k - 1] = force[k - 1] + push
         spin[k - 1] = spin[k - 1] + wp.cross(rl[i], push)
     for k in range(1, bodies):
-        dv, dw = v[k] - v0[k], w[k] - w0[k]
-        turn = rows_of(inertia, k) * dw
-        force[k] = force[k] + dv / light[k]
+        dv, dw, light = v[k] - s.v[k], w[k] - s.w[k], s.pose.light[k]
+        turn = rows_of(s.pose.inertia, k) * dw
+        force[k] = force[k] + dv / light
         spin[k] = spin[k] + turn
-        energy += HALF * (wp.dot(dv, dv) / light[k] + wp.dot(turn, dw))
-    n.force = force
-    n.spin = spin
-    n.energy = energy
-    return n
+        energy += HALF * (wp.dot(dv, dv) / light + wp.dot(turn, dw))
+    g.asks = asks
+    g.lift = lifts
+    g.pieces = pieces
+    return Slope(force, spin, energy, change, same, straight)
 
 
 @wp.func
-def stiffness_of(s: System, g: Guess, i: int) -> Matrix:
-    """c E^T P' E of a contact with its directions E: force per velocity of its point [kg]."""
+def stiffness_of(s: wp.ref[System], g: wp.ref[Guess], i: int) -> Matrix:
+    """Stiffness c E^T P' E of a contact with its directions E: force per velocity of its point [kg]."""
     k = s.t.body[i]
     e = directions(s.pose.axes, k, s.t.slot[i])
     m = Matrix()
@@ -315,7 +345,7 @@ def stiffness_of(s: System, g: Guess, i: int) -> Matrix:
         m = wp.outer(e[2], e[2])
     elif piece == CURVED:
         u = e * relative_velocity(g.v[k], g.w[k], s.t.ru[i], g.v[k - 1], g.w[k - 1], s.t.rl[i])
-        z = g.asks[i] - s.stiff[i] * Vector(u[0], u[1], u[2] + s.t.gap[i])
+        z = g.asks[i] - s.stiff[i] * Vector(u[0], u[1], u[2] + g.lift[i])
         _f, slope = project_on_law(s.t.law[i], s.pose.friction[k], z)
         m = wp.transpose(e) * (slope * e)
     elif piece != NONE:
@@ -325,10 +355,14 @@ def stiffness_of(s: System, g: Guess, i: int) -> Matrix:
 
 
 @wp.func(inline=False)
-def factor(s: System, g: Guess) -> Factor:
+def factor(s: wp.ref[System], g: wp.ref[Guess]) -> Factor:
     """L D L^T of the matrix M + c sum G^T P' G at a guess with its pieces."""
     a, b = SixRows(), SixRows()
-    body, ru, rl, light, inertia = s.t.body, s.t.ru, s.t.rl, s.pose.light, s.pose.inertia
+    body = s.t.body
+    ru = s.t.ru
+    rl = s.t.rl
+    light = s.pose.light
+    inertia = s.pose.inertia
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
         for i in range(3):
@@ -387,10 +421,13 @@ def factor(s: System, g: Guess) -> Factor:
 
 
 @wp.func(inline=False)
-def descend(s: System, g: Guess, factored: Factor, slope: Slope) -> Guess:
-    """The guess after a whole Newton step."""
-    a, b, force, spin = factored.own, factored.below, slope.force, slope.spin
-    x, n = Sixes(), g
+def descent(factored: wp.ref[Factor], slope: wp.ref[Slope]):
+    """The change of velocities and angular velocities in a whole Newton step."""
+    a = factored.own
+    b = factored.below
+    force = slope.force
+    spin = slope.spin
+    x, dv, dw = Sixes(), Bodies(), Bodies()
     for k in range(BLOCKS):
         for i in range(3):
             x[k, i] = -force[k + 1, i]
@@ -414,40 +451,13 @@ def descend(s: System, g: Guess, factored: Factor, slope: Slope) -> Guess:
             for j in range(i + 1, 6):
                 rest -= a[6 * k + j, i] * x[k, j]
             x[k, i] = rest
-        n.v[k + 1] = g.v[k + 1] + Vector(x[k, 0], x[k, 1], x[k, 2])
-        n.w[k + 1] = g.w[k + 1] + Vector(x[k, 3], x[k, 4], x[k, 5])
-    return n
-
-
-@wp.func(inline=False)
-def renew(s: System, g: Guess):
-    """The guess with l set to f, and the pieces and lifts of its velocities.
-
-    Returns:
-        The guess, the lifts [m/s], the change, as an energy [J], and whether all contacts are on
-        the pieces they were taken to be on.
-    """
-    t_body, t_slot, t_law, t_gap, ru, rl = s.t.body, s.t.slot, s.t.law, s.t.gap, s.t.ru, s.t.rl
-    axes, stiff, v, w, mu, pieces = s.pose.axes, s.stiff, g.v, g.w, s.pose.friction, g.pieces
-    asks, lifts, change, same = g.asks, t_gap, real(0.0), bool(True)
-    for i in range(s.t.total):
-        k, law, c, piece = t_body[i], t_law[i], stiff[i], pieces[i]
-        e = directions(axes, k, t_slot[i])
-        u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
-        lift = lift_of(law, mu[k], t_gap[i], u)
-        z = asks[i] - c * Vector(u[0], u[1], u[2] + wp.where(piece == NONE, lift, t_gap[i]))
-        pieces[i] = piece_of(law, mu[k], z)
-        same = same and pieces[i] == piece
-        f = project_on_piece(pieces[i], law, mu[k], z)
-        more = lift - t_gap[i]
-        change += (wp.length_sq(f - asks[i]) / (c * c) + more * more) / s.pose.light[k]
-        asks[i] = f
-        lifts[i] = lift
-    return Guess(asks, v, w, pieces), lifts, change, same
+        dv[k + 1] = Vector(x[k, 0], x[k, 1], x[k, 2])
+        dw[k + 1] = Vector(x[k, 3], x[k, 4], x[k, 5])
+    return dv, dw
 
 
 @wp.func
-def size_of(s: System, g: Guess) -> real:
+def size_of(s: wp.ref[System], g: wp.ref[Guess]) -> real:
     """Twice the energies of all velocities, with those without contact, or about that [J]."""
     whole, reach = real(0.0), wp.length_sq(s.t.ru[0])
     bodies = int(BLOCKS + 1)
@@ -459,103 +469,98 @@ def size_of(s: System, g: Guess) -> real:
 
 
 @wp.func(inline=False)
-def continue_pieces(system: System, start: Guess):
-    """The solution if contacts are on the pieces that the impulses of a guess tell.
-
-    Returns:
-        It, and whether it is one.
-    """
-    s, g = system, start
+def continue_pieces(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
+    """Whether a guess becomes the solution, contacts on the pieces that its impulses tell."""
+    ru = s.t.ru
+    rl = s.t.rl
+    v = g.v
+    w = g.w
     zero = real(0.0)
-    ru, rl, v, w, mu = s.t.ru, s.t.rl, g.v, g.w, s.pose.friction
-    g.pieces = pieces_at(s, g)
     for i in range(s.t.total):
-        if s.t.law[i] == CONE:
-            k = s.t.body[i]
-            z = g.asks[i]
-            if z[2] <= zero:
-                # No impulse tells: by the velocity of the guess.
-                e = directions(s.pose.axes, k, s.t.slot[i])
-                u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
-                lift = lift_of(CONE, mu[k], zero, u)
-                z = -s.stiff[i] * Vector(u[0], u[1], u[2] + lift)
-            g.pieces[i] = piece_of(CONE, mu[k], z)
-        if g.pieces[i] == CURVED:
-            return start, False
+        k, law, z = s.t.body[i], s.t.law[i], g.asks[i]
+        if law != CONE or z[2] <= zero:
+            # No impulse tells: by the velocity.
+            mu, e = s.pose.friction[k], directions(s.pose.axes, k, s.t.slot[i])
+            u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
+            lift = lift_of(law, mu, s.t.gap[i], u)
+            z = z - s.stiff[i] * Vector(u[0], u[1], u[2] + lift)
+            g.lift[i] = lift
+        piece = piece_of(law, s.pose.friction[k], z)
+        if piece == CURVED:
+            return False
+        g.pieces[i] = piece
+        g.lift[i] = wp.where(law == CONE and piece == ALL, zero, g.lift[i])
+    slope = look_at(s, g, GIVEN)
     factored = factor(s, g)
-    before = real(0.0)
+    before = zero
     for _turn in range(TURNS):
-        g = descend(s, g, factored, slope_at(s, g))
-        g, lifts, change, same = renew(s, g)
-        for i in range(s.t.total):
-            if g.pieces[i] == CURVED:
-                return start, False
-            # The lift of a contact that sticks is round-off.
-            s.t.gap[i] = wp.where(g.pieces[i] == ALL, s.t.gap[i], lifts[i])
+        dv, dw = descent(factored, slope)
+        g.v = g.v + dv
+        g.w = g.w + dw
+        slope = look_at(s, g, RENEW)
+        if not slope.straight:
+            return False
         bound = ENOUGH * ENOUGH * size_of(s, g)
         # Changes shrink by the same factor each time: the next one would be round-off.
-        if same and (change <= bound or change * change <= bound * before):
-            return g, True
-        before = wp.where(same, change, real(0.0))
-        if not same:
+        if slope.same:
+            if slope.change <= bound or slope.change * slope.change <= bound * before:
+                return True
+            before = slope.change
+        else:
             factored = factor(s, g)
-    return start, False
+            before = zero
+    return False
 
 
 @wp.func(inline=False)
-def solve_by_newton(rounds: int, system: System, start: Guess):
-    """The solution from a guess, and whether it is one, by as many rounds at most."""
-    s, g, done, whole = system, start, bool(False), real(0.0)
-    factored, on, ready = Factor(), PointInts(), bool(False)
+def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
+    """Whether as many rounds at most make a guess the solution."""
+    done, whole, ready = bool(False), real(0.0), bool(False)
+    factored, on, reach = Factor(), PointInts(), wp.length_sq(s.t.ru[0])
+    bodies = int(BLOCKS + 1)
     for turn in range(rounds):
         fits = bool(False)
-        g.pieces = pieces_at(s, g)
-        slope = slope_at(s, g)
+        slope = look_at(s, g, ANEW)
         for _try in range(TRIES):
-            straight, same = bool(True), ready
+            same = ready
             for i in range(s.t.total):
-                straight = straight and g.pieces[i] != CURVED
                 same = same and g.pieces[i] == on[i]
-            if not (straight and same):
+            if not (slope.straight and same):
                 factored = factor(s, g)
                 ready = True
                 on = g.pieces
-            whole_step = descend(s, g, factored, slope)
-            part, exact = real(1.0), bool(False)
-            n, there = whole_step, slope
+            dv, dw = descent(factored, slope)
+            v0 = g.v
+            w0 = g.w
+            energy, straight, part, exact = slope.energy, slope.straight, real(1.0), bool(False)
             for again in range(HALVINGS):
-                n.v = g.v + part * (whole_step.v - g.v)
-                n.w = g.w + part * (whole_step.w - g.w)
-                n.pieces = pieces_at(s, n)
-                there = slope_at(s, n)
+                g.v = v0 + part * dv
+                g.w = w0 + part * dw
+                slope = look_at(s, g, ANEW)
                 exact = straight and again == 0
                 for i in range(s.t.total):
-                    exact = exact and n.pieces[i] == g.pieces[i]
-                if exact or there.energy <= slope.energy + DUST * slope.energy:
+                    exact = exact and g.pieces[i] == on[i]
+                if exact or slope.energy <= energy + DUST * energy:
                     break
                 part = HALF * part
-            change, reach = real(0.0), wp.length_sq(s.t.ru[0])
-            bodies = int(BLOCKS + 1)
+            change = real(0.0)
             for k in range(1, bodies):
-                turns = reach * wp.length_sq(n.w[k] - g.w[k])
-                change += (wp.length_sq(n.v[k] - g.v[k]) + turns) / s.pose.light[k]
-            g = n
-            slope = there
+                turns = reach * wp.length_sq(part * dw[k])
+                change += (wp.length_sq(part * dv[k]) + turns) / s.pose.light[k]
             whole = size_of(s, g)
             if exact or change <= ALIKE * ALIKE * whole:
                 fits = True
                 break
-        g, lifts, change, _same = renew(s, g)
-        for i in range(s.t.total):
-            lift, more = lifts[i], lifts[i] - s.t.gap[i]
-            if turn % LEAP == LEAP - 1 and rounds == ROUNDS:
-                ahead = larger(lift + AHEAD * more, real(0.0))
-                lift = wp.where(s.t.law[i] == CONE, ahead, lift)
-            s.t.gap[i] = lift
-        done = fits and change <= SOUND * SOUND * whole
-        if fits and change <= ENOUGH * ENOUGH * whole:
+        last = g.lift
+        slope = look_at(s, g, RENEW)
+        if turn % LEAP == LEAP - 1 and rounds == ROUNDS:
+            for i in range(s.t.total):
+                ahead = larger(g.lift[i] + AHEAD * (g.lift[i] - last[i]), real(0.0))
+                g.lift[i] = wp.where(s.t.law[i] == CONE, ahead, g.lift[i])
+        done = fits and slope.change <= SOUND * SOUND * whole
+        if fits and slope.change <= ENOUGH * ENOUGH * whole:
             break
-    return g, done
+    return done
 
 
 @wp.func(inline=False)
@@ -571,16 +576,15 @@ def solve(
     if t.total == 0:
         return first, v, w, True
     s = System(t, pose, PointNumbers(), v, w)
-    g = Guess(first, near_v, near_w, PointInts())
+    g = Guess(first, t.gap, PointInts(), near_v, near_w)
     for i in range(t.total):
         k = t.body[i]
         n = directions(pose.axes, k, t.slot[i])[2]
         up, low = wp.cross(t.ru[i], n), wp.cross(t.rl[i], n)
-        turns = wp.dot(up, rows_of(pose.ease, k) * up) + wp.dot(
-            low, rows_of(pose.ease, k - 1) * low
-        )
+        turns = wp.dot(up, rows_of(pose.ease, k) * up)
+        turns += wp.dot(low, rows_of(pose.ease, k - 1) * low)
         s.stiff[i] = FIRM / (pose.light[k] + pose.light[k - 1] + turns)
-    g, good = continue_pieces(s, g)
+    good = continue_pieces(s, g)
     if good:
         return g.asks, g.v, g.w, True
     asks, u, o, good = solve_by_sweeps(FIRST, t, pose, first, v, w)
@@ -590,9 +594,12 @@ def solve(
         k = t.body[i]
         e = directions(pose.axes, k, t.slot[i])
         at = e * relative_velocity(u[k], o[k], t.ru[i], u[k - 1], o[k - 1], t.rl[i])
-        s.t.gap[i] = lift_of(t.law[i], pose.friction[k], t.gap[i], at)
+        g.lift[i] = lift_of(t.law[i], pose.friction[k], t.gap[i], at)
         s.stiff[i] = s.stiff[i] * (STIFF / FIRM)
-    g, good = solve_by_newton(rounds, s, Guess(asks, u, o, PointInts()))
+    g.asks = asks
+    g.v = u
+    g.w = o
+    good = solve_by_newton(rounds, s, g)
     if not good and rounds == ROUNDS:
         asks, u, o, good = solve_by_sweeps(SWEEPS, t, pose, first, v, w)
         return asks, u, o, good
