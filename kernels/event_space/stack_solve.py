@@ -532,7 +532,9 @@ def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
             dv, dw = descent(factored, slope)
             v0 = g.v
             w0 = g.w
-            energy, straight, part, exact = slope.energy, slope.straight, real(1.0), bool(False)
+            energy = slope.energy
+            straight = slope.straight
+            part, exact = real(1.0), bool(False)
             for again in range(HALVINGS):
                 g.v = v0 + part * dv
                 g.w = w0 + part * dw
