@@ -31,11 +31,13 @@ from warprock.kernels.event_space.block_trial import State as BlockState
 from warprock.kernels.event_space.lane import BaseMotion, Limits
 from warprock.kernels.event_space.stack_contact import (
     CONE,
+    SWEEPS,
     Ints,
     Own,
     Pose,
     block_of,
     pose_of,
+    solve_by_sweeps,
     sticking_bits,
 )
 from warprock.kernels.event_space.stack_look import (
@@ -61,6 +63,10 @@ STILL = by_precision(1.0e-10, 1.0e-4)
 BINDING = 12
 """Largest number of Newton rounds that close gaps and project velocities in a step; the next step
 does the rest."""
+
+
+LEAST = real(1.0 / 256.0)
+"""A step whose contacts were not solved is halved down to this part of the longest step."""
 
 
 @wp.struct
@@ -107,6 +113,8 @@ def end_step(
         for i in range(t.total):
             t.law[i] = CONE
         _r, v1, w1, fits = solve(ROUNDS, t, pose, Points(), v, w, v, w)
+        if not fits:
+            _r, v1, w1, fits = solve_by_sweeps(SWEEPS, t, pose, Points(), v, w)
         n.lost = n.lost + before - energy(own, gravity, n.x, n.q, v1, w1)
         # The base's work on the blocks is at the mean of both velocities: see account.py.
         for k in range(1, bodies):
@@ -240,6 +248,10 @@ def step(own: Own, limits: Limits, motion: BaseMotion, end: real, s: State) -> S
     for i in range(t.total):
         first[i] = HALF * d * s.force[16 * (t.body[i] - 1) + t.slot[i]]
     p, vm, wm, good = solve(ROUNDS, t, pose, first, v, w, s.v, s.w)
+    if not good:
+        if d > LEAST * limits.longest_step:
+            return retry_step(s, HALF * d, d, near)
+        p, vm, wm, good = solve_by_sweeps(SWEEPS, t, pose, first, v, w)
     n = s
     n.force = Kept()
     for i in range(t.total):

@@ -19,8 +19,7 @@ comes to the curved piece, this ends without a solution.
 Else, for given l and lift the velocities minimise a convex function. Newton's method finds its
 least value; a step that does not descend is halved, and one within linear pieces is exact. Then l
 is set to f and lift to that of u. This repeats until only round-off changes. Redundant contacts of
-a face do no harm. If this does not converge, the sweeps of event_space/stack_contact.py finish the
-solve.
+a face do no harm.
 """
 
 import warp as wp
@@ -33,7 +32,6 @@ from warprock.kernels.event_space.stack_contact import (
     HOLD_Y,
     KEEP,
     PUSH,
-    SWEEPS,
     Pose,
     Touches,
     directions,
@@ -334,7 +332,7 @@ def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
 
 @wp.func
 def stiffness_of(s: wp.ref[System], g: wp.ref[Guess], i: int) -> Matrix:
-    """Stiffness c E^T P' E of a contact with its directions E: force per velocity of its point [kg]."""
+    """Stiffness of a contact in the axes of the base, c E^T P' E with its directions E [kg]."""
     k = s.t.body[i]
     e = directions(s.pose.axes, k, s.t.slot[i])
     m = Matrix()
@@ -602,7 +600,4 @@ def solve(
     g.v = u
     g.w = o
     good = solve_by_newton(rounds, s, g)
-    if not good and rounds == ROUNDS:
-        asks, u, o, good = solve_by_sweeps(SWEEPS, t, pose, first, v, w)
-        return asks, u, o, good
     return g.asks, g.v, g.w, good
