@@ -49,8 +49,8 @@ ROUNDS = 200
 """Largest number of rounds of Newton's method, each with one change of l."""
 LEAP = 8
 """Lifts converge slowly, by a factor a round. Every so many rounds they are extrapolated..."""
-AHEAD = real(8.0)
-"""...by this multiple of their last change."""
+FARTHEST = real(100.0)
+"""...by at most this multiple of their last change."""
 TRIES = 30
 """Largest number of Newton steps in a round."""
 HALVINGS = 8
@@ -514,7 +514,7 @@ def continue_pieces(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
 def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
     """Whether as many rounds at most make a guess the solution."""
     done, whole, ready = bool(False), real(0.0), bool(False)
-    factored, on, reach = Factor(), PointInts(), wp.length_sq(s.t.ru[0])
+    factored, on, before, reach = Factor(), PointInts(), PointNumbers(), wp.length_sq(s.t.ru[0])
     bodies = int(BLOCKS + 1)
     for turn in range(rounds):
         fits = bool(False)
@@ -553,10 +553,17 @@ def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
                 break
         last = g.lift
         slope = look_at(s, g, RENEW)
+        more = g.lift - last
         if turn % LEAP == LEAP - 1 and rounds == ROUNDS:
+            # Changes that shrink are a geometric series (Aitken); where they grow, they lead away.
+            ratio, one = wp.dot(more, before) / larger(wp.dot(before, before), TINY), real(1.0)
+            ahead = real(FARTHEST)
+            if ratio < one:
+                ahead = smaller(ratio / (one - ratio), FARTHEST)
             for i in range(s.t.total):
-                ahead = larger(g.lift[i] + AHEAD * (g.lift[i] - last[i]), real(0.0))
-                g.lift[i] = wp.where(s.t.law[i] == CONE, ahead, g.lift[i])
+                reached = larger(g.lift[i] + ahead * more[i], real(0.0))
+                g.lift[i] = wp.where(s.t.law[i] == CONE, reached, g.lift[i])
+        before = more
         done = fits and slope.change <= SOUND * SOUND * whole
         if fits and slope.change <= ENOUGH * ENOUGH * whole:
             break
