@@ -49,7 +49,7 @@ ROUNDS = 200
 """Largest number of rounds of Newton's method, each with one change of l."""
 LEAP = 8
 """Lifts converge slowly, by a factor a round. Every so many rounds they are extrapolated..."""
-FARTHEST = real(100.0)
+FARTHEST = real(1000.0)
 """...by at most this multiple of their last change."""
 TRIES = 30
 """Largest number of Newton steps in a round."""
