@@ -7,6 +7,7 @@ import pathlib
 import tomllib
 from typing import TYPE_CHECKING, Any
 
+from warprock.case.assembly_lanes import case_drawings
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
 from warprock.case.round_base import round_base_note
@@ -88,6 +89,7 @@ def explain_case(case: Case) -> dict[str, Any]:
             "friction_note": scene.friction_note,
             "replaced": round_base_note(inputs) or None,
             "touching": _touching(lane_set.lanes),
+            "laid": _laid(case, lane_set.lanes),
         },
         "lanes": case.lane_count,
         "inputs_of_lanes": lane_set.lanes.lane_count,
@@ -143,6 +145,25 @@ def _touching(lanes: Lanes) -> str | None:
     more = len(pairs) - JOINTS_SHOWN
     left = f"; {more:,} more" if more > 0 else ""
     return f"{'; '.join(pairs[:JOINTS_SHOWN])}{left}"
+
+
+def _laid(case: Case, lanes: Lanes) -> list[str]:
+    """What the first lane's assembly is, in sentences; nothing where it is none."""
+    if lanes.assembly is None:
+        return []
+    first = lanes.assembly.of(0)
+    fixed = [name for name, still in zip(first.names, first.fixed, strict=True) if still]
+    named = ", ".join(fixed[:JOINTS_SHOWN]) + ", ..." * (len(fixed) > JOINTS_SHOWN)
+    width, height = first.size
+    mass = float(first.mass[~first.fixed].sum())
+    found = [
+        f"{first.count - len(fixed):,} blocks, {mass:,.4g} kg, {width:.4g} m wide and "
+        f"{height:.4g} m high; fixed: {named}; {first.joints.count:,} joints"
+    ]
+    for file, drawing in case_drawings(case).items():
+        besides = f"; left out: {drawing.left_out}" if drawing.left_out else ""
+        found.append(f"{file}: {len(drawing.outlines):,} outlines{besides}")
+    return found
 
 
 def _scene_text(scene: SceneKind) -> str:

@@ -63,6 +63,8 @@ def print_explanation(found: Mapping[str, Any], then: str) -> None:
     if scene["touching"] is None:
         say(out, f"  friction: {_friction_text(scene)}")
     else:
+        for fact in scene["laid"]:
+            say(out, f"  of lane 0: {fact}")
         say(out, f"  joints: {scene['touching']}")
     for note in (
         found["scene"]["replaced"],
