@@ -100,7 +100,7 @@ def assert_same(found: Assembly, wanted: list[Piece], shift: float = 0.0) -> Non
     """The same blocks, joints and load factor as those of a pattern."""
     exact = assemble(wanted, depth=1.0, density=2000.0, friction=FRICTION)
     assert found.fixed.tolist() == exact.fixed.tolist()
-    assert found.centre == pytest.approx(exact.centre + [0.0, shift], abs=1e-9)
+    assert found.centre == pytest.approx(exact.centre + np.array([0.0, shift]), abs=1e-9)
     assert found.mass == pytest.approx(exact.mass, rel=1e-9)
     assert found.joints.blocks.tolist() == exact.joints.blocks.tolist()
     load = collapse_load(exact).load_factor

@@ -23,9 +23,8 @@ from warprock.case.input_columns import computed, key_column
 from warprock.drawings.loading import load_drawing
 from warprock.errors import InputError, did_you_mean
 from warprock.model import patterns
-from warprock.model.assembly import Assemblies, assemble
+from warprock.model.assembly import Assemblies, Piece, assemble
 from warprock.model.assembly import Assembly as Laid
-from warprock.model.assembly import Piece
 from warprock.model.lanes import Lanes
 from warprock.quantity import NOTHING, NumberKey, Said
 

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import scipy.spatial
 
 from warprock.errors import InputError
 from warprock.quantity import Said
@@ -88,6 +87,8 @@ def _section(
     area = sum(abs(polygon_area(part)) for part in parts)
     corners = np.concatenate(parts) if parts else np.empty((0, 2))
     if area > flat * flat:
+        import scipy.spatial
+
         hull = scipy.spatial.ConvexHull(corners)
         # In the plane the volume of a hull is its area.
         if hull.volume - area <= FLAT * hull.volume:

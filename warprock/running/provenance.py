@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from warprock.case.case import Case
 from warprock.case.assembly_lanes import case_drawings
+from warprock.case.case import Case
 from warprock.case.ground_motions import case_records
 from warprock.case.lanes import LaneSet
 from warprock.model.response import FIELDS, SOUND, Response
