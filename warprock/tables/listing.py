@@ -19,7 +19,7 @@ from warprock.tables.terminal import (
 
 
 def print_listing(found: Mapping[str, Any]) -> None:
-    """Prints what `running.catalogue.list_all` found."""
+    """Prints what `running.choices.list_all` found."""
     print_rows("Cases", found["cases"])
     print_rows("Engines", found["engines"])
     print_rows("Programs of others, for compare", found["programs"])
