@@ -83,9 +83,10 @@ def refused(result: Result, *words: str) -> None:
     [
         ("", set()),
         ("main(['keys', 'contact'], standalone_mode=False)", {"rich", "pydantic", "numpy"}),
-        ("main(['list'], standalone_mode=False)", {"rich", "pydantic", "numpy"}),
+        ("main(['list'], standalone_mode=False)", {"rich", "numpy"}),
+        ("main(['explain', 'space-free'], standalone_mode=False)", {"rich", "pydantic", "numpy"}),
     ],
-    ids=["help", "keys", "list"],
+    ids=["help", "keys", "list", "explain"],
 )
 def test_the_command_line_starts_without_anything_heavy(does: str, needs: set[str], python: Python):
     used = f"print('uses:', *(set({HEAVY!r}) & sys.modules.keys()))"
@@ -429,6 +430,8 @@ def test_every_command_of_the_folder_can_be_called():
         below = command.commands.values() if isinstance(command, click.Group) else ()
         return {command}.union(*map(reachable, below))
 
+    # Which imports the files of all commands.
+    main.list_commands(click.Context(main))
     found = reachable(main)
     for module in pkgutil.iter_modules(warprock.cli.__path__, "warprock.cli."):
         for value in vars(importlib.import_module(module.name)).values():
