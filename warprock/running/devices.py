@@ -9,6 +9,7 @@ import os
 import pathlib
 import sys
 from collections.abc import Iterator
+from typing import Any
 
 from warprock.errors import InputError
 from warprock.kernels.instance import FOLDER
@@ -80,7 +81,7 @@ def keep_headers() -> None:
     """
     import warp as wp
 
-    runtime = getattr(getattr(getattr(wp, "_src", None), "context", None), "runtime", None)
+    runtime: Any = getattr(getattr(getattr(wp, "_src", None), "context", None), "runtime", None)
     if not hasattr(runtime, "get_clang_pch_dir"):
         return
     folder = pathlib.Path(str(wp.config.kernel_cache_dir), HEADERS, "-".join(cpu_vector_flags()))
