@@ -21,7 +21,7 @@ from warprock.engines.assembly_packs import (
     room_for,
     sorts_of,
 )
-from warprock.engines.base import AbstractEngine
+from warprock.engines.base import KernelEngine
 from warprock.engines.decoding import lane_fields, respond, rest_start_times, time_or_nan
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.kernels import assembly
@@ -47,7 +47,7 @@ the lane gained more than its base supplied, too."""
 
 @final
 @dataclasses.dataclass(frozen=True)
-class Assembly(AbstractEngine):
+class Assembly(KernelEngine):
     """Many blocks with dry joints: Coulomb friction, plastic impacts, conjugate gradients.
 
     Steps of one length at the level of velocities (Moreau and Jean), first order in the step.
@@ -108,7 +108,7 @@ class Assembly(AbstractEngine):
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
-        """What the kernel takes, of lanes in packs; see `AbstractEngine.inputs`."""
+        """What the kernel takes, of lanes in packs; see `KernelEngine.inputs`."""
         knobs, own = module.Knobs(), _of(lanes)
         knobs.time_step = self.settings.time_step
         knobs.gravity = GRAVITY
@@ -123,7 +123,7 @@ class Assembly(AbstractEngine):
         }
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
-        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        """Runs a batch of lanes on the calling thread; see `KernelEngine.run`."""
         order, where = pack_up(_of(lanes), self.kernel_of(lanes).lanes)
         packed, moves = lanes.take(order), motions.take(order)
         module = self.module_of(packed, moves)
@@ -135,7 +135,7 @@ class Assembly(AbstractEngine):
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> Mapping[str, npt.NDArray[Any]]:
-        """Lane fields of a response; see `AbstractEngine.fields`."""
+        """Lane fields of a response; see `KernelEngine.fields`."""
         rows, own = found.lanes, _of(lanes)
         assert found.contacts is not None
         joints = joints_moved(own, found.contacts)
