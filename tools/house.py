@@ -83,9 +83,8 @@ ROOMS = (
     ),
     _room(
         "case",
-        """case.toml -> lanes and ground motions: one file a table ([block] in `block.py`), in which
-        each key is declared once; what tables become, in `lanes.py` and beside it""",
-        f"{_BASE} records drawings",
+        """case.toml -> lanes and ground motions: one file a table ([block] in `block.py`), where
+        each key is declared""",        f"{_BASE} records drawings",
         "numpy pandas pydantic pydantic_core scipy",
     ),
     _room(
