@@ -84,7 +84,8 @@ ROOMS = (
     _room(
         "case",
         """case.toml -> lanes and ground motions: one file a table ([block] in `block.py`), where
-        each key is declared""",        f"{_BASE} records drawings",
+        each key is declared""",
+        f"{_BASE} records drawings",
         "numpy pandas pydantic pydantic_core scipy",
     ),
     _room(
