@@ -287,7 +287,9 @@ def run_lanes(
                 on = wp.where(seen[i].mode == RUNNING and time < end, real(1.0), real(0.0))
                 if SPRINGS:
                     # What springs hold they have not taken.
-                    more = wp.where(goes and clock[i].count > 0, store[i].now - store[i].before, real(0.0))
+                    more = wp.where(
+                        goes and clock[i].count > 0, store[i].now - store[i].before, real(0.0)
+                    )
                     account[i].loss = account[i].loss - more
                     store[i].before = wp.where(goes, store[i].now, store[i].before)
                     store[i].now = real(0.0)

@@ -1,9 +1,10 @@
-"""Springs at the contacts of an assembly: the soft law of distinct elements instead of the hard one.
+"""Springs at the contacts of an assembly: the soft law of distinct elements.
 
 Where SPRINGS is true, a contact bears by a normal and a shear spring with dashpots, Coulomb's
 slider, cohesion and tension until it fails: `solve_spring` of dem/stack.py. Each of the two
 contacts of a joint stands for half of its area. Forces come from where the blocks are at the start
-of a step and from their velocities half a step before (central differences), all at once: no sweeps.
+of a step and from their velocities half a step before (central differences). So all are known at
+once, without sweeps.
 
 The energy that springs hold for a while is no loss: the account of a lane takes its changes out.
 """

@@ -69,7 +69,7 @@ class Assembly(AbstractEngine):
     """
 
     name: ClassVar[str] = "assembly"
-    settings_type = AssemblySettings
+    settings_type: ClassVar[type[Any]] = AssemblySettings
     order: ClassVar[int | None] = 1
     assemblies: ClassVar[bool] = True
     on_springs: ClassVar[bool] = False
@@ -91,7 +91,9 @@ class Assembly(AbstractEngine):
         joints = room_for(contacts // 2)
         widest = next((width for most, width in WIDEST if joints <= most), NARROWEST)
         lanes = widest if self.target.kernel_form is Form.PACKED else 1
-        return Kernel(assembly, "assembly_run", lanes=lanes, points=2 * joints + 1, springs=self.on_springs)
+        return Kernel(
+            assembly, "assembly_run", lanes=lanes, points=2 * joints + 1, springs=self.on_springs
+        )
 
     def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         """The instance of that kernel's file for lanes and motions."""
@@ -168,7 +170,9 @@ class Assembly(AbstractEngine):
         assert found.contacts is not None
         joints = joints_moved(own, found.contacts)
         state = JointState.OPENED * joints.opened + JointState.SLID * joints.slid
-        rest_time = rest_start_times(rows, times.times[-1] - 0.5 * self.longest_step(lanes, motions))
+        rest_time = rest_start_times(
+            rows, times.times[-1] - 0.5 * self.longest_step(lanes, motions)
+        )
         bad = [
             (_unstable(own, rows), Status.UNSTABLE),
             (rows["astray"] > 0, Status.OUTSIDE_MODEL),

@@ -1,9 +1,8 @@
 """Assemblies on springs, for the soft-spring engine: where they stand, and how long a step may be.
 
 Every joint has a normal and a shear spring at each of its two ends, where the engine `assembly` has
-its contacts; each stands for half of the area of the joint. Joints bear a block that rocks at an end
-as rigid ones do; of a joint that is closed two springs at its ends are three times as stiff against
-a turn as springs all along it.
+its contacts. Each stands for half of the area of the joint. A block rocks on the spring at one end
+as on a rigid corner. A closed joint is three times as stiff against a turn as on springs all along.
 """
 
 from __future__ import annotations
@@ -187,7 +186,7 @@ class _Rest:
         their bound hold that. Where there is no equilibrium, what the last trial found.
         """
         presses, sticks = np.ones((2, len(area)), dtype=bool)
-        drag, place = np.zeros(len(area)), np.zeros(len(load))
+        drag, place = np.zeros_like(area), np.zeros_like(load)
         for _ in range(TRIALS):
             hard, soft = self.hard * presses, self.soft * (presses & sticks)
             stiffness = (self.normal.T * hard) @ self.normal + (self.shear.T * soft) @ self.shear
@@ -198,7 +197,7 @@ class _Rest:
             bound = self.friction * np.maximum(push, 0.0) + self.settings.cohesion * area
             wanted = -self.soft * (self.shear @ place)
             holds, before = np.abs(wanted) <= bound, drag
-            drag = np.where(now, np.clip(wanted, -bound, bound), 0.0)
+            drag = np.asarray(np.where(now, np.clip(wanted, -bound, bound), 0.0))
             settled = np.allclose(drag, before, rtol=1e-9, atol=1e-9 * float(np.abs(load).max()))
             same = np.array_equal(now, presses) and np.array_equal(holds, sticks) and settled
             presses, sticks = now, holds
