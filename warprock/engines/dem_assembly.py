@@ -186,13 +186,14 @@ class _Rest:
         their bound hold that. Where there is no equilibrium, what the last trial found.
         """
         presses, sticks = np.ones((2, len(area)), dtype=bool)
-        drag, place = np.zeros_like(area), np.zeros_like(load)
+        drag: Array = np.zeros_like(area)
+        place: Array = np.zeros_like(load)
         for _ in range(TRIALS):
             hard, soft = self.hard * presses, self.soft * (presses & sticks)
             stiffness = (self.normal.T * hard) @ self.normal + (self.shear.T * soft) @ self.shear
             forces = load + self.shear.T @ np.where(presses & ~sticks, drag, 0.0)
-            place = np.linalg.lstsq(stiffness, forces, rcond=None)[0]
-            push = -self.hard * (self.normal @ place)
+            place = np.asarray(np.linalg.lstsq(stiffness, forces, rcond=None)[0], dtype=np.float64)
+            push: Array = -self.hard * (self.normal @ place)
             now = push > -self.settings.tensile_strength * area
             bound = self.friction * np.maximum(push, 0.0) + self.settings.cohesion * area
             wanted = -self.soft * (self.shear @ place)
