@@ -11,7 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.assembly_packs import (
+    around_rows,
     block_columns,
+    body_rows,
+    corner_rows,
     falls_by,
     graph_of,
     joint_columns,
@@ -19,6 +22,8 @@ from warprock.engines.assembly_packs import (
     joints_moved,
     pack_up,
     room_for,
+    room_for_pairs,
+    side_rows,
     sorts_of,
 )
 from warprock.engines.base import AbstractEngine
@@ -94,7 +99,7 @@ class Assembly(AbstractEngine):
             kernel.file,
             precision=self.target.precision,
             motion=motions.kind.value,
-            blocks=room_for(_of(lanes).most_parts),
+            blocks=room_for(_of(lanes).most_parts + 1),
             lanes=kernel.lanes,
             points=kernel.points,
         )
@@ -113,14 +118,37 @@ class Assembly(AbstractEngine):
         knobs.time_step = self.settings.time_step
         knobs.gravity = GRAVITY
         knobs.settled = self.settings.settled * GRAVITY * self.settings.time_step
+        knobs.after_collapse = self.settings.after_collapse
         knobs.sweeps = self.settings.iterations
         joints = module.POINTS // 2
         return {
             "blocks": block_columns(own, module.BLOCKS),
             "joints": joint_columns(own, joints),
-            "graph": graph_of(own, module.LANES, joints),
+            "laid": self._laid(module, own, joints),
             "knobs": knobs,
         }
+
+    def _laid(self, module: Any, own: Assemblies, joints: int) -> Any:
+        """The struct of where blocks are and may touch, of whole packs; see kernels/assembly."""
+        import warp as wp
+
+        device, lanes, pairs = self.target.device, len(own.lane), room_for_pairs(own)
+        meeting = {name: field.type.dtype for name, field in module.Laid.vars.items()}
+        rows = {
+            "graph": graph_of(own, module.LANES, joints),
+            "around": around_rows(own, meeting["around"]),
+            "corners": corner_rows(own, meeting["corners"]),
+            "sides": side_rows(own, meeting["sides"], joints),
+            "bodies": body_rows(own, meeting["bodies"]),
+        }
+        laid = module.Laid()
+        laid.spare = wp.zeros(lanes, dtype=int, device=device)
+        for name, values in rows.items():
+            setattr(laid, name, wp.array(values, dtype=meeting[name], device=device))
+        for name, contacts in (("pairs", 1), ("free", 2), ("touching", 1)):
+            shape = (lanes, 2 * contacts * pairs)
+            setattr(laid, name, wp.empty(shape, dtype=meeting[name], device=device))
+        return laid
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
@@ -128,6 +156,9 @@ class Assembly(AbstractEngine):
         packed, moves = lanes.take(order), motions.take(order)
         module = self.module_of(packed, moves)
         inputs = self.inputs(module, packed, moves, times)
+        spare = np.ones(len(order), dtype=np.int32)
+        spare[where] = 0
+        inputs["laid"].spare.assign(spare)
         found = launch(module, self.target, moves, times, **inputs)
         fields = dict(self.fields(packed, moves, times, found)) | _histories(packed, found)
         return take_lanes(respond(self.name, packed, fields, times), where)
@@ -143,7 +174,6 @@ class Assembly(AbstractEngine):
         rest_time = rest_start_times(rows, times.times[-1] - 0.5 * self.settings.time_step)
         bad = [
             (_unstable(own, rows), Status.UNSTABLE),
-            (rows["astray"] > 0, Status.OUTSIDE_MODEL),
         ]
         blocks = np.arange(found.blocks.shape[1]) < _count(own)[:, None]
         moved, last = (np.where(blocks, found.blocks[name], 0.0) for name in ("moved", "last"))
@@ -212,8 +242,9 @@ def _histories(lanes: Lanes, found: Found) -> dict[str, npt.NDArray[Any]]:
     def of(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         return np.where(there, np.take_along_axis(values, taken, axis=1), 0.0)
 
-    turn = np.clip(-of(found.history), -0.5 * np.pi, 0.5 * np.pi)
-    fields = {"rotation": np.abs(turn).max(axis=1, keepdims=True)}
+    turn = -of(found.history)
+    most = np.clip(np.abs(turn), 0.0, 0.5 * np.pi)
+    fields = {"rotation": most.max(axis=1, keepdims=True)}
     if found.places is not None:
         x, z = (of(found.places[..., axis]) for axis in (0, 1))
         fields |= {"x": x, "z": z, "turn": turn}

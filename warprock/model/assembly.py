@@ -78,6 +78,7 @@ class Assembly:
         depth: Across the plane [m].
         density: [kg/m^3].
         joints: Where they touch.
+        friction: Coefficient where blocks meet that no joint connects.
     """
 
     corners: Array
@@ -86,6 +87,7 @@ class Assembly:
     depth: float
     density: float
     joints: Joints
+    friction: float
 
     @property
     def count(self) -> int:
@@ -119,6 +121,19 @@ class Assembly:
     def mass(self) -> Array:
         """Mass of the blocks [kg], shape [block]."""
         return np.asarray(self.area * self.depth * self.density)
+
+    @functools.cached_property
+    def ground(self) -> float:
+        """Level of the ground [m].
+
+        That of the lowest blocks that can move, if they stand level on something fixed there; else
+        that of the lowest corner of all: abutments stand on the ground.
+        """
+        level, every = float(self.corners[~self.fixed][..., 1].min()), self.corners[..., 1]
+        near = FLUSH * float(np.ptp(self.corners.reshape(-1, 2), axis=0).max())
+        held = self.fixed[self.joints.blocks].any(axis=1)
+        flat = np.abs(self.joints.ends[..., 1] - level).max(axis=1) <= near
+        return level if (held & flat).any() else float(every.min())
 
     @property
     def size(self) -> Array:
@@ -191,7 +206,7 @@ def assemble(
         pieces: The blocks.
         depth: Across the plane [m].
         density: [kg/m^3].
-        friction: Coefficient of every joint.
+        friction: Coefficient of every joint, and of blocks that meet elsewhere.
         head_friction: That of head joints, which are nearer to upright than to level; None where
             it is the same.
 
@@ -212,7 +227,7 @@ def assemble(
     own = friction if head_friction is None else head_friction
     joints = dataclasses.replace(joints, friction=np.where(upright, own, friction))
     _require_held(joints, names, fixed)
-    return Assembly(corners, names, fixed, depth, density, joints)
+    return Assembly(corners, names, fixed, depth, density, joints, friction)
 
 
 def _padded(polygons: Sequence[Array]) -> Array:
