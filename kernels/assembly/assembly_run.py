@@ -256,7 +256,10 @@ def run_lanes(
                 book = keep_account(wp.where(keeps, clock[i].gain, real(0.0)), book)
                 account[i] = book
             for q in range(contact_count):
-                a, b = int(laid.graph[pack, 2 + 2 * (q // 2)]), int(laid.graph[pack, 3 + 2 * (q // 2)])
+                a, b = (
+                    int(laid.graph[pack, 2 + 2 * (q // 2)]),
+                    int(laid.graph[pack, 3 + 2 * (q // 2)]),
+                )
                 for i in range(LANES):
                     tracks = track[q, i]
                     glides = slip(contact[q, i], new[a, i], new[b, i])

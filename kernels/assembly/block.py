@@ -14,7 +14,6 @@ from warprock.kernels.account import Account
 from warprock.kernels.assembly.joint import Impulse, Mass, Pose, Velocity
 from warprock.kernels.modes import BROKEN, RUNNING
 
-
 TURN, OVER_TURN = real(6.283185307179586), real(0.15915494309189535)
 """A whole turn [rad], and its reciprocal."""
 
@@ -187,9 +186,10 @@ def observe_block(
     seen.speed = larger(speed, seen.speed)
     total = at.theta + far + speed
     fell = dz < -block.fall or turn >= HALF_PI
-    seen.collapse_time = wp.where(live and fell, smaller(time, seen.collapse_time), seen.collapse_time)
+    falls = smaller(time, seen.collapse_time)
+    seen.collapse_time = wp.where(live and fell, falls, seen.collapse_time)
     # A number that is none makes `total - total` none.
-    seen.mode = wp.where(live and not (total - total == zero), BROKEN, seen.mode)
+    seen.mode = wp.where(live and total - total != zero, BROKEN, seen.mode)
 
 
 @wp.func

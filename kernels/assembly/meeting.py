@@ -242,15 +242,15 @@ def seen_from(x: real, z: real, own: Pose, other: Pose):
 
 @wp.func
 def facing_edge(
-    corners: wp.array2d(dtype=Corner), lane: int, one: Body, other: Body
+    laid: Laid, lane: int, one: Body, other: Body
 ) -> Facing:  # fmt: skip
     """The edge of a block from whose line another one is farthest."""
     found = Facing(0, -NEVER)
     for edge in range(one.count):
-        side = corners[lane, one.first + edge]
+        side = laid.corners[lane, one.first + edge]
         nearest = -BELOW
         for k in range(other.count):
-            corner = corners[lane, other.first + k]
+            corner = laid.corners[lane, other.first + k]
             x, z = seen_from(corner.x, corner.z, other.pose, one.pose)
             nearest = smaller(dot(x - side.x, z - side.z, side.nx, side.nz), nearest)
         if nearest > found.gap:
@@ -260,17 +260,17 @@ def facing_edge(
 
 @wp.func
 def clearance(
-    corners: wp.array2d(dtype=Corner), lane: int, one: Body, other: Body, edge: int
+    laid: Laid, lane: int, one: Body, other: Body, edge: int
 ) -> real:  # fmt: skip
     """How far the corners of a block are from another one, but for those of one edge [m]."""
     found = -BELOW
     for k in range(one.count):
         if k != edge and k != after(edge, one.count):
-            corner = corners[lane, one.first + k]
+            corner = laid.corners[lane, one.first + k]
             x, z = seen_from(corner.x, corner.z, one.pose, other.pose)
             away = -NEVER
             for at in range(other.count):
-                side = corners[lane, other.first + at]
+                side = laid.corners[lane, other.first + at]
                 away = larger(dot(x - side.x, z - side.z, side.nx, side.nz), away)
             found = smaller(away, found)
     return found
@@ -278,13 +278,13 @@ def clearance(
 
 @wp.func
 def above_ground(
-    corners: wp.array2d(dtype=Corner), lane: int, one: Body, level: real, edge: int
+    laid: Laid, lane: int, one: Body, level: real, edge: int
 ) -> real:  # fmt: skip
     """Height of the lowest corner of a block above the ground, but for those of one edge [m]."""
     found = -BELOW
     for k in range(one.count):
         if edge < 0 or (k != edge and k != after(edge, one.count)):
-            corner = corners[lane, one.first + k]
+            corner = laid.corners[lane, one.first + k]
             high = dot(corner.x, corner.z, one.pose.s, one.pose.c) + one.pose.z - level
             found = smaller(high, found)
     return found
@@ -298,12 +298,12 @@ def faces(a: Pose, b: Pose) -> bool:
 
 @wp.func
 def shared_length(
-    corners: wp.array2d(dtype=Corner), lane: int, a: Body, b: Body, pair: Pair
+    laid: Laid, lane: int, a: Body, b: Body, pair: Pair
 ) -> real:  # fmt: skip
     """What the edges of a joint have side by side [m]."""
-    start = corners[lane, a.first + pair.edge_a]
-    stop = corners[lane, a.first + after(pair.edge_a, a.count)]
-    side = corners[lane, b.first + pair.edge_b]
+    start = laid.corners[lane, a.first + pair.edge_a]
+    stop = laid.corners[lane, a.first + after(pair.edge_a, a.count)]
+    side = laid.corners[lane, b.first + pair.edge_b]
     x0, z0 = seen_from(start.x, start.z, a.pose, b.pose)
     x1, z1 = seen_from(stop.x, stop.z, a.pose, b.pose)
     # The edge runs along (-n_z, n_x).
@@ -314,33 +314,33 @@ def shared_length(
 
 @wp.func
 def room_between(
-    corners: wp.array2d(dtype=Corner), lane: int, a: Body, b: Body, pair: Pair
+    laid: Laid, lane: int, a: Body, b: Body, pair: Pair
 ) -> real:  # fmt: skip
     """How far two blocks may move until they may touch where no joint has them [m]."""
     if b.count == 0:
         edge = wp.where(a.pose.c > real(0.0), a.stands, NONE)
-        return above_ground(corners, lane, a, b.pose.z, edge)
+        return above_ground(laid, lane, a, b.pose.z, edge)
     if pair.edge_a == NONE:
-        one, other = facing_edge(corners, lane, a, b), facing_edge(corners, lane, b, a)
+        one, other = facing_edge(laid, lane, a, b), facing_edge(laid, lane, b, a)
         return larger(one.gap, other.gap)
     if not faces(a.pose, b.pose):
         return real(-1.0)
-    near_a = clearance(corners, lane, a, b, pair.edge_a)
-    near_b = clearance(corners, lane, b, a, pair.edge_b)
-    return smaller(smaller(near_a, near_b), shared_length(corners, lane, a, b, pair))
+    near_a = clearance(laid, lane, a, b, pair.edge_a)
+    near_b = clearance(laid, lane, b, a, pair.edge_b)
+    return smaller(smaller(near_a, near_b), shared_length(laid, lane, a, b, pair))
 
 
 @wp.func
 def opposite_edge(
-    corners: wp.array2d(dtype=Corner), lane: int, one: Body, other: Body, edge: int
+    laid: Laid, lane: int, one: Body, other: Body, edge: int
 ) -> int:  # fmt: skip
     """The edge of another block that faces an edge of a block most."""
-    side = corners[lane, one.first + edge]
+    side = laid.corners[lane, one.first + edge]
     c = dot(one.pose.s, one.pose.c, other.pose.s, other.pose.c)
     s = wedge(other.pose.s, other.pose.c, one.pose.s, one.pose.c)
     found, least = int(0), -BELOW
     for k in range(other.count):
-        at = corners[lane, other.first + k]
+        at = laid.corners[lane, other.first + k]
         along = dot(wedge(at.nx, at.nz, s, c), dot(at.nx, at.nz, s, c), side.nx, side.nz)
         if along < least:
             found = k
@@ -364,13 +364,13 @@ def of_joint(corner: int, count: int, edge: int, own: int, others: int) -> bool:
 
 @wp.func
 def beside(
-    corners: wp.array2d(dtype=Corner), lane: int, one: Body, other: Body, edge: int, joint: Sides,
+    laid: Laid, lane: int, one: Body, other: Body, edge: int, joint: Sides,
     slip: real, range_: real,
 ) -> Beside:  # fmt: skip
     """What an edge of a block and the one that faces it have side by side.
 
     Args:
-        corners: Of all blocks.
+        laid: Where the blocks are.
         lane: The lane.
         one, other: The block of the edge that counts, and the other one.
         edge: The edge.
@@ -378,10 +378,10 @@ def beside(
         slip: Least length [m].
         range_: Gap up to which there is a contact [m].
     """
-    side = corners[lane, one.first + edge]
-    facing = opposite_edge(corners, lane, one, other, edge)
+    side = laid.corners[lane, one.first + edge]
+    facing = opposite_edge(laid, lane, one, other, edge)
     behind = after(facing, other.count)
-    start, stop = corners[lane, other.first + facing], corners[lane, other.first + behind]
+    start, stop = laid.corners[lane, other.first + facing], laid.corners[lane, other.first + behind]
     x0, z0 = seen_from(start.x, start.z, other.pose, one.pose)
     x1, z1 = seen_from(stop.x, stop.z, other.pose, one.pose)
     x0 = x0 - side.x
@@ -415,19 +415,19 @@ def beside(
 
 @wp.func
 def on_ground(
-    corners: wp.array2d(dtype=Corner), lane: int, one: Body, level: real, range_: real
+    laid: Laid, lane: int, one: Body, level: real, range_: real
 ) -> Beside:  # fmt: skip
     """The lowest edge of a block on the ground, from -x to +x."""
     s, c = one.pose.s, one.pose.c
     facing, least = int(0), -BELOW
     for k in range(one.count):
-        at = corners[lane, one.first + k]
+        at = laid.corners[lane, one.first + k]
         up = dot(at.nx, at.nz, s, c)
         if up < least:
             facing = k
             least = up
     behind = after(facing, one.count)
-    start, stop = corners[lane, one.first + facing], corners[lane, one.first + behind]
+    start, stop = laid.corners[lane, one.first + facing], laid.corners[lane, one.first + behind]
     x0, z0 = wedge(start.x, start.z, s, c), dot(start.x, start.z, s, c)
     x1, z1 = wedge(stop.x, stop.z, s, c), dot(stop.x, stop.z, s, c)
     gap0, gap1 = one.pose.z + z0 - level, one.pose.z + z1 - level
@@ -448,24 +448,24 @@ def meet(laid: Laid, lane: int, a: Body, b: Body, pair: Pair, near: Near) -> Bes
     The places of the corners are from the centre of the first block.
     """
     if b.count == 0:
-        return on_ground(laid.corners, lane, a, b.pose.z, near.range)
+        return on_ground(laid, lane, a, b.pose.z, near.range)
     slip = SLIP * laid.around[lane].scale
     joint = Sides(NONE, NONE)
     if pair.edge_a != NONE and faces(a.pose, b.pose):
         joint = Sides(pair.edge_a, pair.edge_b)
-    one, other = facing_edge(laid.corners, lane, a, b), facing_edge(laid.corners, lane, b, a)
+    one, other = facing_edge(laid, lane, a, b), facing_edge(laid, lane, b, a)
     nothing = Beside()
     nothing.gap0 = NEVER
     nothing.gap1 = NEVER
     if larger(one.gap, other.gap) > near.range:
         return nothing
     if one.gap > other.gap:
-        met = beside(laid.corners, lane, a, b, one.edge, joint, slip, near.range)
+        met = beside(laid, lane, a, b, one.edge, joint, slip, near.range)
         met.nx = -met.nx
         met.nz = -met.nz
         return met
     turned = Sides(joint.b, joint.a)
-    met = beside(laid.corners, lane, b, a, other.edge, turned, slip, near.range)
+    met = beside(laid, lane, b, a, other.edge, turned, slip, near.range)
     # Its tangent runs against the edge of the second block: the ends change places.
     dx, dz = b.pose.x - a.pose.x, b.pose.z - a.pose.z
     return Beside(
@@ -521,7 +521,8 @@ def list_pairs(laid: Laid, lane: int, pack: int, near: Near) -> Near:
 
     What is kept of their contacts moves with them. Joints come in the order of their blocks, too.
     """
-    count, joints = laid.graph[pack, 0], laid.graph[pack, 1]
+    count = laid.graph[pack, 0]
+    joints = laid.graph[pack, 1]
     room = laid.pairs.shape[1] // 2
     half = wp.where(near.half == 0, room, 0)
     joint, found, old = int(0), int(0), int(0)
@@ -534,9 +535,12 @@ def list_pairs(laid: Laid, lane: int, pack: int, near: Near) -> Near:
                 or (laid.graph[pack, 2 + 2 * joint] == a and laid.graph[pack, 3 + 2 * joint] < b)
             ):
                 joint += 1
-            if joint < joints and laid.graph[pack, 2 + 2 * joint] == a:
-                if laid.graph[pack, 3 + 2 * joint] == b:
-                    edges = laid.sides[lane, joint]
+            if (
+                joint < joints
+                and laid.graph[pack, 2 + 2 * joint] == a
+                and laid.graph[pack, 3 + 2 * joint] == b
+            ):
+                edges = laid.sides[lane, joint]
             other = laid.bodies[lane, b]
             dx, dz = one.pose.x - other.pose.x, one.pose.z - other.pose.z
             away = one.reach + other.reach + near.scope
@@ -545,7 +549,7 @@ def list_pairs(laid: Laid, lane: int, pack: int, near: Near) -> Near:
             moves = one.mass.m > real(0.0) or other.mass.m > real(0.0)
             if one.count > 0 and close and moves:
                 pair = Pair(a, b, edges.a, edges.b)
-                if room_between(laid.corners, lane, one, other, pair) < near.scope:
+                if room_between(laid, lane, one, other, pair) < near.scope:
                     while old < near.pairs and (
                         laid.pairs[lane, near.half + old].a < a
                         or (
@@ -555,9 +559,12 @@ def list_pairs(laid: Laid, lane: int, pack: int, near: Near) -> Near:
                     ):
                         old += 1
                     known = int(NONE)
-                    if old < near.pairs and laid.pairs[lane, near.half + old].a == a:
-                        if laid.pairs[lane, near.half + old].b == b:
-                            known = 2 * (near.half + old)
+                    if (
+                        old < near.pairs
+                        and laid.pairs[lane, near.half + old].a == a
+                        and laid.pairs[lane, near.half + old].b == b
+                    ):
+                        known = 2 * (near.half + old)
                     if found < room:
                         laid.pairs[lane, half + found] = pair
                         for end in range(2):
@@ -600,7 +607,8 @@ def find_free(laid: Laid, lane: int, rate: real, near: Near) -> Near:
     for p in range(near.pairs):
         place = near.half + p
         pair = laid.pairs[lane, place]
-        a, b = laid.bodies[lane, pair.a], laid.bodies[lane, pair.b]
+        a = laid.bodies[lane, pair.a]
+        b = laid.bodies[lane, pair.b]
         met = meet(laid, lane, a, b, pair, near)
         for end in range(2):
             was = laid.free[lane, 2 * place + end]

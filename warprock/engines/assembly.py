@@ -31,6 +31,7 @@ from warprock.engines.decoding import lane_fields, respond, rest_start_times, ti
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.kernels import assembly
 from warprock.kernels.instance import kernel_module
+from warprock.kernels.modes import OVERTURNED
 from warprock.model.assembly import Assemblies
 from warprock.model.assembly import Assembly as Laid
 from warprock.model.lanes import Lanes
@@ -56,17 +57,20 @@ class Assembly(AbstractEngine):
     """Many blocks with dry joints: Coulomb friction, plastic impacts, conjugate gradients.
 
     Steps of one length at the level of velocities (Moreau and Jean), first order in the step.
-    Contacts are the two ends of what the edges of a joint share, in every step anew; so blocks may
-    slide along one another and turn by any angle, but nothing else of them meets. What is fixed
-    goes on beyond its joints. A step is solved once a sweep changes nothing any more; a lane of
-    which a step needs more sweeps than the settings allow ends there (ITERATION_LIMIT).
+    Contacts are the two ends of what the edges of a joint share, in every step anew; and where
+    blocks come near one another that no joint connects, or that have left it, corners and edges of
+    their outlines, found anew, too. So blocks may slide along one another, turn by any angle, fall
+    and lie on one another as a heap. The ground is level and goes on to both sides: at the level of
+    the lowest blocks if these stand on something fixed there, else at that of the lowest corner.
+    A step is solved once a sweep changes nothing any more; a lane of which a step needs more sweeps
+    than the settings allow ends there (ITERATION_LIMIT), and one with more pairs of blocks side by
+    side than there is room for, too (EVENT_LIMIT).
 
-    A lane ends, too, once it has collapsed (outcome OVERTURNED): the centre of a block is lower
-    than at the start by half of the longest joint of the block, or a block has turned by a right
-    angle. It is at rest while no joint gapes and no corner moves. A lane that gained more energy
-    than its base supplied, or whose blocks went through one another, has the status UNSTABLE; one
-    of which a corner came below an edge from its side has OUTSIDE_MODEL: other contacts than those
-    of the joints would have met it there.
+    A lane has collapsed (outcome OVERTURNED) once the centre of a block is lower than at the start
+    by half of the longest joint of the block, or a block has turned by a right angle. It goes on
+    for `after_collapse`. It is at rest while no corner moves and no joint gapes, but for blocks
+    that lie or lean on others. A lane that gained more energy than its base supplied, or whose
+    blocks went through one another, has the status UNSTABLE.
     """
 
     name: ClassVar[str] = "assembly"
@@ -171,7 +175,11 @@ class Assembly(AbstractEngine):
         assert found.contacts is not None
         joints = joints_moved(own, found.contacts)
         state = JointState.OPENED * joints.opened + JointState.SLID * joints.slid
-        rest_time = rest_start_times(rows, times.times[-1] - 0.5 * self.settings.time_step)
+        end = times.times[-1] - 0.5 * self.settings.time_step
+        # What has fallen rests, too, if its lane went on to the end.
+        goes_on = rows["collapse_time"] + self.settings.after_collapse >= times.times[-1]
+        fallen = (rows["mode"] == OVERTURNED) & goes_on & (rows["moved"] < end)
+        rest_time = np.where(fallen, rows["moved"], rest_start_times(rows, end))
         bad = [
             (_unstable(own, rows), Status.UNSTABLE),
         ]
