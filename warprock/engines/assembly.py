@@ -46,6 +46,11 @@ WIDEST = ((100, 32), (400, 16), (1200, 8))
 cache of a core; of larger ones `NARROWEST`."""
 NARROWEST = 4
 
+SEVERAL, ALIKE = 8, 6
+"""Lanes, and lanes of one sort on average, from which on they run in packs. A pack of one lane
+takes eight times as long as the lane alone; of few lanes another kernel would take longer to
+compile."""
+
 GAINED_SHARE = 0.1
 """Energy gained, over that which lets the lightest block fall, above which a lane is unstable, if
 the lane gained more than its base supplied, too."""
@@ -93,7 +98,8 @@ class Assembly(AbstractEngine):
             contacts = scene.contact_point_count
         joints = room_for(contacts // 2)
         widest = next((width for most, width in WIDEST if joints <= most), NARROWEST)
-        lanes = widest if self.target.kernel_form is Form.PACKED else 1
+        packed = self.target.kernel_form is Form.PACKED and not _are_unlike(scene)
+        lanes = widest if packed else 1
         return Kernel(assembly, "assembly_run", lanes=lanes, points=2 * joints + 1)
 
     def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
@@ -200,6 +206,13 @@ class Assembly(AbstractEngine):
             "joint_state": state[:, : own.most_joints],
             "solver_residual": rows["residual"],
         }
+
+
+def _are_unlike(scene: SceneKind | Lanes) -> bool:
+    """Whether most of several lanes would have a pack of their own."""
+    if not isinstance(scene, Lanes) or scene.lane_count < SEVERAL:
+        return False
+    return len(np.unique(sorts_of(_of(scene)))) * ALIKE > scene.lane_count
 
 
 def _of(lanes: Lanes) -> Assemblies:

@@ -156,7 +156,7 @@ def _along(kind: Assembly, side: int) -> Array:
     across = np.abs((here * kind.joints.normal[:, None]).sum(axis=2))
     along = (here * kind.joints.tangent[:, None]).sum(axis=2)
     # The edge's two corners are the two that are nearest to the line of the joint.
-    flush = across <= across.min(axis=1, keepdims=True) + FLUSH * _size(kind)
+    flush = across <= across.min(axis=1, keepdims=True) + _flush(kind)
     return np.where(flush, along, np.inf)
 
 
@@ -183,7 +183,7 @@ def _edges(kind: Assembly, side: int) -> Array:
 def _on_ground(kind: Assembly) -> npt.NDArray[np.bool_]:
     """Whether a joint lies on the ground, shape [joint]."""
     level = np.abs(kind.joints.ends[..., 1] - kind.ground).max(axis=1)
-    return np.asarray(level <= FLUSH * _size(kind))
+    return np.asarray(level <= _flush(kind))
 
 
 def room_for_pairs(assemblies: Assemblies) -> int:
@@ -262,7 +262,7 @@ def body_rows(assemblies: Assemblies, struct: Any) -> Rows:
             places = kind.joints.blocks[stands, side]
             row["stands"][places] = _edge_starts(kind, side)[stands]
         row["first"][:count] = np.cumsum(own) - own
-        below = kind.fixed & (kind.corners[..., 1].max(axis=1) <= kind.ground + FLUSH * _size(kind))
+        below = kind.fixed & (kind.corners[..., 1].max(axis=1) <= kind.ground + _flush(kind))
         row["count"][:count] = np.where(below, 0, own)
         row["reach"][:count] = _reach(kind)
         row["mass"]["m"][:count] = ~kind.fixed / kind.mass
@@ -277,6 +277,11 @@ def _reach(kind: Assembly) -> Array:
     """Distance of the farthest corner of a block from its centre [m], shape [block]."""
     offset = kind.corners - kind.centre[:, None]
     return np.asarray(np.hypot(offset[..., 0], offset[..., 1]).max(axis=1))
+
+
+def _flush(kind: Assembly) -> float:
+    """Distance up to which a corner lies on a joint, or a joint on the ground [m]."""
+    return max(FLUSH * _size(kind), kind.flush)
 
 
 @functools.lru_cache(maxsize=64)
