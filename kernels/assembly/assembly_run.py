@@ -372,15 +372,15 @@ def run_lanes(
                             a, b = int(held.a), int(held.b)
                             va = new[a, i]
                             vb = new[b, i]
-                            kept = Impulse(held.n, held.t)
+                            pair = Impulse(held.n, held.t)
                             along = Way(held.pn, held.pt, held.dn, held.dt)
                             own = solve[i]
-                            sweep_contact(own, held.at, mass[a, i], mass[b, i], kept, along, va, vb)
+                            sweep_contact(own, held.at, mass[a, i], mass[b, i], pair, along, va, vb)
                             solve[i] = own
                             new[a, i] = va
                             new[b, i] = vb
-                            held.n = kept.n
-                            held.t = kept.t
+                            held.n = pair.n
+                            held.t = pair.t
                             held.pn = along.pn
                             held.pt = along.pt
                             held.dn = along.dn

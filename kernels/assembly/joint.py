@@ -23,10 +23,10 @@ Angles are positive counterclockwise here.
 
 import warp as wp
 
-DEEP = real(2.0e-3)
+DEEP = real(0.1) if SPRINGS else real(2.0e-3)
 """How deep a corner may be below an edge, over the length of the edge, wherever it is: steps leave
-less. One that is deeper, and deeper than far from the ends of the edge, has come from the side, and
-what meets it there is no matter of the joint; see meeting.py."""
+less, but springs give way. One that is deeper, and deeper than far from the ends of the edge, has
+come from the side, and what meets it there is no matter of the joint; see meeting.py."""
 
 
 @wp.struct
