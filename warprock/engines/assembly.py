@@ -26,7 +26,7 @@ from warprock.engines.assembly_packs import (
     side_rows,
     sorts_of,
 )
-from warprock.engines.base import AbstractEngine
+from warprock.engines.base import KernelEngine
 from warprock.engines.decoding import lane_fields, respond, rest_start_times, time_or_nan
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.kernels import assembly
@@ -62,7 +62,7 @@ the lane gained more than its base supplied, too."""
 
 
 @dataclasses.dataclass(frozen=True)
-class Assembly(AbstractEngine):
+class Assembly(KernelEngine):
     """Many blocks with dry joints: Coulomb friction, plastic impacts, conjugate gradients.
 
     Steps of one length at the level of velocities (Moreau and Jean), first order in the step.
@@ -132,7 +132,7 @@ class Assembly(AbstractEngine):
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
-        """What the kernel takes, of lanes in packs; see `AbstractEngine.inputs`."""
+        """What the kernel takes, of lanes in packs; see `KernelEngine.inputs`."""
         import warp as wp
 
         own, joints, steps = _of(lanes), module.POINTS // 2, self.longest_step(lanes, motions)
@@ -211,7 +211,7 @@ class Assembly(AbstractEngine):
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> Mapping[str, npt.NDArray[Any]]:
-        """Lane fields of a response; see `AbstractEngine.fields`."""
+        """Lane fields of a response; see `KernelEngine.fields`."""
         rows, own = found.lanes, _of(lanes)
         assert found.contacts is not None
         joints = joints_moved(own, found.contacts)
