@@ -58,9 +58,7 @@ ROOMS = (
     ),
     _room(
         "model",
-        """the arrays that rooms hand one another (lanes, ground motions, scene, response), and
-        closed forms: rocking, stacking, pose, the path of a base, Painleve's limit, undecided
-        lanes""",
+        "the arrays that rooms hand one another (lanes, motions, scene, response); closed forms",
         "errors units",
         "numpy scipy",
     ),
@@ -77,10 +75,16 @@ ROOMS = (
         "numpy pyarrow scipy tables",
     ),
     _room(
+        "drawings",
+        "files of polygons: drawings in DXF, blocks of COMPAS, faces in OBJ",
+        "errors quantity reading",
+        "ezdxf numpy scipy",
+    ),
+    _room(
         "case",
         """case.toml -> lanes and ground motions: one file a table ([block] in `block.py`), in which
         each key is declared once; what tables become, in `lanes.py` and beside it""",
-        f"{_BASE} records",
+        f"{_BASE} records drawings",
         "numpy pandas pydantic pydantic_core scipy",
     ),
     _room(

@@ -66,9 +66,9 @@ def drums(count: int) -> Laid:
     ("kind", "load"),
     [
         (oppenheim(7), 0.3736),
-        (oppenheim(27), 0.3538),
+        pytest.param(oppenheim(27), 0.3538, marks=pytest.mark.thorough),
         (drums(12), 1.0 / 6.0),
-        (drums(20), 0.1),
+        pytest.param(drums(20), 0.1, marks=pytest.mark.thorough),
     ],
     ids=["7 voussoirs", "27 voussoirs", "12 drums", "20 drums"],
 )
@@ -168,7 +168,7 @@ def mixed() -> list[Laid]:
     arches = [
         built(patterns.arch(5.0, thickness, np.pi, 7), 0.8) for thickness in (0.6, 0.7, 0.8, 0.9)
     ]
-    return [arches[0], wall_1(), arches[1], drums(3), arches[2], wall_1(0.4), arches[3]]
+    return [arches[0], wall_1(), arches[1], drums(2), arches[2], wall_1(0.4), arches[3]]
 
 
 def assert_same(found: Response, wanted: Response) -> None:
@@ -210,7 +210,7 @@ def test_contacts_take_energy_and_give_none():
     """Random arches and walls under pulses: what contacts gave back is nothing against the work."""
     draw = np.random.default_rng(5)
     kinds = [
-        built(patterns.arch(5.0, t, np.radians(e), 9), f)
+        built(patterns.arch(5.0, t, np.radians(e), 7), f)
         for t, e, f in zip(
             draw.uniform(0.6, 1.2, 24), draw.uniform(120.0, 180.0, 24),
             draw.uniform(0.4, 1.0, 24), strict=True,

@@ -81,7 +81,7 @@ MAGNIFIED = 5.0
 NUDGED = ("width", "height", "friction")
 """Arrays of lanes that `nudged` moves, besides starts, points of bodies, and the base."""
 
-REBUILT = ("housner: block, record", "event: block, record", "dem: block, harmonic")
+REBUILT = ("housner: block, harmonic", "event: block, harmonic", "dem: block, harmonic")
 """Batches whose kernels the ordinary run builds twice; `thorough` does so for those of blocks under
 records, and the mark `gpu` for all."""
 

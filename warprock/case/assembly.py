@@ -1,4 +1,4 @@
-"""The table [assembly]: many blocks with dry joints, laid by a pattern."""
+"""The table [assembly]: many blocks with dry joints, laid by a pattern or drawn in a file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from warprock.case.value_kinds import OtherKey
 from warprock.quantity import NOTHING, Column, FrictionKey, NumberKey, TextKey
 from warprock.units import Dimension, parse_quantity
 
-ARCH, WALL, COLUMN, FRAME = "arch", "wall", "column", "frame"
+ARCH, WALL, COLUMN, FRAME, FILE = "arch", "wall", "column", "frame", "file"
 """Patterns."""
 
 WHOLE, HALF = "whole", "half"
@@ -45,6 +45,7 @@ PATTERNS: dict[str, Keys] = {
     ),
     COLUMN: Keys(("drum_width", "drum_height", "drums")),
     FRAME: Keys(("column_width", "column_height", "columns", "span", "beam_height")),
+    FILE: Keys(("file",), ("file_unit", "joint_tolerance", "fixed", "head_friction")),
 }
 """Pattern -> its keys."""
 
@@ -69,6 +70,16 @@ def _read_openings(got: Any) -> tuple[tuple[float, ...], ...]:
     return tuple(found)
 
 
+_NAMES = "must be a list of names of blocks, or of their layers"
+
+
+def _read_fixed(got: Any) -> tuple[str, ...]:
+    """Names of blocks."""
+    if not isinstance(got, list | tuple) or not all(isinstance(each, str) for each in got):
+        raise ValueError(f'{_NAMES}, such as ["ground", "abutment"]')
+    return tuple(got)
+
+
 def _length(text: str, column: str) -> NumberKey:
     return NumberKey(text, "1 mm to 1 km", swept=True, column=Column(column))
 
@@ -78,7 +89,7 @@ def _number(text: str, most: int, column: str) -> NumberKey:
 
 
 class Assembly(Table):
-    """Many blocks with dry joints, laid by a pattern on what is fixed to the base."""
+    """Many blocks with dry joints on what is fixed to the base, by a pattern or from a file."""
 
     place: ClassVar[str] = "assembly"
 
@@ -150,10 +161,48 @@ class Assembly(Table):
     ] = None
     span: Annotated[float | None, _length("the clear distance between columns", "span")] = None
     beam_height: Annotated[float | None, _length("the height of the beam", "beam_height")] = None
+    file: Annotated[
+        str | None,
+        TextKey(
+            "the path of a drawing: closed polylines (.dxf), blocks of COMPAS (.json) or faces in "
+            "a plane (.obj)",
+            most=4096,
+            swept=True,
+            column=Column("assembly_file", text="File of the drawing"),
+        ),
+    ] = None
+    file_unit: Annotated[
+        float | None,
+        NumberKey(
+            "the length of one unit of the drawing, which a .dxf may say itself",
+            "1e-6 m to 1 km",
+            swept=True,
+            column=Column("file_unit"),
+        ),
+    ] = None
+    joint_tolerance: Annotated[
+        float,
+        NumberKey(
+            "the distance up to which edges of drawn blocks touch; a joint is at least ten times "
+            "as long",
+            "1e-6 mm to 1 m",
+        ),
+    ] = 1e-3
+    fixed: Annotated[
+        tuple[str, ...],
+        OtherKey(
+            "the drawn blocks that move with the base, by name or layer; supports of COMPAS do "
+            "without",
+            "list of names",
+            _read_fixed,
+            _NAMES,
+        ),
+    ] = ()
     head_friction: Annotated[
         float | None,
         FrictionKey(
-            "the friction of the upright head joints of the wall; without it contact.friction",
+            "the friction of joints that are nearer to upright than to level; without it "
+            "contact.friction",
             FRICTION,
             swept=True,
             column=Column("head_friction"),
@@ -166,7 +215,7 @@ class Assembly(Table):
         for name in self.model_fields_set:
             others = [pattern for pattern, keys in PATTERNS.items() if name in sum(keys, ())]
             if others and self.pattern not in others:
-                allowed = f"must be left out: it belongs to pattern {others[0]}"
+                allowed = f"must be left out: it belongs to pattern {' or '.join(others)}"
                 raise KeyedError(name, getattr(self, name), allowed)
         for name in own.needs:
             if getattr(self, name) is None:

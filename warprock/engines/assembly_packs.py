@@ -148,7 +148,7 @@ def _edges(kind: Assembly, side: int) -> Array:
     across = np.abs((here * kind.joints.normal[:, None]).sum(axis=2))
     # The edge's two corners are the two that are nearest to the line of the joint.
     along = (here * tangent[:, None]).sum(axis=2)
-    flush = across <= across.min(axis=1, keepdims=True) + 1e-6 * _size(kind)
+    flush = across <= across.min(axis=1, keepdims=True) + max(1e-6 * _size(kind), kind.flush)
     low = np.where(flush, along, np.inf).min(axis=1)
     high = np.where(flush, along, -np.inf).max(axis=1)
     beyond = np.where(kind.fixed[block], BEYOND * _size(kind), 0.0)

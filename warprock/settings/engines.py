@@ -12,11 +12,12 @@ import typing
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self
 
-import pydantic
-
 from warprock.errors import InputError, did_you_mean, list_allowed
 from warprock.settings.setting import SettingKey
 from warprock.unmodelled import unmodelled_text
+
+if typing.TYPE_CHECKING:
+    import pydantic
 
 FRICTION_IN_SPACE = SettingKey(
     "in space, 0: friction is bound in every direction alike (exact cone); 1: along x and along y "
@@ -390,6 +391,8 @@ def judged_settings(
         table: Values by field name.
         source: File or option, for the error text.
     """
+    import pydantic
+
     known = declared_settings(settings_type)
     for name, got in table.items():
         if name not in known:
