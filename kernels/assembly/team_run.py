@@ -408,10 +408,10 @@ def run_lanes(
                                 )
                             for i in range(LANES):
                                 at = Contact(
-                                    held[i], held[i + LANES], held[i + 2 * LANES], held[i + 3 * LANES],
-                                    held[i + 4 * LANES], held[i + 5 * LANES], held[i + 6 * LANES],
-                                    held[i + 7 * LANES], held[i + 8 * LANES], held[i + 9 * LANES],
-                                    held[i + 10 * LANES], held[i + 11 * LANES],
+                                    held[i], held[i + LANES], held[i + 2 * LANES],
+                                    held[i + 3 * LANES], held[i + 4 * LANES], held[i + 5 * LANES],
+                                    held[i + 6 * LANES], held[i + 7 * LANES], held[i + 8 * LANES],
+                                    held[i + 9 * LANES], held[i + 10 * LANES], held[i + 11 * LANES],
                                 )  # fmt: skip
                                 ma = Mass(weights[i], weights[i + LANES])
                                 mb = Mass(weights[i + 2 * LANES], weights[i + 3 * LANES])
@@ -502,8 +502,10 @@ def run_lanes(
                     track[i] = store.track[2 * p + side, i]
                 for i in range(LANES):
                     at = Contact(
-                        held[i], held[i + LANES], held[i + 2 * LANES], held[i + 3 * LANES], held[i + 4 * LANES], held[i + 5 * LANES],
-                        held[i + 6 * LANES], held[i + 7 * LANES], held[i + 8 * LANES], held[i + 9 * LANES], held[i + 10 * LANES], held[i + 11 * LANES],
+                        held[i], held[i + LANES], held[i + 2 * LANES],
+                        held[i + 3 * LANES], held[i + 4 * LANES], held[i + 5 * LANES],
+                        held[i + 6 * LANES], held[i + 7 * LANES], held[i + 8 * LANES],
+                        held[i + 9 * LANES], held[i + 10 * LANES], held[i + 11 * LANES],
                     )  # fmt: skip
                     tracks = track[i]
                     glides = slip(at, new_a[i], new_b[i])

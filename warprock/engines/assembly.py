@@ -21,24 +21,38 @@ from warprock.engines.assembly_packs import (
     room_for,
     sorts_of,
 )
+from warprock.engines.assembly_team import run_team
 from warprock.engines.base import AbstractEngine
 from warprock.engines.decoding import lane_fields, respond, rest_start_times, time_or_nan
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.kernels import assembly
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.instance import LANE_WIDTH, kernel_module
 from warprock.model.assembly import Assemblies
 from warprock.model.assembly import Assembly as Laid
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
-from warprock.model.response import JointState, Response, SampleTimes, Status, take_lanes
+from warprock.model.response import (
+    JointState,
+    Response,
+    SampleTimes,
+    Status,
+    join_responses,
+    take_lanes,
+)
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
 
 WIDEST = ((100, 32), (400, 16), (1200, 8))
 """Lanes of a pack by the joints that it has room for, so that what the sweeps read stays in the
-cache of a core; of larger ones `NARROWEST`."""
-NARROWEST = 4
+cache of a core."""
+
+LARGE = WIDEST[-1][0]
+"""Joints of a lane above which a team of threads runs it by itself (`team_run.py`): some 400 blocks
+of a wall. From 150 blocks on both ways cost about the same."""
+
+MORE_SWEEPS = 8
+"""Times the most sweeps of a step that a large lane may take: forces go through more blocks."""
 
 GAINED_SHARE = 0.1
 """Energy gained, over that which lets the lightest block fall, above which a lane is unstable, if
@@ -77,15 +91,21 @@ class Assembly(AbstractEngine):
         return f"{cls.name} runs assemblies of many blocks, and the case has no [assembly]"
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
-        """The kernel that runs a scene: the more joints, the fewer lanes a thread."""
+        """The kernel that runs a scene: the more joints, the fewer lanes a thread.
+
+        Of lanes of which only some are large it is that of the others.
+        """
         if isinstance(scene, Lanes):
-            contacts = 2 * _of(scene).most_joints
+            large, joints = bool(_large(scene).all()), _of(scene).most_joints
         else:
-            contacts = scene.contact_point_count
-        joints = room_for(contacts // 2)
-        widest = next((width for most, width in WIDEST if joints <= most), NARROWEST)
-        lanes = widest if self.target.kernel_form is Form.PACKED else 1
-        return Kernel(assembly, "assembly_run", lanes=lanes, points=2 * joints + 1)
+            joints = scene.contact_point_count // 2
+            large = joints > LARGE
+        packed = self.target.kernel_form is Form.PACKED
+        if large:
+            return Kernel(assembly, "team_run", lanes=LANE_WIDTH if packed else 1)
+        room = room_for(min(joints, LARGE))
+        widest = next(width for most, width in WIDEST if room <= room_for(most))
+        return Kernel(assembly, "assembly_run", lanes=widest if packed else 1, points=2 * room + 1)
 
     def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         """The instance of that kernel's file for lanes and motions."""
@@ -94,11 +114,23 @@ class Assembly(AbstractEngine):
             kernel.file,
             precision=self.target.precision,
             motion=motions.kind.value,
-            blocks=room_for(_of(lanes).most_parts),
+            # Every block has a joint.
+            blocks=room_for(min(_of(lanes).most_parts, LARGE + 1)),
             lanes=kernel.lanes,
             points=kernel.points,
         )
         return module
+
+    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
+        """Compiles or loads the kernels of small lanes and of large ones."""
+        large = _large(lanes)
+        for some in (np.flatnonzero(~large), np.flatnonzero(large)):
+            if len(some):
+                super().warm_up(lanes.take(some), motions.take(some))
+
+    def shares(self, lanes: Lanes) -> bool:
+        """Whether most lanes are large ones."""
+        return 2 * int(_large(lanes).sum()) > lanes.lane_count
 
     def alike_order(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.intp] | None:
         """By how hard their bases pull: lanes that move alike need as many sweeps."""
@@ -109,21 +141,41 @@ class Assembly(AbstractEngine):
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
         """What the kernel takes, of lanes in packs; see `AbstractEngine.inputs`."""
-        knobs, own = module.Knobs(), _of(lanes)
-        knobs.time_step = self.settings.time_step
-        knobs.gravity = GRAVITY
-        knobs.settled = self.settings.settled * GRAVITY * self.settings.time_step
-        knobs.sweeps = self.settings.iterations
-        joints = module.POINTS // 2
+        own, joints = _of(lanes), module.POINTS // 2
         return {
             "blocks": block_columns(own, module.BLOCKS),
             "joints": joint_columns(own, joints),
             "graph": graph_of(own, module.LANES, joints),
-            "knobs": knobs,
+            "knobs": self._knobs(module, large=False),
         }
 
+    def _knobs(self, module: Any, *, large: bool) -> Any:
+        knobs = module.Knobs()
+        knobs.time_step = self.settings.time_step
+        knobs.gravity = GRAVITY
+        knobs.settled = self.settings.settled * GRAVITY * self.settings.time_step
+        knobs.sweeps = self.settings.iterations * (MORE_SWEEPS if large else 1)
+        return knobs
+
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
-        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        """Runs a batch of lanes on the calling thread, large ones with others of its team.
+
+        See `AbstractEngine.run`.
+        """
+        large = _large(lanes)
+        small = np.flatnonzero(~large)
+        groups = [small] if len(small) else []
+        groups += [np.array([lane]) for lane in np.flatnonzero(large)]
+        parts = [
+            (self._run_large if large[own[0]] else self._run_packed)(
+                lanes.take(own), motions.take(own), times
+            )
+            for own in groups
+        ]
+        together = parts[0] if len(parts) == 1 else join_responses(parts)
+        return take_lanes(together, np.argsort(np.concatenate(groups)))
+
+    def _run_packed(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         order, where = pack_up(_of(lanes), self.kernel_of(lanes).lanes)
         packed, moves = lanes.take(order), motions.take(order)
         module = self.module_of(packed, moves)
@@ -132,6 +184,13 @@ class Assembly(AbstractEngine):
         fields = dict(self.fields(packed, moves, times, found)) | _histories(packed, found)
         return take_lanes(respond(self.name, packed, fields, times), where)
 
+    def _run_large(self, lane: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+        module = self.module_of(lane, motions)
+        knobs = self._knobs(module, large=True)
+        found = run_team(module, self.target, _of(lane).of(0), motions, times, knobs)
+        fields = dict(self.fields(lane, motions, times, found)) | _histories(lane, found)
+        return respond(self.name, lane, fields, times)
+
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> Mapping[str, npt.NDArray[Any]]:
@@ -139,7 +198,10 @@ class Assembly(AbstractEngine):
         rows, own = found.lanes, _of(lanes)
         assert found.contacts is not None
         joints = joints_moved(own, found.contacts)
-        state = JointState.OPENED * joints.opened + JointState.SLID * joints.slid
+        state = np.zeros((len(rows), max(joints.opened.shape[1], own.most_joints)), dtype=np.int64)
+        state[:, : joints.opened.shape[1]] = (
+            JointState.OPENED * joints.opened + JointState.SLID * joints.slid
+        )
         rest_time = rest_start_times(rows, times.times[-1] - 0.5 * self.settings.time_step)
         bad = [
             (_unstable(own, rows), Status.UNSTABLE),
@@ -167,6 +229,12 @@ class Assembly(AbstractEngine):
 def _of(lanes: Lanes) -> Assemblies:
     assert lanes.assembly is not None
     return lanes.assembly
+
+
+def _large(lanes: Lanes) -> npt.NDArray[np.bool_]:
+    """Which lanes have more than `LARGE` joints, shape [lane]."""
+    own = _of(lanes)
+    return np.array([kind.joints.count > LARGE for kind in own.kinds])[own.lane]
 
 
 def _loads(motions: GroundMotions, rows: npt.NDArray[Any]) -> npt.NDArray[np.float64]:

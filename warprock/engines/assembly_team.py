@@ -226,8 +226,6 @@ def _give_way() -> int:
 
 def _scene(module: ModuleType, own: Assembly, layout: Layout, device: str) -> Any:
     """The kernel's struct `Scene`."""
-    import warp as wp
-
     alone = Assemblies((own,), np.zeros(1, dtype=np.intp))
     width, count = module.LANES, own.count
     rank = np.empty(count, dtype=np.intp)

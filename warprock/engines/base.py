@@ -186,6 +186,10 @@ class AbstractEngine(abc.ABC):
         module = self.module_of(self.kernel_lanes(lanes, motions), motions)
         wp.load_module(module.__name__, device=self.target.device)
 
+    def shares(self, lanes: Lanes) -> bool:
+        """Whether several threads run one lane, so that lanes run one after another."""
+        return False
+
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
         """Longest step that every lane may take [s], shape [lane], of an engine with an order."""
         return np.full(lanes.lane_count, self.settings.time_step)
