@@ -12,7 +12,7 @@ from warprock.case.value_kinds import OtherKey
 from warprock.quantity import NOTHING, Column, FrictionKey, NumberKey, TextKey
 from warprock.units import Dimension, parse_quantity
 
-ARCH, WALL, COLUMN, FRAME, FILE = "arch", "wall", "column", "frame", "file"
+ARCH, WALL, DRY_STONE, COLUMN, FRAME, FILE = "arch", "wall", "dry-stone", "column", "frame", "file"
 """Patterns."""
 
 WHOLE, HALF = "whole", "half"
@@ -42,6 +42,10 @@ PATTERNS: dict[str, Keys] = {
         ("block_length", "block_height", "blocks", "courses"),
         ("first_course", "head_friction", "openings"),
     ),
+    DRY_STONE: Keys(
+        ("wall_length", "wall_height", "stone_length", "stone_height", "variation", "seed"),
+        ("head_friction",),
+    ),
     COLUMN: Keys(("drum_width", "drum_height", "drums")),
     FRAME: Keys(("column_width", "column_height", "columns", "span", "beam_height")),
     FILE: Keys(("file",), ("file_unit", "joint_tolerance", "fixed", "head_friction")),
@@ -66,6 +70,25 @@ def _read_openings(got: Any) -> tuple[tuple[float, ...], ...]:
         if min(rectangle[:2]) < 0.0 or min(rectangle[2:]) <= 0.0:
             raise ValueError(f"{_MUST}, none below 0 m, width and height above")
         found.append(rectangle)
+    return tuple(found)
+
+
+BETWEEN = " / "
+"""What stands between the two blocks of a joint."""
+
+_JOINTS = f'must be a list of joints by their two blocks, such as ["1.1{BETWEEN}2.1"]'
+
+
+def _read_joints(got: Any) -> tuple[tuple[str, str], ...]:
+    """The names of the two blocks of each joint."""
+    if not isinstance(got, list | tuple) or not got:
+        raise ValueError(_JOINTS)
+    found = []
+    for each in got:
+        parts = each.split(BETWEEN) if isinstance(each, str) else ()
+        if len(parts) != 2:
+            raise ValueError(_JOINTS)
+        found.append((parts[0].strip(), parts[1].strip()))
     return tuple(found)
 
 
@@ -148,6 +171,35 @@ class Assembly(Table):
             _MUST,
         ),
     ] = ()
+    wall_length: Annotated[
+        float | None, _length("the length of the wall of dry stone", "wall_length")
+    ] = None
+    wall_height: Annotated[float | None, _length("the height of that wall", "wall_height")] = None
+    stone_length: Annotated[
+        float | None, _length("the mean length of its stones", "stone_length")
+    ] = None
+    stone_height: Annotated[
+        float | None, _length("the mean height of its courses", "stone_height")
+    ] = None
+    variation: Annotated[
+        float | None,
+        NumberKey(
+            "how much its stones differ: 0 for a regular wall, 1 for lengths off by up to 60 %, "
+            "heights by up to 50 %, head joints that lean by up to 12 deg, and beds that slope",
+            "0 to 1",
+            swept=True,
+            column=Column("variation"),
+        ),
+    ] = None
+    seed: Annotated[
+        float | None,
+        NumberKey(
+            "a whole number from which its stones are drawn: another number, another wall",
+            "0 to 1e9",
+            swept=True,
+            column=Column("assembly_seed"),
+        ),
+    ] = None
     drum_width: Annotated[float | None, _length("the width of a drum", "drum_width")] = None
     drum_height: Annotated[float | None, _length("the height of a drum", "drum_height")] = None
     drums: Annotated[float | None, _number("the number of drums", MOST_BLOCKS, "drums")] = None
@@ -205,6 +257,26 @@ class Assembly(Table):
             FRICTION,
             swept=True,
             column=Column("head_friction"),
+        ),
+    ] = None
+
+    weak_joints: Annotated[
+        tuple[tuple[str, str], ...],
+        OtherKey(
+            "single joints with a friction of their own, by their two blocks as `explain` names "
+            "them",
+            "list of joints",
+            _read_joints,
+            _JOINTS,
+        ),
+    ] = ()
+    weak_friction: Annotated[
+        float | None,
+        FrictionKey(
+            "the friction of those joints",
+            FRICTION,
+            swept=True,
+            column=Column("weak_friction"),
         ),
     ] = None
 

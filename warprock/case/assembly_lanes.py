@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,7 +10,9 @@ import numpy.typing as npt
 
 from warprock.case.assembly import (
     ARCH,
+    BETWEEN,
     COLUMN,
+    DRY_STONE,
     FILE,
     FRAME,
     MOST_BLOCKS,
@@ -37,7 +40,7 @@ if TYPE_CHECKING:
 
 PLACE = Assembly.place
 FRICTION = "contact.friction"
-COUNTS = ("voussoirs", "blocks", "courses", "drums", "columns")
+COUNTS = ("voussoirs", "blocks", "courses", "drums", "columns", "seed")
 """Keys that hold whole numbers."""
 
 
@@ -115,7 +118,7 @@ def _numbers(values: LaneValues, table: Assembly) -> dict[str, npt.NDArray[np.fl
     declared = Assembly.declared()
     swept = [
         name
-        for name in ("density", "depth", *keys.needs, *keys.may)
+        for name in ("density", "depth", *keys.needs, *keys.may, "weak_friction")
         if isinstance(key := declared[name], NumberKey) and key.swept
     ]
     names = [name for name in swept if values.given(f"{PLACE}.{name}")]
@@ -144,7 +147,11 @@ def _refuse_others(values: LaneValues) -> None:
 def _refuse_numbers(
     values: LaneValues, table: Assembly, numbers: Mapping[str, npt.NDArray[np.float64]]
 ) -> None:
-    """Refuses counts that are not whole, an arch that is too thick, and too many blocks."""
+    """Refuses numbers that fit no assembly: counts that are not whole, sizes, too many blocks."""
+    if "weak_friction" in numbers and not table.weak_joints:
+        key = f"{PLACE}.weak_joints"
+        allowed = f"{Assembly.declared()['weak_joints'].allowed}, with weak_friction"
+        raise InputError(values.case.source_of(key), key, NOTHING, allowed)
     for name in COUNTS:
         if name in numbers:
             broken = numbers[name] != np.round(numbers[name])
@@ -158,6 +165,18 @@ def _refuse_numbers(
         allowed = f"must make at most {MOST_BLOCKS:,} blocks"
         values.refuse(blocks > MOST_BLOCKS, f"{PLACE}.courses", allowed)
         _refuse_openings(values, table, numbers)
+    if table.pattern == DRY_STONE:
+        for size in ("length", "height"):
+            small = numbers[f"wall_{size}"] < numbers[f"stone_{size}"]
+            values.refuse(small, f"{PLACE}.stone_{size}", f"must be at most {PLACE}.wall_{size}")
+        area = numbers["wall_length"] * numbers["wall_height"]
+        stones = area / (numbers["stone_length"] * numbers["stone_height"])
+        allowed = f"must make at most some {MOST_STONES} stones"
+        values.refuse(stones > MOST_STONES, f"{PLACE}.stone_length", allowed)
+
+
+MOST_STONES = 400
+"""Mean number of stones of a wall of dry stone: one in some ten has a tenth more."""
 
 
 def _refuse_openings(
@@ -189,7 +208,7 @@ WITHIN_A_COURSE = 1e-6
 
 def _assemble(case: Case, table: Assembly, own: Mapping[str, Any], file: str | None) -> Laid:
     """The assembly of some numbers, or of a file."""
-    return assemble(
+    found = assemble(
         _pieces(table, own) if file is None else _drawn(case, table, own, file),
         depth=own["depth"],
         density=own["density"],
@@ -197,6 +216,34 @@ def _assemble(case: Case, table: Assembly, own: Mapping[str, Any], file: str | N
         head_friction=own.get("head_friction"),
         tolerance=None if file is None else table.joint_tolerance,
     )
+    return _weakened(case, table, own, found) if table.weak_joints else found
+
+
+def _weakened(case: Case, table: Assembly, own: Mapping[str, Any], found: Laid) -> Laid:
+    """An assembly in which some joints have a friction of their own.
+
+    Raises:
+        InputError: A block of that name is not there, or the two do not touch.
+    """
+    place = {name: number for number, name in enumerate(found.names)}
+    key, friction = f"{PLACE}.weak_joints", found.joints.friction.copy()
+    for pair in table.weak_joints:
+        got = BETWEEN.join(pair)
+        for name in pair:
+            if name not in place:
+                allowed = f"must be joints by their two blocks{did_you_mean(name, found.names)}"
+                raise InputError(case.source_of(key), key, got, allowed)
+        meant = sorted(place[name] for name in pair)
+        chosen = (np.sort(found.joints.blocks, axis=1) == meant).all(axis=1)
+        if not chosen.any():
+            allowed = "must be joints: these two blocks do not touch"
+            raise InputError(case.source_of(key), key, got, allowed)
+        if "weak_friction" not in own:
+            name = f"{PLACE}.weak_friction"
+            allowed = f"{Assembly.declared()['weak_friction'].allowed}, with weak_joints"
+            raise InputError(case.source_of(name), name, NOTHING, allowed)
+        friction[chosen] = own["weak_friction"]
+    return dataclasses.replace(found, joints=dataclasses.replace(found.joints, friction=friction))
 
 
 def _files(values: LaneValues, table: Assembly) -> tuple[tuple[str, ...], npt.NDArray[np.float64]]:
@@ -284,6 +331,7 @@ def _pieces(table: Assembly, own: Mapping[str, float]) -> list[Piece]:
         return patterns.wall(**numbers, whole_first=whole, openings=openings)
     laid: dict[str, Callable[..., list[Piece]]] = {
         ARCH: patterns.arch,
+        DRY_STONE: patterns.dry_stone,
         COLUMN: patterns.column,
         FRAME: patterns.frame,
     }

@@ -54,6 +54,11 @@ of a wall. From 150 blocks on both ways cost about the same."""
 MORE_SWEEPS = 8
 """Times the most sweeps of a step that a large lane may take: forces go through more blocks."""
 
+SEVERAL, ALIKE = 8, 6
+"""Lanes, and lanes of one sort on average, from which on they run in packs. A pack of one lane
+takes eight times as long as the lane alone; of few lanes another kernel would take longer to
+compile."""
+
 GAINED_SHARE = 0.1
 """Energy gained, over that which lets the lightest block fall, above which a lane is unstable, if
 the lane gained more than its base supplied, too."""
@@ -105,7 +110,8 @@ class Assembly(AbstractEngine):
             return Kernel(assembly, "team_run", lanes=LANE_WIDTH if packed else 1)
         room = room_for(min(joints, LARGE))
         widest = next(width for most, width in WIDEST if room <= room_for(most))
-        return Kernel(assembly, "assembly_run", lanes=widest if packed else 1, points=2 * room + 1)
+        lanes = widest if packed and not _are_unlike(scene) else 1
+        return Kernel(assembly, "assembly_run", lanes=lanes, points=2 * room + 1)
 
     def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         """The instance of that kernel's file for lanes and motions."""
@@ -224,6 +230,13 @@ class Assembly(AbstractEngine):
             "joint_state": state[:, : own.most_joints],
             "solver_residual": rows["residual"],
         }
+
+
+def _are_unlike(scene: SceneKind | Lanes) -> bool:
+    """Whether most of several lanes would have a pack of their own."""
+    if not isinstance(scene, Lanes) or scene.lane_count < SEVERAL:
+        return False
+    return len(np.unique(sorts_of(_of(scene)))) * ALIKE > scene.lane_count
 
 
 def _of(lanes: Lanes) -> Assemblies:

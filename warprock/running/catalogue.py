@@ -6,6 +6,7 @@ import dataclasses
 import pathlib
 from typing import Any
 
+from warprock.case.assembly import BETWEEN
 from warprock.case.assembly_lanes import case_drawings
 from warprock.case.axes import Texts
 from warprock.case.case import Case
@@ -126,7 +127,7 @@ def _touching(lanes: Lanes) -> str | None:
     if lanes.assembly is None:
         return None
     first = lanes.assembly.of(0)
-    pairs = [f"{first.names[a]} and {first.names[b]}" for a, b in first.joints.blocks]
+    pairs = [f"{first.names[a]}{BETWEEN}{first.names[b]}" for a, b in first.joints.blocks]
     more = len(pairs) - JOINTS_SHOWN
     left = f"; {more:,} more" if more > 0 else ""
     return f"{'; '.join(pairs[:JOINTS_SHOWN])}{left}"
