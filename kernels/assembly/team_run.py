@@ -63,7 +63,7 @@ from warprock.kernels.assembly.solve import (
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import RUNNING, UNSOLVED
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import CREEP, slack
+from warprock.kernels.parting import slack
 from warprock.kernels.rows import kernel, rows
 from warprock.kernels.team import Crew, meet, share
 
@@ -223,14 +223,15 @@ def run_lanes(
     _one, thread = wp.tid()
     rank = crew.rank + thread
     next_rank = rank + 1
-    dt, rate = knobs.time_step, real(1.0) / knobs.time_step
+    dt = real(knobs.time_steps[0])
+    rate = real(1.0) / dt
     samples = sample_times.shape[0]
     end = sample_times[samples - 1]
     colours, bundles = scene.colours.shape[0] - 1, scene.bundles.shape[0] - 1
     packs = scene.masses.shape[0] // MASS
     block_packs = (scene.free + LANES - 1) // LANES
     block_bundles = (block_packs + scene.block_packs - 1) // scene.block_packs
-    slow = CREEP * knobs.gravity * dt
+    calm = real(scene.blocks[0].calm)
     ends = int(2)
     clock = rows(Clock, lanes=1)
     lane = rows(Seen, lanes=1)
@@ -537,9 +538,7 @@ def run_lanes(
                     k = p * LANES + i
                     sees = seen[i]
                     peaks = store.peak[k]
-                    observe_block(
-                        keeps, time, slow, scene.blocks[k], pose_a[i], new_b[i], peaks, sees
-                    )
+                    observe_block(keeps, time, scene.blocks[k], pose_a[i], new_b[i], peaks, sees)
                     store.peak[k] = peaks
                     store.pose[k] = pose_a[i]
                     seen[i] = sees
@@ -560,7 +559,7 @@ def run_lanes(
                 speed = larger(store.seen[r, i].speed, speed)
         lane[0].mode = mode
         lane[0].speed = speed
-        stays = keeps and speed <= slow
+        stays = keeps and speed <= calm
         lane[0].still = wp.where(stays, time, lane[0].still)
         if found.rotations.shape[0] > 0 and clock[0].count >= 0:
             passed = fused(real(clock[0].count), dt, SAME * dt)

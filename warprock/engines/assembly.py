@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from types import ModuleType
-from typing import Any, ClassVar, final
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,7 @@ from warprock.engines.assembly_team import run_team
 from warprock.engines.base import AbstractEngine
 from warprock.engines.decoding import lane_fields, respond, rest_start_times, time_or_nan
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
+from warprock.errors import InputError
 from warprock.kernels import assembly
 from warprock.kernels.instance import LANE_WIDTH, kernel_module
 from warprock.model.assembly import Assemblies
@@ -40,8 +41,11 @@ from warprock.model.response import (
     take_lanes,
 )
 from warprock.model.scene import SceneKind
+from warprock.quantity import Said
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
+
+Array = npt.NDArray[np.float64]
 
 WIDEST = ((100, 32), (400, 16), (1200, 8))
 """Lanes of a pack by the joints that it has room for, so that what the sweeps read stays in the
@@ -54,6 +58,9 @@ of a wall. From 150 blocks on both ways cost about the same."""
 MORE_SWEEPS = 8
 """Times the most sweeps of a step that a large lane may take: forces go through more blocks."""
 
+CREEP = 0.1
+"""Speed up to which a corner counts as still, over gravity times step, as in kernels/parting.py."""
+
 SEVERAL, ALIKE = 8, 6
 """Lanes, and lanes of one sort on average, from which on they run in packs. A pack of one lane
 takes eight times as long as the lane alone; of few lanes another kernel would take longer to
@@ -64,7 +71,6 @@ GAINED_SHARE = 0.1
 the lane gained more than its base supplied, too."""
 
 
-@final
 @dataclasses.dataclass(frozen=True)
 class Assembly(AbstractEngine):
     """Many blocks with dry joints: Coulomb friction, plastic impacts, conjugate gradients.
@@ -84,9 +90,11 @@ class Assembly(AbstractEngine):
     """
 
     name: ClassVar[str] = "assembly"
-    settings_type = AssemblySettings
+    settings_type: ClassVar[type[Any]] = AssemblySettings
     order: ClassVar[int | None] = 1
     assemblies: ClassVar[bool] = True
+    on_springs: ClassVar[bool] = False
+    """Whether contacts are springs."""
 
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
@@ -106,12 +114,14 @@ class Assembly(AbstractEngine):
             joints = scene.contact_point_count // 2
             large = joints > LARGE
         packed = self.target.kernel_form is Form.PACKED
-        if large:
+        if large and not self.on_springs:
             return Kernel(assembly, "team_run", lanes=LANE_WIDTH if packed else 1)
         room = room_for(min(joints, LARGE))
         widest = next(width for most, width in WIDEST if room <= room_for(most))
         lanes = widest if packed and not _are_unlike(scene) else 1
-        return Kernel(assembly, "assembly_run", lanes=lanes, points=2 * room + 1)
+        return Kernel(
+            assembly, "assembly_run", lanes=lanes, points=2 * room + 1, springs=self.on_springs
+        )
 
     def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         """The instance of that kernel's file for lanes and motions."""
@@ -124,6 +134,7 @@ class Assembly(AbstractEngine):
             blocks=room_for(min(_of(lanes).most_parts, LARGE + 1)),
             lanes=kernel.lanes,
             points=kernel.points,
+            springs=kernel.springs,
         )
         return module
 
@@ -147,21 +158,42 @@ class Assembly(AbstractEngine):
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
         """What the kernel takes, of lanes in packs; see `AbstractEngine.inputs`."""
-        own, joints = _of(lanes), module.POINTS // 2
+        own, joints, steps = _of(lanes), module.POINTS // 2, self.longest_step(lanes, motions)
+        knobs = self._pace(module, steps[:: module.LANES])
+        blocks, touching = self.columns(lanes, module.BLOCKS, joints)
+        calm = np.repeat(self.calm(lanes, steps)[:, None], module.BLOCKS, axis=1)
         return {
-            "blocks": block_columns(own, module.BLOCKS),
-            "joints": joint_columns(own, joints),
+            "blocks": blocks | {"calm": calm},
+            "joints": touching,
             "graph": graph_of(own, module.LANES, joints),
-            "knobs": self._knobs(module, large=False),
+            "knobs": knobs,
         }
 
-    def _knobs(self, module: Any, *, large: bool) -> Any:
+    def _pace(self, module: Any, steps: Array) -> Any:
+        """The kernel's settings with the time step of each pack."""
+        import warp as wp
+
+        knobs = self.knobs(module)
+        knobs.time_steps = wp.array(steps, dtype=module.real, device=self.target.device)
+        return knobs
+
+    def knobs(self, module: Any) -> Any:
+        """Settings as the kernel takes them, but for time steps."""
         knobs = module.Knobs()
-        knobs.time_step = self.settings.time_step
         knobs.gravity = GRAVITY
         knobs.settled = self.settings.settled * GRAVITY * self.settings.time_step
-        knobs.sweeps = self.settings.iterations * (MORE_SWEEPS if large else 1)
+        knobs.sweeps = self.settings.iterations
         return knobs
+
+    def columns(
+        self, lanes: Lanes, blocks: int, joints: int
+    ) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Fields of the structs of blocks and joints, [lane, block] and [lane, joint] each."""
+        return block_columns(_of(lanes), blocks), joint_columns(_of(lanes), joints)
+
+    def calm(self, lanes: Lanes, steps: Array) -> Array:
+        """Speed up to which a corner counts as still [m/s], shape [lane]."""
+        return CREEP * GRAVITY * steps
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread, large ones with others of its team.
@@ -169,6 +201,9 @@ class Assembly(AbstractEngine):
         See `AbstractEngine.run`.
         """
         large = _large(lanes)
+        if self.on_springs and large.any():
+            got, where = Said(f"more than {LARGE:,} joints"), f"lane {int(np.argmax(large))}"
+            raise InputError(self.name, where, got, f"must have at most {LARGE:,} on springs")
         small = np.flatnonzero(~large)
         groups = [small] if len(small) else []
         groups += [np.array([lane]) for lane in np.flatnonzero(large)]
@@ -182,7 +217,8 @@ class Assembly(AbstractEngine):
         return take_lanes(together, np.argsort(np.concatenate(groups)))
 
     def _run_packed(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
-        order, where = pack_up(_of(lanes), self.kernel_of(lanes).lanes)
+        steps = self.longest_step(lanes, motions)
+        order, where = pack_up(_of(lanes), steps, self.kernel_of(lanes).lanes)
         packed, moves = lanes.take(order), motions.take(order)
         module = self.module_of(packed, moves)
         inputs = self.inputs(module, packed, moves, times)
@@ -191,9 +227,14 @@ class Assembly(AbstractEngine):
         return take_lanes(respond(self.name, packed, fields, times), where)
 
     def _run_large(self, lane: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
-        module = self.module_of(lane, motions)
-        knobs = self._knobs(module, large=True)
-        found = run_team(module, self.target, _of(lane).of(0), motions, times, knobs)
+        own, module = _of(lane).of(0), self.module_of(lane, motions)
+        steps = self.longest_step(lane, motions)
+        knobs = self._pace(module, steps)
+        knobs.sweeps *= MORE_SWEEPS
+        blocks, touching = self.columns(lane, own.count, own.joints.count)
+        calm = np.repeat(self.calm(lane, steps)[:, None], own.count, axis=1)
+        columns = (blocks | {"calm": calm}, touching)
+        found = run_team(module, self.target, own, columns, motions, times, knobs)
         fields = dict(self.fields(lane, motions, times, found)) | _histories(lane, found)
         return respond(self.name, lane, fields, times)
 
@@ -208,7 +249,9 @@ class Assembly(AbstractEngine):
         state[:, : joints.opened.shape[1]] = (
             JointState.OPENED * joints.opened + JointState.SLID * joints.slid
         )
-        rest_time = rest_start_times(rows, times.times[-1] - 0.5 * self.settings.time_step)
+        rest_time = rest_start_times(
+            rows, times.times[-1] - 0.5 * self.longest_step(lanes, motions)
+        )
         bad = [
             (_unstable(own, rows), Status.UNSTABLE),
             (rows["astray"] > 0, Status.OUTSIDE_MODEL),

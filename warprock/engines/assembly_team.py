@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.assembly_packs import block_columns, joint_columns
 from warprock.engines.launching import (
     NEVER,
+    Columns,
     Found,
     Target,
     lanes_first,
@@ -30,7 +30,7 @@ from warprock.engines.launching import (
     samples_of,
     struct_rows,
 )
-from warprock.model.assembly import Assemblies, Assembly
+from warprock.model.assembly import Assembly
 from warprock.model.motion import GroundMotions
 from warprock.model.response import SampleTimes
 
@@ -105,6 +105,7 @@ def run_team(
     module: ModuleType,
     target: Target,
     own: Assembly,
+    columns: tuple[Columns, Columns],
     motions: GroundMotions,
     times: SampleTimes,
     knobs: Any,
@@ -115,6 +116,7 @@ def run_team(
         module: Instance of the kernel file.
         target: Precision, device, and how many threads there are.
         own: Its assembly.
+        columns: Fields of the structs of blocks and joints, shape [1, block] and [1, joint] each.
         motions: Its ground motion.
         times: Duration and sampling.
         knobs: Settings, the kernel's struct `Knobs`.
@@ -139,7 +141,7 @@ def run_team(
     found.rotations = samples_of((sampled, own.count, 1), real, device)
     placed = sampled if times.places else 0
     found.places = samples_of((placed, own.count, 2, 1), real, device)
-    scene = _scene(module, own, layout, device)
+    scene = _scene(module, own, layout, columns, device)
     store = _store(module, own, layout, size, device)
     given = [
         scene,
@@ -224,18 +226,23 @@ def _give_way() -> int:
     return ctypes.cast(function, ctypes.c_void_p).value or 0 if function else 0
 
 
-def _scene(module: ModuleType, own: Assembly, layout: Layout, device: str) -> Any:
+def _scene(
+    module: ModuleType,
+    own: Assembly,
+    layout: Layout,
+    columns: tuple[Columns, Columns],
+    device: str,
+) -> Any:
     """The kernel's struct `Scene`."""
-    alone = Assemblies((own,), np.zeros(1, dtype=np.intp))
     width, count = module.LANES, own.count
     rank = np.empty(count, dtype=np.intp)
     rank[layout.block] = np.arange(count)
     there = layout.joint >= 0
     taken = np.maximum(layout.joint, 0)
-    blocks = {name: each[0][layout.block] for name, each in block_columns(alone, count).items()}
+    blocks = {name: each[0][layout.block] for name, each in columns[0].items()}
     room = _blocks_of_packs(count, width)
     edges = {}
-    for name, each in joint_columns(alone, own.joints.count).items():
+    for name, each in columns[1].items():
         edges[name] = np.where(there, each[0][taken], FAR_APART.get(name, 0.0))
     between = np.where(there[:, None], rank[own.joints.blocks[taken]], count)
     numbers = np.stack([blocks["inverse_mass"], blocks["inverse_inertia"]], axis=1)

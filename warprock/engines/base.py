@@ -87,7 +87,7 @@ class AbstractEngine(abc.ABC):
         if scene.assembly and not cls.assemblies:
             return (
                 f"{cls.name} runs single blocks and stacks, and the case has an [assembly]; "
-                "assembly runs it"
+                "assembly and dem run it"
             )
         if scene.beyond_the_plane and not cls.spatial:
             return scene.beyond_the_plane
