@@ -41,7 +41,6 @@ from warprock.model.response import (
     take_lanes,
 )
 from warprock.model.scene import SceneKind
-from warprock.quantity import Said
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
 
@@ -202,8 +201,9 @@ class Assembly(AbstractEngine):
         """
         large = _large(lanes)
         if self.on_springs and large.any():
-            got, where = Said(f"more than {LARGE:,} joints"), f"lane {int(np.argmax(large))}"
-            raise InputError(self.name, where, got, f"must have at most {LARGE:,} on springs")
+            lane = int(np.argmax(large))
+            allowed = f"must be at most {LARGE:,} joints on springs"
+            raise InputError(self.name, f"lane {lane}", _of(lanes).of(lane).joints.count, allowed)
         small = np.flatnonzero(~large)
         groups = [small] if len(small) else []
         groups += [np.array([lane]) for lane in np.flatnonzero(large)]

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines import dem_stack_bodies
+from warprock.engines.assembly import LARGE
 from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import body_columns, speed_columns
 from warprock.engines.decoding import lane_fields, planar_fields, rest_start_times, spatial_fields
-from warprock.engines.assembly import LARGE
 from warprock.engines.dem_assembly import SprungAssembly
 from warprock.engines.dem_bodies import CornerSprings, corner_rows, cornered_columns
 from warprock.engines.dem_bodies_space import PointSprings, on_corners, sprung_inputs
