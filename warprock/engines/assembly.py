@@ -22,7 +22,7 @@ from warprock.engines.assembly_packs import (
     sorts_of,
 )
 from warprock.engines.assembly_team import run_team
-from warprock.engines.base import AbstractEngine
+from warprock.engines.base import KernelEngine
 from warprock.engines.decoding import lane_fields, respond, rest_start_times, time_or_nan
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.errors import InputError
@@ -71,7 +71,7 @@ the lane gained more than its base supplied, too."""
 
 
 @dataclasses.dataclass(frozen=True)
-class Assembly(AbstractEngine):
+class Assembly(KernelEngine):
     """Many blocks with dry joints: Coulomb friction, plastic impacts, conjugate gradients.
 
     Steps of one length at the level of velocities (Moreau and Jean), first order in the step.
@@ -145,8 +145,8 @@ class Assembly(AbstractEngine):
                 super().warm_up(lanes.take(some), motions.take(some))
 
     def shares(self, lanes: Lanes) -> bool:
-        """Whether most lanes are large ones."""
-        return 2 * int(_large(lanes).sum()) > lanes.lane_count
+        """Whether half of the lanes or more are large ones."""
+        return 2 * int(_large(lanes).sum()) >= lanes.lane_count
 
     def alike_order(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.intp] | None:
         """By how hard their bases pull: lanes that move alike need as many sweeps."""
@@ -156,7 +156,7 @@ class Assembly(AbstractEngine):
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
-        """What the kernel takes, of lanes in packs; see `AbstractEngine.inputs`."""
+        """What the kernel takes, of lanes in packs; see `KernelEngine.inputs`."""
         own, joints, steps = _of(lanes), module.POINTS // 2, self.longest_step(lanes, motions)
         knobs = self._pace(module, steps[:: module.LANES])
         blocks, touching = self.columns(lanes, module.BLOCKS, joints)
@@ -241,7 +241,7 @@ class Assembly(AbstractEngine):
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> Mapping[str, npt.NDArray[Any]]:
-        """Lane fields of a response; see `AbstractEngine.fields`."""
+        """Lane fields of a response; see `KernelEngine.fields`."""
         rows, own = found.lanes, _of(lanes)
         assert found.contacts is not None
         joints = joints_moved(own, found.contacts)

@@ -16,7 +16,7 @@ import numpy as np
 
 from warprock.arguments import at_the_door
 from warprock.engines import engine_class
-from warprock.engines.base import AbstractEngine
+from warprock.engines.base import AbstractEngine, KernelEngine
 from warprock.engines.launching import Form, Target, Team
 from warprock.engines.workload import MOST_STEPS, require_workload
 from warprock.errors import InputError
@@ -133,10 +133,8 @@ def run_batch(
         time_step = getattr(built.settings, "time_step", 1.0 / STEPS_PER_SECOND_OF_MOTION)
         size = chunk_size or default_chunk_size(count, times.duration / time_step, threads)
     if built.shares(lanes):
-        size = 1
-    # As many threads a lane as are left where there are fewer lanes than threads.
-    team = Team(max(1, threads // -(-count // size)))
-    built = dataclasses.replace(built, target=dataclasses.replace(built.target, team=team))
+        size, team = 1, Team(max(1, threads // count))
+        built = dataclasses.replace(built, target=dataclasses.replace(built.target, team=team))
     with _WARMING_UP, keeping_kernels():
         built.warm_up(lanes, motions)
     slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
@@ -144,7 +142,7 @@ def run_batch(
     try:
         return join_responses(_run_all(run_chunk, slices, threads, progress))
     finally:
-        team.stopped.set()
+        built.target.team.stopped.set()
 
 
 def _build(engine: str, settings: Any, target: Target) -> AbstractEngine:
@@ -174,7 +172,11 @@ def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotion
 
     start_warp()
     with _WARMING_UP, keeping_kernels():
-        names = {engine.module_of(lanes, motions).__name__ for engine, lanes, motions in batches}
+        names = {
+            engine.module_of(lanes, motions).__name__
+            for engine, lanes, motions in batches
+            if isinstance(engine, KernelEngine)
+        }
         modules = [wp.get_module(name) for name in sorted(names)]
         modules.sort(key=lambda module: str(module.options["cpu_compiler_flags"]))
         left = collections.deque(modules)
