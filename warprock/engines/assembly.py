@@ -11,6 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.assembly_packs import (
+    LARGE,
+    WIDEST,
     block_columns,
     falls_by,
     graph_of,
@@ -45,14 +47,6 @@ from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
-
-WIDEST = ((100, 32), (400, 16), (1200, 8))
-"""Lanes of a pack by the joints that it has room for, so that what the sweeps read stays in the
-cache of a core."""
-
-LARGE = WIDEST[-1][0]
-"""Joints of a lane above which a team of threads runs it by itself (`team_run.py`): some 400 blocks
-of a wall. From 150 blocks on both ways cost about the same."""
 
 MORE_SWEEPS = 8
 """Times the most sweeps of a step that a large lane may take: forces go through more blocks."""

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines import dem_stack_bodies
-from warprock.engines.assembly import LARGE
+from warprock.engines.assembly_packs import LARGE
 from warprock.engines.base import KernelEngine
 from warprock.engines.blocks import body_columns, speed_columns
 from warprock.engines.decoding import lane_fields, planar_fields, rest_start_times, spatial_fields
