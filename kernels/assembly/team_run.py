@@ -4,7 +4,8 @@ The law, the solve and what is seen are those of `assembly_run.py`. What differs
 contacts in a sweep. The host gives every joint a colour, so that joints of one colour have no block
 in common that can move. The team takes one colour after the other, and its threads meet between
 them. A thread takes packs of LANES joints side by side, both ends of each: it reads the velocities
-of their blocks, sweeps, and writes these back.
+of their blocks, sweeps, and writes these back. Contacts that no joint declares, of which there are
+few until blocks fall, come last; the first thread finds and sweeps them.
 
 The numbers do not depend on the size of the team. Whoever takes a pack finds the same velocities
 there, and what is summed over contacts or blocks is summed by bundles of packs, these by heaps of
@@ -51,6 +52,15 @@ from warprock.kernels.assembly.joint import (
     push,
     slip,
 )
+from warprock.kernels.assembly.meeting import (
+    Laid,
+    Near,
+    find_free,
+    is_old,
+    list_pairs,
+    look_out,
+    observe_free,
+)
 from warprock.kernels.assembly.solve import (
     Solve,
     Trail,
@@ -61,7 +71,7 @@ from warprock.kernels.assembly.solve import (
     sweep_contact,
 )
 from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.modes import RUNNING, UNSOLVED
+from warprock.kernels.modes import OVERTURNED, RUNNING, UNSOLVED
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.parting import slack
 from warprock.kernels.rows import kernel, rows
@@ -109,7 +119,7 @@ class Scene:
     """An assembly as the host lays it out.
 
     Places of joints lie colour by colour, each colour filled up to whole packs; what fills it up is
-    between two blocks beyond the last. The blocks that can move come first.
+    between two blocks beyond the last.
 
     Attributes:
         blocks: Every block, shape [block].
@@ -118,9 +128,9 @@ class Scene:
         masses: Their masses, shape [pack].
         bundles: The first pack of every bundle, then the number of all packs, shape [bundle + 1].
         colours: The first bundle of every colour, then that of all bundles, shape [colour + 1].
-        free: Blocks that can move.
-        count: All blocks.
-        block_packs: Packs of blocks that can move in a bundle of blocks.
+        laid: Where blocks may meet elsewhere than at their joints, see meeting.py.
+        count: Blocks.
+        block_packs: Packs of blocks in a bundle of them.
     """
 
     blocks: wp.array(dtype=Block)
@@ -129,7 +139,7 @@ class Scene:
     masses: wp.array(dtype=real)
     bundles: wp.array(dtype=int)
     colours: wp.array(dtype=int)
-    free: int
+    laid: Laid
     count: int
     block_packs: int
 
@@ -146,6 +156,7 @@ class Store:
         contact, force: Of packs of joints, shape [2 pack + end].
         track: Likewise, shape [2 pack + end, lane of the pack].
         sums, heaps: Shape [bundle], [heap].
+        near: What there is of contacts that no joint declares, shape [1].
         clock, account, lane: Of the lane, shape [1]; there `count` begins at 0, and `ended` is 1
             once the lane has ended.
         seen: By every thread, shape [thread, lane].
@@ -162,6 +173,7 @@ class Store:
     track: wp.array2d(dtype=Track)
     sums: wp.array(dtype=Sums)
     heaps: wp.array(dtype=Sums)
+    near: wp.array(dtype=Near)
     clock: wp.array(dtype=Clock)
     account: wp.array(dtype=Account)
     lane: wp.array(dtype=Seen)
@@ -206,11 +218,11 @@ def merge(a: Seen, b: Seen) -> Seen:
     """What is seen of a lane by two of those that look at its blocks and contacts."""
     later = b.peak > a.peak or (b.peak == a.peak and b.peak_time < a.peak_time)
     return Seen(
-        wp.max(a.mode, b.mode), a.steps, a.impacts + b.impacts, a.sweeps, a.astray + b.astray,
+        wp.max(a.mode, b.mode), a.steps, a.impacts + b.impacts, a.sweeps,
         smaller(a.uplift_time, b.uplift_time), larger(a.moved, b.moved),
         larger(a.deepest, b.deepest), larger(a.peak, b.peak),
         wp.where(later, b.peak_time, a.peak_time), smaller(a.collapse_time, b.collapse_time),
-        a.still, a.residual, larger(a.speed, b.speed),
+        a.still, a.residual, larger(a.speed, b.speed), a.astray, a.leans,
     )  # fmt: skip
 
 
@@ -229,7 +241,7 @@ def run_lanes(
     end = sample_times[samples - 1]
     colours, bundles = scene.colours.shape[0] - 1, scene.bundles.shape[0] - 1
     packs = scene.masses.shape[0] // MASS
-    block_packs = (scene.free + LANES - 1) // LANES
+    block_packs = (scene.count + LANES - 1) // LANES
     block_bundles = (block_packs + scene.block_packs - 1) // scene.block_packs
     calm = real(scene.blocks[0].calm)
     ends = int(2)
@@ -258,7 +270,8 @@ def run_lanes(
     for i in range(LANES):
         seen[i] = store.seen[rank, i]
     left = int(crew.steps)
-    while left > 0 and lane[0].mode == RUNNING and real(clock[0].count) * dt < end:
+    last = smaller(end, lane[0].collapse_time + knobs.after_collapse)
+    while left > 0 and lane[0].mode == RUNNING and real(clock[0].count) * dt < last:
         left = left - 1
         # What gravity and the base do in the step.
         half = larger((real(clock[0].count) + HALF) * dt, HALF * dt)
@@ -281,7 +294,24 @@ def run_lanes(
                 store.now[k] = Velocity(
                     fused(moves, pull[0].x, v.x), fused(moves, pull[0].z, v.z), v.omega
                 )
+        if rank == 0:
+            near = look_out(
+                scene.laid.around[0].scale, dt, knobs.gravity, lane[0].speed, store.near[0]
+            )
+            if near.pairs > 0 or is_old(near):
+                for k in range(scene.count):
+                    scene.laid.bodies[0, k].pose = store.pose[k]
+                if is_old(near):
+                    near = list_pairs(scene.laid, 0, 0, near)
+                near = find_free(scene.laid, 0, rate, near)
+            sees = seen[0]
+            observe_free(clock[0].count > 0, near, sees)
+            seen[0] = sees
+            store.near[0] = near
         meet(crew)
+        touching, leans = int(store.near[0].touching), int(store.near[0].carries)
+        for i in range(LANES):
+            seen[i].leans = leans
         # Where contacts are; what they carried in the last step is what the solve begins with.
         time = real(clock[0].count) * dt
         for colour in range(colours):
@@ -354,10 +384,20 @@ def run_lanes(
                     for i in range(LANES):
                         store.track[2 * p + side, i] = track[i]
                 for i in range(LANES):
-                    if pair[i].a < scene.free:
+                    if pair[i].a < scene.count and weights[i] > real(0.0):
                         store.now[pair[i].a] = new_a[i]
-                    if pair[i].b < scene.free:
+                    if pair[i].b < scene.count and weights[i + 2 * LANES] > real(0.0):
                         store.now[pair[i].b] = new_b[i]
+            meet(crew)
+        if touching > 0:
+            if rank == 0:
+                for q in range(touching):
+                    free = scene.laid.free[0, scene.laid.touching[0, q]]
+                    va = store.now[free.a]
+                    vb = store.now[free.b]
+                    push(free.at, free.n, free.t, store.mass[free.a], store.mass[free.b], va, vb)
+                    store.now[free.a] = va
+                    store.now[free.b] = vb
             meet(crew)
         for p in range(share(crew, rank, block_packs), share(crew, next_rank, block_packs)):
             trails = wp.array(ptr=place(store.trail.ptr, p, TRAIL), shape=(TRAIL,), dtype=real)
@@ -435,9 +475,9 @@ def run_lanes(
                                 force[i + 4 * LANES] = way[i].dn
                                 force[i + 5 * LANES] = way[i].dt
                         for i in range(LANES):
-                            if pair[i].a < scene.free:
+                            if pair[i].a < scene.count and weights[i] > real(0.0):
                                 store.now[pair[i].a] = new_a[i]
-                            if pair[i].b < scene.free:
+                            if pair[i].b < scene.count and weights[i + 2 * LANES] > real(0.0):
                                 store.now[pair[i].b] = new_b[i]
                     total = Sums()
                     for i in range(LANES):
@@ -447,7 +487,32 @@ def run_lanes(
                     store.sums[b] = total
                 if colour < colours - 1:
                     meet(crew)
-            all_of = heap_up(store, crew, rank, bundles)
+            if touching > 0:
+                meet(crew)
+            if rank == 0:
+                own = solve[0]
+                for q in range(touching):
+                    held_at = scene.laid.touching[0, q]
+                    free = scene.laid.free[0, held_at]
+                    va = store.now[free.a]
+                    vb = store.now[free.b]
+                    pushes = Impulse(free.n, free.t)
+                    goes_on = Way(free.pn, free.pt, free.dn, free.dt)
+                    sweep_contact(
+                        own, free.at, store.mass[free.a], store.mass[free.b], pushes, goes_on,
+                        va, vb,
+                    )  # fmt: skip
+                    store.now[free.a] = va
+                    store.now[free.b] = vb
+                    free.n = pushes.n
+                    free.t = pushes.t
+                    free.pn = goes_on.pn
+                    free.pt = goes_on.pt
+                    free.dn = goes_on.dn
+                    free.dt = goes_on.dt
+                    scene.laid.free[0, held_at] = free
+                store.sums[bundles] = Sums(own.square, own.worst, real(0.0), real(0.0))
+            all_of = heap_up(store, crew, rank, bundles + 1)
             solve[0].square = all_of.square
             solve[0].worst = all_of.worst
             own = solve[0]
@@ -515,7 +580,7 @@ def run_lanes(
                 for i in range(LANES):
                     store.track[2 * p + side, i] = track[i]
         for i in range(LANES):
-            seen[i].mode = wp.where(over, UNSOLVED, RUNNING)
+            seen[i].mode = wp.max(seen[i].mode, wp.where(over, UNSOLVED, RUNNING))
             seen[i].speed = real(0.0)
         blocks_low = share(crew, rank, block_bundles)
         for b in range(blocks_low, share(crew, next_rank, block_bundles)):
@@ -553,11 +618,15 @@ def run_lanes(
         account[0].loss = account[0].loss + done.loss
         mode = int(RUNNING)
         speed = real(0.0)
+        fell = real(lane[0].collapse_time)
         for r in range(crew.size):
             for i in range(LANES):
                 mode = wp.max(mode, store.seen[r, i].mode)
                 speed = larger(store.seen[r, i].speed, speed)
+                fell = smaller(store.seen[r, i].collapse_time, fell)
         lane[0].mode = mode
+        lane[0].collapse_time = fell
+        last = smaller(end, fell + knobs.after_collapse)
         lane[0].speed = speed
         stays = keeps and speed <= calm
         lane[0].still = wp.where(stays, time, lane[0].still)
@@ -576,7 +645,7 @@ def run_lanes(
                 sample += 1
             clock[0].sample = sample
         meet(crew)
-    ended = lane[0].mode != RUNNING or real(clock[0].count) * dt >= end
+    ended = lane[0].mode != RUNNING or real(clock[0].count) * dt >= last
     meet(crew)
     if rank == 0:
         clock[0].count = clock[0].count + SETTLING
@@ -595,8 +664,8 @@ def run_lanes(
         for k in range(share(crew, rank, scene.count), share(crew, next_rank, scene.count)):
             dx = store.pose[k].x - scene.blocks[k].x
             dz = store.pose[k].z - scene.blocks[k].z
-            last = wp.sqrt(dot(dx, dz, dx, dz))
-            found.blocks[k, 0] = BlockResult(store.peak[k].theta, store.peak[k].moved, last)
+            away = wp.sqrt(dot(dx, dz, dx, dz))
+            found.blocks[k, 0] = BlockResult(store.peak[k].theta, store.peak[k].moved, away)
         for p in range(share(crew, rank, 2 * packs), share(crew, next_rank, 2 * packs)):
             for i in range(LANES):
                 tracks = store.track[p, i]
@@ -608,6 +677,8 @@ def run_lanes(
                 for i in range(LANES):
                     sees = lane[0]
                     lane[0] = merge(sees, store.seen[r, i])
+            if lane[0].mode == RUNNING and lane[0].collapse_time < NEVER:
+                lane[0].mode = OVERTURNED
             found.results[0] = Result(
                 lane[0].mode, lane[0].steps, lane[0].impacts, lane[0].sweeps, lane[0].astray,
                 lane[0].uplift_time, lane[0].moved, lane[0].deepest, lane[0].peak,

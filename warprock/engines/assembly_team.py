@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from warprock.engines.assembly_packs import NONE
 from warprock.engines.launching import (
     NEVER,
     Columns,
@@ -52,16 +53,29 @@ FAR_APART = {"a_x": 10.0, "a_along_x": 1.0, "b_along_x": 1.0}
 
 
 @dataclasses.dataclass(frozen=True)
-class Layout:
-    """Where the blocks and joints of an assembly lie in the kernel's arrays.
+class Given:
+    """What the kernel takes of a lane.
 
     Attributes:
-        block: The number of the block at every place, those that can move first, [place].
+        columns: Fields of the structs of blocks and joints, shape [1, block] and [1, joint] each.
+        laid: Where blocks may meet, the kernel's struct `Laid`.
+        knobs: Settings, the kernel's struct `Knobs`.
+    """
+
+    columns: tuple[Columns, Columns]
+    laid: Any
+    knobs: Any
+
+
+@dataclasses.dataclass(frozen=True)
+class Layout:
+    """Where the joints of an assembly lie in the kernel's arrays.
+
+    Attributes:
         joint: The number of the joint at every place, -1 where there is none, [place].
         colours: How many packs of joints every colour has, shape [colour].
     """
 
-    block: Places
     joint: Places
     colours: Places
 
@@ -84,7 +98,7 @@ def colours_of(kind: Assembly) -> Places:
 
 
 def lay_out(kind: Assembly, width: int) -> Layout:
-    """The places of blocks and joints, in packs of a width."""
+    """The places of joints, in packs of a width."""
     colours = colours_of(kind)
     places, packs = [], []
     for colour in range(int(colours.max()) + 1):
@@ -92,8 +106,7 @@ def lay_out(kind: Assembly, width: int) -> Layout:
         spare = -len(own) % width
         places.append(np.concatenate([own, np.full(spare, -1)]))
         packs.append(len(places[-1]) // width)
-    order = np.argsort(kind.fixed, kind="stable")
-    return Layout(order, np.concatenate(places), np.asarray(packs))
+    return Layout(np.concatenate(places), np.asarray(packs))
 
 
 def room_of(kind: Assembly, *, bytes_a_number: int) -> int:
@@ -105,10 +118,9 @@ def run_team(
     module: ModuleType,
     target: Target,
     own: Assembly,
-    columns: tuple[Columns, Columns],
+    given: Given,
     motions: GroundMotions,
     times: SampleTimes,
-    knobs: Any,
 ) -> Found:
     """Runs one lane.
 
@@ -116,13 +128,12 @@ def run_team(
         module: Instance of the kernel file.
         target: Precision, device, and how many threads there are.
         own: Its assembly.
-        columns: Fields of the structs of blocks and joints, shape [1, block] and [1, joint] each.
+        given: What the kernel takes of it.
         motions: Its ground motion.
         times: Duration and sampling.
-        knobs: Settings, the kernel's struct `Knobs`.
 
     Returns:
-        What it leaves, blocks and contacts in the order of the assembly.
+        What it leaves, contacts in the order of the assembly's joints.
     """
     import warp as wp
 
@@ -141,18 +152,18 @@ def run_team(
     found.rotations = samples_of((sampled, own.count, 1), real, device)
     placed = sampled if times.places else 0
     found.places = samples_of((placed, own.count, 2, 1), real, device)
-    scene = _scene(module, own, layout, columns, device)
+    scene = _scene(module, own, layout, given, device)
     store = _store(module, own, layout, size, device)
-    given = [
+    arguments = [
         scene,
         store,
         wp.array(rows[0], dtype=made["motions"].dtype, device=device),
         wp.array(pool, dtype=real, device=device),
         wp.array(times.times, dtype=real, device=device),
-        knobs,
+        given.knobs,
         found,
     ]
-    _work(module, target, given, store)
+    _work(module, target, arguments, store)
     return _left(own, layout, module.LANES, found, (sampled, placed))
 
 
@@ -230,21 +241,19 @@ def _scene(
     module: ModuleType,
     own: Assembly,
     layout: Layout,
-    columns: tuple[Columns, Columns],
+    given: Given,
     device: str,
 ) -> Any:
     """The kernel's struct `Scene`."""
     width, count = module.LANES, own.count
-    rank = np.empty(count, dtype=np.intp)
-    rank[layout.block] = np.arange(count)
     there = layout.joint >= 0
     taken = np.maximum(layout.joint, 0)
-    blocks = {name: each[0][layout.block] for name, each in columns[0].items()}
+    blocks = {name: each[0] for name, each in given.columns[0].items()}
     room = _blocks_of_packs(count, width)
     edges = {}
-    for name, each in columns[1].items():
+    for name, each in given.columns[1].items():
         edges[name] = np.where(there, each[0][taken], FAR_APART.get(name, 0.0))
-    between = np.where(there[:, None], rank[own.joints.blocks[taken]], count)
+    between = np.where(there[:, None], own.joints.blocks[taken], count)
     numbers = np.stack([blocks["inverse_mass"], blocks["inverse_inertia"]], axis=1)
     # What fills up a pack has masses, so that none of its numbers is infinite.
     numbers = np.concatenate([numbers, np.ones((1, 2))])
@@ -264,7 +273,7 @@ def _scene(
         ("colours", np.asarray(colours, dtype=np.int32)),
     ):
         setattr(scene, name, _array(module.Scene, name, rows, device))
-    scene.free, scene.count = int((~own.fixed).sum()), count
+    scene.laid, scene.count = given.laid, count
     scene.block_packs = BUNDLE
     return scene
 
@@ -275,15 +284,13 @@ def _store(module: ModuleType, own: Assembly, layout: Layout, size: int, device:
 
     width, count = module.LANES, own.count
     room = _blocks_of_packs(count, width)
-    free = int((~own.fixed).sum())
     packs = len(layout.joint) // width
     bundles = max(
         sum(-(-packs_of // BUNDLE) for packs_of in layout.colours.tolist()),
-        -(-free // (width * BUNDLE)),
+        -(-count // (width * BUNDLE)),
     )
-    mass, centre = own.mass[layout.block], own.centre[layout.block]
-    moves = ~own.fixed[layout.block]
-    inverse = {"m": moves / mass, "j": moves / (mass * own.gyration[layout.block])}
+    mass, centre, moves = own.mass, own.centre, ~own.fixed
+    inverse = {"m": moves / mass, "j": moves / (mass * own.gyration)}
     zero = np.zeros(count)
     pose = {"x": centre[:, 0], "z": centre[:, 1], "theta": zero, "s": zero}
     pose = {name: np.pad(each, (0, room - count)) for name, each in pose.items()}
@@ -293,6 +300,8 @@ def _store(module: ModuleType, own: Assembly, layout: Layout, size: int, device:
     seen = np.zeros((size, width), dtype=module.Seen.numpy_dtype())
     for name in ("uplift_time", "collapse_time"):
         seen[name] = NEVER
+    near = np.zeros(1, dtype=module.Near.numpy_dtype())
+    near["pairs"] = NONE
     store = module.Store()
     for name, rows in (
         ("mass", _filled(struct_rows(module.Mass, inverse, count), room)),
@@ -300,6 +309,7 @@ def _store(module: ModuleType, own: Assembly, layout: Layout, size: int, device:
         ("track", track),
         ("seen", seen),
         ("lane", seen[0, :1]),
+        ("near", near),
     ):
         setattr(store, name, _array(module.Store, name, rows, device))
     for name, shape in {
@@ -309,8 +319,8 @@ def _store(module: ModuleType, own: Assembly, layout: Layout, size: int, device:
         "trail": 6 * room,
         "contact": 24 * packs * width,
         "force": 12 * packs * width,
-        "sums": bundles,
-        "heaps": bundles,
+        "sums": bundles + 1,
+        "heaps": bundles + 1,
         "clock": 1,
         "account": 1,
     }.items():
@@ -336,10 +346,8 @@ def _filled(rows: npt.NDArray[Any], room: int) -> npt.NDArray[Any]:
 
 
 def _left(own: Assembly, layout: Layout, width: int, found: Any, taken: tuple[int, int]) -> Found:
-    """What the kernel left, in the order of the assembly."""
+    """What the kernel left, joints in the order of the assembly."""
     sampled, placed = taken
-    back = np.empty(own.count, dtype=np.intp)
-    back[layout.block] = np.arange(own.count)
     rows = found.contacts.numpy()[:, 0]
     there = np.flatnonzero(layout.joint >= 0)
     # A pack has one end of all its joints, then the other.
@@ -348,8 +356,8 @@ def _left(own: Assembly, layout: Layout, width: int, found: Any, taken: tuple[in
     contacts[layout.joint[there]] = ends[there]
     return Found(
         lanes=found.results.numpy(),
-        blocks=found.blocks.numpy()[back].T,
-        history=lanes_first(found.rotations, 1)[:, back] if sampled else None,
-        places=lanes_first(found.places, 1)[:, back] if placed else None,
+        blocks=found.blocks.numpy().T,
+        history=lanes_first(found.rotations, 1) if sampled else None,
+        places=lanes_first(found.places, 1) if placed else None,
         contacts=contacts.reshape(1, -1),
     )
