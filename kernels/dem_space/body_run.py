@@ -16,7 +16,6 @@ from warprock.kernels.dem_space.body import (
     add_force,
     add_point,
     find_lever,
-    frame_of,
     is_low,
     observe_body,
     observe_points,
@@ -88,7 +87,7 @@ def run_lanes(
     count, first = points.shape[0], pack * LANES
     for i in range(LANES):
         block = blocks[0, first + i]
-        frame = frame_of(lanes[first + i])
+        frame = lanes[first + i].frame
         s0, p0 = start_body(block, frame)
         state[i] = s0
         peaks[i] = p0
@@ -147,7 +146,7 @@ def run_lanes(
                     add_point(point[c, i], near, touch, force.n, state[i], lever[c, i], total)
                     sums[i] = total
             for i in range(LANES):
-                frame = frame_of(lanes[first + i])
+                frame = lanes[first + i].frame
                 tops, sees = peaks[i], seen[i]
                 observe_points(pace[i], frame, sums[i], low[i].since, tops, sees)
                 jolt = Jolt(base[0, i].dv, base[1, i].dv, base[2, i].dv)
@@ -163,7 +162,7 @@ def run_lanes(
         if found.attitudes.shape[0] > 0:
             for i in range(LANES):
                 past = time_past(until, pace[i].steps, pace[i].dt, seen[i].mode)
-                was = pose_before(blocks[0, first + i], frame_of(lanes[first + i]), past, state[i])
+                was = pose_before(blocks[0, first + i], lanes[first + i].frame, past, state[i])
                 for c in range(4):
                     found.attitudes[sample, 0, c, first + i] = was[c]
                 for c in range(4, wp.where(found.places.shape[0] > 0, 7, 4)):
@@ -171,5 +170,5 @@ def run_lanes(
     for i in range(LANES):
         found.results[first + i] = result_of(seen[i], energy[i], pace[i].steps)
         s = state[i]
-        _a, _b, tz, tw = block_attitude(frame_of(lanes[first + i]), s.qx, s.qy, s.qz, s.qw)
+        _a, _b, tz, tw = block_attitude(lanes[first + i].frame, s.qx, s.qy, s.qz, s.qw)
         found.blocks[0, first + i] = block_result(tz, tw, peaks[i])
