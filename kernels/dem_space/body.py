@@ -63,6 +63,20 @@ class Lane:
 
 
 @wp.struct
+class Footing:
+    """What all points of a body share.
+
+    Height of the centre of mass at rest [m]; area that a point stands for [m^2]; friction
+    coefficient; half width of the block [m].
+    """
+
+    height: real
+    area: real
+    friction: real
+    half_width: real
+
+
+@wp.struct
 class Spin:
     """Angular velocity of a body, in the axes of the base [rad/s]."""
 

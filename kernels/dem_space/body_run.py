@@ -9,6 +9,7 @@ import warp as wp
 from warprock.kernels.dem.stack import Knobs
 from warprock.kernels.dem.stack_lanes import passes_left, time_past
 from warprock.kernels.dem_space.body import (
+    Footing,
     Footprint,
     Lane,
     Lever,
@@ -79,6 +80,7 @@ def run_lanes(
     pace = rows(Pace)
     energy = rows(Energy)
     seen = rows(Seen)
+    footing = rows(Footing)
     # Of points; an odd number of rows, as in impulse_space/body_run.py.
     point = rows(Point, MOST_POINTS + 1)
     spring = rows(Spring, MOST_POINTS + 1)
@@ -94,6 +96,9 @@ def run_lanes(
         low[i].since = NEVER
         pace[i].dt = lanes[first + i].time_step
         pace[i].creep = lanes[first + i].creep
+        footing[i] = Footing(
+            lanes[first + i].height, lanes[first + i].area, block.friction, block.half_width
+        )
         seen[i] = start_seen(lanes[first + i].uplift_time)
     for c in range(count):
         for i in range(LANES):
@@ -129,10 +134,10 @@ def run_lanes(
                     low[i].lowest = wp.where(there, smaller(lowest, r0.z), lowest)
             for c in range(count):
                 for i in range(LANES):
-                    touch = touch_of(lanes[first + i].height, state[i], spin[i], lever[c, i])
+                    touch = touch_of(footing[i].height, state[i], spin[i], lever[c, i])
                     bent, total, acts = spring[c, i], sums[i], load[i]
                     force = solve_point(
-                        knobs, pace[i], blocks[0, first + i].friction, lanes[first + i].area,
+                        knobs, pace[i], footing[i].friction, footing[i].area,
                         point[c, i].foot >= real(0.0), touch, bent,
                     )  # fmt: skip
                     spring[c, i] = bent
@@ -140,9 +145,8 @@ def run_lanes(
                     load[i] = acts
                     held = wp.where(pace[i].live == 1, HALF * force.energy, real(0.0))
                     energy[i].stored = energy[i].stored + held
-                    near = is_low(
-                        point[c, i], lever[c, i], low[i].lowest, blocks[0, first + i].half_width
-                    )
+                    wide = footing[i].half_width
+                    near = is_low(point[c, i], lever[c, i], low[i].lowest, wide)
                     add_point(point[c, i], near, touch, force.n, state[i], lever[c, i], total)
                     sums[i] = total
             for i in range(LANES):
