@@ -8,6 +8,9 @@ the rest go on. So a pack does not wait for its slowest lane, and no lane depend
 A run begins with SETTLING solves at the start, from velocities of zero. With one lane a thread the
 same text is the plain form. Matrices with a row a contact have an odd number of rows, POINTS: at a
 multiple of 4096 bytes all of them would lie on the same lines of the cache, three times slower.
+
+If SPRINGS is true contacts are springs (spring.py), whose forces are known where a step begins: all
+lanes of a pack begin it together, and there are no sweeps.
 """
 
 import warp as wp
@@ -61,8 +64,11 @@ from warprock.kernels.assembly.solve import (
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import RUNNING, UNSOLVED
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import CREEP, slack
+from warprock.kernels.parting import slack
 from warprock.kernels.rows import kernel, rows
+
+if SPRINGS:
+    from warprock.kernels.assembly.spring import Pace, Spring, Store, press
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -82,7 +88,8 @@ def run_lanes(
     `graph` has a row a pack: how many blocks and joints it has, then the two blocks of each joint.
     """
     pack, _one = wp.tid()
-    first, dt, rate = pack * LANES, knobs.time_step, real(1.0) / knobs.time_step
+    first, dt = pack * LANES, real(knobs.time_steps[pack])
+    rate = real(1.0) / dt
     block_count, contact_count = int(graph[pack, 0]), 2 * int(graph[pack, 1])
     samples = sample_times.shape[0]
     end = sample_times[samples - 1]
@@ -101,6 +108,9 @@ def run_lanes(
     pull = rows(Pull)
     account = rows(Account)
     seen = rows(Seen)
+    if SPRINGS:
+        spring = rows(Spring, POINTS)
+        store = rows(Store)
     for i in range(LANES):
         seen[i] = start_seen()
         clock[i].count = -SETTLING - 1
@@ -108,10 +118,14 @@ def run_lanes(
         for i in range(LANES):
             block = blocks[k, first + i]
             mass[k, i] = Mass(block.inverse_mass, block.inverse_inertia)
-            pose[k, i] = Pose(block.x, block.z, real(0.0), real(0.0), real(1.0))
+            turn = real(block.theta)
+            pose[k, i] = Pose(block.x, block.z, turn, sine(turn), cosine(turn))
     for q in range(contact_count):
         for i in range(LANES):
             track[q, i].since = NEVER
+            if SPRINGS:
+                edges = joints[q // 2, first + i]
+                spring[q, i].u = wp.where(q % 2 == 0, edges.first, edges.second)
     lost, busy = int(0), int(1)
     while busy > 0:
         busy, waiting = int(0), int(0)
@@ -159,17 +173,16 @@ def run_lanes(
                     account[i] = book
                     pose[k, i] = wp.where(keeps, integrate(dt, new[k, i], pose[k, i]), pose[k, i])
                     time = real(clock[i].count) * dt
-                    slow = CREEP * knobs.gravity * dt
                     sees = seen[i]
                     peaks = peak[k, i]
                     observe_block(
-                        keeps, time, slow, blocks[k, first + i], pose[k, i], new[k, i], peaks, sees
+                        keeps, time, blocks[k, first + i], pose[k, i], new[k, i], peaks, sees
                     )
                     peak[k, i] = peaks
                     seen[i] = sees
             for i in range(LANES):
                 time = real(clock[i].count) * dt
-                stays = clock[i].keeps > 0 and seen[i].speed <= CREEP * knobs.gravity * dt
+                stays = clock[i].keeps > 0 and seen[i].speed <= blocks[0, first + i].calm
                 seen[i].still = wp.where(stays, time, seen[i].still)
             if found.rotations.shape[0] > 0:
                 for i in range(LANES):
@@ -211,6 +224,11 @@ def run_lanes(
                     after = Velocity(
                         fused(free, pull[i].x, v.x), fused(free, pull[i].z, v.z), v.omega
                     )
+                    if SPRINGS:
+                        drag = dt * knobs.stiffness.mass_damping
+                        after.x = fused_less(drag, v.x, after.x)
+                        after.z = fused_less(drag, v.z, after.z)
+                        after.omega = fused_less(drag, v.omega, after.omega)
                     new[k, i] = wp.where(goes, after, new[k, i])
             for q in range(contact_count):
                 joint = q // 2
@@ -238,6 +256,17 @@ def run_lanes(
                     there = wp.where(gap < NEVER, real(1.0), real(0.0))
                     n = wp.where(goes, there * impulse[q, i].n, real(0.0))
                     t = wp.where(goes, there * impulse[q, i].t, real(0.0))
+                    if SPRINGS:
+                        pace = Pace(dt, dt, clock[i].goes, 0)
+                        one = spring[q, i]
+                        n, t, stored = press(
+                            knobs.stiffness, pace, joints[joint, first + i], at, gap,
+                            old[a, i], old[b, i], one,
+                        )  # fmt: skip
+                        spring[q, i] = one
+                        n = wp.where(goes, n, real(0.0))
+                        t = wp.where(goes, t, real(0.0))
+                        store[i].now = store[i].now + wp.where(goes, stored, real(0.0))
                     impulse[q, i].n = wp.where(goes, n, impulse[q, i].n)
                     impulse[q, i].t = wp.where(goes, t, impulse[q, i].t)
                     push(contact[q, i], n, t, mass[a, i], mass[b, i], va, vb)
@@ -256,33 +285,45 @@ def run_lanes(
                 goes = clock[i].goes > 0
                 time = real(clock[i].count) * dt
                 on = wp.where(seen[i].mode == RUNNING and time < end, real(1.0), real(0.0))
+                if SPRINGS:
+                    # What springs hold they have not taken.
+                    more = wp.where(
+                        goes and clock[i].count > 0, store[i].now - store[i].before, real(0.0)
+                    )
+                    account[i].loss = account[i].loss - more
+                    store[i].before = wp.where(goes, store[i].now, store[i].before)
+                    store[i].now = real(0.0)
+                    on = real(0.0)
                 solve[i] = wp.where(goes, start_solve(on, knobs.settled, seen[i].speed), solve[i])
-        for q in range(contact_count):
-            a, b = int(graph[pack, 2 + 2 * (q // 2)]), int(graph[pack, 3 + 2 * (q // 2)])
+        if SPRINGS:
+            pass
+        else:
+            for q in range(contact_count):
+                a, b = int(graph[pack, 2 + 2 * (q // 2)]), int(graph[pack, 3 + 2 * (q // 2)])
+                for i in range(LANES):
+                    va = new[a, i]
+                    vb = new[b, i]
+                    one = impulse[q, i]
+                    goes_on = way[q, i]
+                    own = solve[i]
+                    sweep_contact(own, contact[q, i], mass[a, i], mass[b, i], one, goes_on, va, vb)
+                    impulse[q, i] = one
+                    way[q, i] = goes_on
+                    solve[i] = own
+                    new[a, i] = va
+                    new[b, i] = vb
             for i in range(LANES):
-                va = new[a, i]
-                vb = new[b, i]
-                one = impulse[q, i]
-                goes_on = way[q, i]
+                most = wp.where(clock[i].count < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
                 own = solve[i]
-                sweep_contact(own, contact[q, i], mass[a, i], mass[b, i], one, goes_on, va, vb)
-                impulse[q, i] = one
-                way[q, i] = goes_on
+                decide(knobs.settled, most, own)
                 solve[i] = own
-                new[a, i] = va
-                new[b, i] = vb
-        for i in range(LANES):
-            most = wp.where(clock[i].count < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
-            own = solve[i]
-            decide(knobs.settled, most, own)
-            solve[i] = own
-        for k in range(block_count):
-            for i in range(LANES):
-                v = new[k, i]
-                behind = trail[k, i]
-                extrapolate(solve[i].beta, v, behind)
-                new[k, i] = v
-                trail[k, i] = behind
+            for k in range(block_count):
+                for i in range(LANES):
+                    v = new[k, i]
+                    behind = trail[k, i]
+                    extrapolate(solve[i].beta, v, behind)
+                    new[k, i] = v
+                    trail[k, i] = behind
     if found.rotations.shape[0] > 0:
         for i in range(LANES):
             for sample in range(int(clock[i].sample), samples):

@@ -22,17 +22,20 @@ class Block:
     Attributes:
         inverse_mass: [1/kg]; 0 of one that is fixed.
         inverse_inertia: About the centre of mass [1/(kg m^2)].
-        x, z: Centre of mass at the start [m].
+        x, z, theta: Centre of mass [m] and rotation [rad] at the start.
         reach: Distance of the farthest corner from there [m].
         fall: How far its centre sinks until it has fallen [m].
+        calm: Speed up to which a corner counts as still [m/s].
     """
 
     inverse_mass: real
     inverse_inertia: real
     x: real
     z: real
+    theta: real
     reach: real
     fall: real
+    calm: real
 
 
 @wp.struct
@@ -150,7 +153,7 @@ def add_energy(live: bool, pull: Pull, gain: real, mass: Mass, before: Velocity,
 
 @wp.func
 def observe_block(
-    live: bool, time: real, slow: real, block: Block, at: Pose, v: Velocity,
+    live: bool, time: real, block: Block, at: Pose, v: Velocity,
     peak: wp.ref[Peak], seen: wp.ref[Seen],
 ):  # fmt: skip
     """What a step shows of a block, and how its lane goes on.
@@ -158,7 +161,6 @@ def observe_block(
     Args:
         live: Whether the lane still runs.
         time: End of the step [s].
-        slow: Speed up to which a corner counts as still [m/s].
         block: The block.
         at: Where it is.
         v: Its velocity.
@@ -174,7 +176,7 @@ def observe_block(
     seen.peak = wp.where(higher, smaller(turn, HALF_PI), seen.peak)
     seen.peak_time = wp.where(higher, time, seen.peak_time)
     speed = fused(block.reach, size(v.omega), size(v.x) + size(v.z))
-    seen.moved = wp.where(live and speed > slow, time, seen.moved)
+    seen.moved = wp.where(live and speed > block.calm, time, seen.moved)
     seen.speed = larger(speed, seen.speed)
     total = at.theta + far + speed
     fell = dz < -block.fall or turn >= HALF_PI

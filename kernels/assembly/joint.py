@@ -39,6 +39,8 @@ class Edges:
         a_along_x, a_along_z: From there to its end [m].
         b_x, b_z, b_along_x, b_along_z: The same of the second block.
         friction: Coulomb friction coefficient.
+        area: On springs, area that either end stands for [m^2].
+        first, second: Stretch of the shear springs at the two ends at the start [m].
     """
 
     a_x: real
@@ -50,6 +52,10 @@ class Edges:
     b_along_x: real
     b_along_z: real
     friction: real
+    if SPRINGS:
+        area: real
+        first: real
+        second: real
 
 
 @wp.struct

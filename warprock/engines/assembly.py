@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from types import ModuleType
-from typing import Any, ClassVar, final
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +21,7 @@ from warprock.engines.assembly_packs import (
     room_for,
     sorts_of,
 )
-from warprock.engines.base import AbstractEngine
+from warprock.engines.base import KernelEngine
 from warprock.engines.decoding import lane_fields, respond, rest_start_times, time_or_nan
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.kernels import assembly
@@ -35,10 +35,15 @@ from warprock.model.scene import SceneKind
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
 
+Array = npt.NDArray[np.float64]
+
 WIDEST = ((100, 32), (400, 16), (1200, 8))
 """Lanes of a pack by the joints that it has room for, so that what the sweeps read stays in the
 cache of a core; of larger ones `NARROWEST`."""
 NARROWEST = 4
+
+CREEP = 0.1
+"""Speed up to which a corner counts as still, over gravity times step, as in kernels/parting.py."""
 
 SEVERAL, ALIKE = 8, 6
 """Lanes, and lanes of one sort on average, from which on they run in packs. A pack of one lane
@@ -50,9 +55,8 @@ GAINED_SHARE = 0.1
 the lane gained more than its base supplied, too."""
 
 
-@final
 @dataclasses.dataclass(frozen=True)
-class Assembly(AbstractEngine):
+class Assembly(KernelEngine):
     """Many blocks with dry joints: Coulomb friction, plastic impacts, conjugate gradients.
 
     Steps of one length at the level of velocities (Moreau and Jean), first order in the step.
@@ -70,9 +74,11 @@ class Assembly(AbstractEngine):
     """
 
     name: ClassVar[str] = "assembly"
-    settings_type = AssemblySettings
+    settings_type: ClassVar[type[Any]] = AssemblySettings
     order: ClassVar[int | None] = 1
     assemblies: ClassVar[bool] = True
+    on_springs: ClassVar[bool] = False
+    """Whether contacts are springs."""
 
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
@@ -91,7 +97,9 @@ class Assembly(AbstractEngine):
         widest = next((width for most, width in WIDEST if joints <= most), NARROWEST)
         packed = self.target.kernel_form is Form.PACKED and not _are_unlike(scene)
         lanes = widest if packed else 1
-        return Kernel(assembly, "assembly_run", lanes=lanes, points=2 * joints + 1)
+        return Kernel(
+            assembly, "assembly_run", lanes=lanes, points=2 * joints + 1, springs=self.on_springs
+        )
 
     def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         """The instance of that kernel's file for lanes and motions."""
@@ -103,6 +111,7 @@ class Assembly(AbstractEngine):
             blocks=room_for(_of(lanes).most_parts),
             lanes=kernel.lanes,
             points=kernel.points,
+            springs=kernel.springs,
         )
         return module
 
@@ -114,23 +123,44 @@ class Assembly(AbstractEngine):
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
-        """What the kernel takes, of lanes in packs; see `AbstractEngine.inputs`."""
-        knobs, own = module.Knobs(), _of(lanes)
-        knobs.time_step = self.settings.time_step
-        knobs.gravity = GRAVITY
-        knobs.settled = self.settings.settled * GRAVITY * self.settings.time_step
-        knobs.sweeps = self.settings.iterations
-        joints = module.POINTS // 2
+        """What the kernel takes, of lanes in packs; see `KernelEngine.inputs`."""
+        import warp as wp
+
+        own, joints, steps = _of(lanes), module.POINTS // 2, self.longest_step(lanes, motions)
+        knobs = self.knobs(module)
+        each = steps[:: module.LANES]
+        knobs.time_steps = wp.array(each, dtype=module.real, device=self.target.device)
+        blocks, touching = self.columns(lanes, module.BLOCKS, joints)
+        calm = np.repeat(self.calm(lanes, steps)[:, None], module.BLOCKS, axis=1)
         return {
-            "blocks": block_columns(own, module.BLOCKS),
-            "joints": joint_columns(own, joints),
+            "blocks": blocks | {"calm": calm},
+            "joints": touching,
             "graph": graph_of(own, module.LANES, joints),
             "knobs": knobs,
         }
 
+    def knobs(self, module: Any) -> Any:
+        """Settings as the kernel takes them, but for time steps."""
+        knobs = module.Knobs()
+        knobs.gravity = GRAVITY
+        knobs.settled = self.settings.settled * GRAVITY * self.settings.time_step
+        knobs.sweeps = self.settings.iterations
+        return knobs
+
+    def columns(
+        self, lanes: Lanes, blocks: int, joints: int
+    ) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Fields of the structs of blocks and joints, [lane, block] and [lane, joint] each."""
+        return block_columns(_of(lanes), blocks), joint_columns(_of(lanes), joints)
+
+    def calm(self, lanes: Lanes, steps: Array) -> Array:
+        """Speed up to which a corner counts as still [m/s], shape [lane]."""
+        return CREEP * GRAVITY * steps
+
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
-        order, where = pack_up(_of(lanes), self.kernel_of(lanes).lanes)
+        steps = self.longest_step(lanes, motions)
+        order, where = pack_up(_of(lanes), steps, self.kernel_of(lanes).lanes)
         packed, moves = lanes.take(order), motions.take(order)
         module = self.module_of(packed, moves)
         inputs = self.inputs(module, packed, moves, times)
@@ -141,12 +171,14 @@ class Assembly(AbstractEngine):
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> Mapping[str, npt.NDArray[Any]]:
-        """Lane fields of a response; see `AbstractEngine.fields`."""
+        """Lane fields of a response; see `KernelEngine.fields`."""
         rows, own = found.lanes, _of(lanes)
         assert found.contacts is not None
         joints = joints_moved(own, found.contacts)
         state = JointState.OPENED * joints.opened + JointState.SLID * joints.slid
-        rest_time = rest_start_times(rows, times.times[-1] - 0.5 * self.settings.time_step)
+        rest_time = rest_start_times(
+            rows, times.times[-1] - 0.5 * self.longest_step(lanes, motions)
+        )
         bad = [
             (_unstable(own, rows), Status.UNSTABLE),
             (rows["astray"] > 0, Status.OUTSIDE_MODEL),

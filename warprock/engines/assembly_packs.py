@@ -38,14 +38,20 @@ def sorts_of(assemblies: Assemblies) -> Places:
     return np.asarray(of_kinds, dtype=np.intp)[assemblies.lane]
 
 
-def pack_up(assemblies: Assemblies, width: int) -> tuple[Places, Places]:
-    """Lanes in packs of a width, each of one sort.
+def pack_up(assemblies: Assemblies, steps: Array, width: int) -> tuple[Places, Places]:
+    """Lanes in packs of a width, each of one sort and with one time step.
+
+    Args:
+        assemblies: Those of the lanes.
+        steps: Their time steps [s], shape [lane].
+        width: Lanes of a pack.
 
     Returns:
         Numbers of the lanes as they lie side by side, some of them several times; where each lane
         lies there, shape [lane].
     """
-    sorts = sorts_of(assemblies)
+    _, paces = np.unique(steps, return_inverse=True)
+    sorts = sorts_of(assemblies) * (paces.max() + 1) + paces
     order: list[Places] = []
     for each in np.unique(sorts):
         lanes = np.flatnonzero(sorts == each)
@@ -100,6 +106,7 @@ def _blocks(kind: Assembly, room: int) -> dict[str, Array]:
         "inverse_inertia": free / (kind.mass * kind.gyration),
         "x": kind.centre[:, 0],
         "z": kind.centre[:, 1],
+        "theta": np.zeros(kind.count),
         "reach": np.hypot(offset[..., 0], offset[..., 1]).max(axis=1),
         "fall": falls_by(kind),
     }

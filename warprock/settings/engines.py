@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self
 
 from warprock.errors import InputError, did_you_mean, list_allowed
+from warprock.plugins import Plugged, load
 from warprock.settings.setting import SettingKey
 from warprock.unmodelled import unmodelled_text
 
@@ -331,7 +332,7 @@ class AssemblySettings:
         return dataclasses.replace(self, time_step=factor * self.time_step)
 
 
-SETTINGS: dict[str, type[Any]] = {
+_OWN: dict[str, type[Any]] = {
     "housner": HousnerSettings,
     "impulse": ImpulseSettings,
     "event": EventSettings,
@@ -341,7 +342,9 @@ SETTINGS: dict[str, type[Any]] = {
     "two-block": TwoBlockSettings,
     "assembly": AssemblySettings,
 }
-"""Engine name -> settings dataclass."""
+
+SETTINGS: Mapping[str, type[Any]] = Plugged(_OWN, lambda name: load(name).settings_type)
+"""Engine name -> settings dataclass, of engines that other packages bring, too."""
 
 
 def has_time_step(settings: Any) -> bool:
