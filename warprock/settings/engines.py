@@ -322,6 +322,16 @@ class AssemblySettings:
             1_000_000,
         ),
     ] = 2000
+    after_collapse: Annotated[
+        float,
+        SettingKey(
+            "how long a lane goes on after its collapse, so that its blocks fall, lie on one "
+            "another and come to rest; 0 ends it there",
+            0.0,
+            1e6,
+            "s",
+        ),
+    ] = 0.0
 
     def halved(self) -> Self:
         """The same settings with half of the time step."""
