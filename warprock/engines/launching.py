@@ -273,11 +273,21 @@ def _argument(argument: Any, value: Any, count: int, device: str) -> Any:
 
 
 def struct_rows(struct: Any, columns: Columns, count: int) -> Rows:
-    """Rows of a Warp struct from its fields by name, padded to a count of lanes."""
+    """Rows of a Warp struct from its fields by name, padded to a count of lanes.
+
+    The fields of a struct within it are among the columns, too.
+    """
     rows = np.zeros(count, dtype=struct.numpy_dtype())
-    for name in rows.dtype.names or ():
-        rows[name] = pad(np.asarray(columns[name]), count)
+    _fill(rows, columns)
     return rows
+
+
+def _fill(rows: Rows, columns: Columns) -> None:
+    for name in rows.dtype.names or ():
+        if rows.dtype[name].names:
+            _fill(rows[name], columns)
+        else:
+            rows[name] = pad(np.asarray(columns[name]), len(rows))
 
 
 def block_rows(struct: Any, columns: Columns, count: int) -> Rows:
