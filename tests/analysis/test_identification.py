@@ -154,6 +154,7 @@ def test_a_block_at_rest_is_refused():
         identify_block(np.arange(100.0), np.zeros(100), ANGLE, RATE)
 
 
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.parametrize("wall", [False, True])
 @pytest.mark.parametrize(
     "known", [["--width", "0.5 m", "--height", "2 m"], ["--slenderness", f"{ANGLE:.12g} rad"]]

@@ -177,7 +177,7 @@ def test_what_cannot_be_asked_is_one_line(change: dict[str, object], said: str):
         read_asked(Asked(**given), texts)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("base", ["flat", "hull"])
 def test_the_weakest_direction_of_a_symmetric_statue_is_that_of_all_its_points(
     tmp_path: pathlib.Path, seed: int, base: str

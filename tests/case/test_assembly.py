@@ -28,6 +28,17 @@ WALL = {
     "density": "2000 kg/m^3",
 }
 
+DRY = {
+    "pattern": "dry-stone",
+    "wall_length": "2 m",
+    "wall_height": "1.2 m",
+    "stone_length": "0.4 m",
+    "stone_height": "0.2 m",
+    "variation": 1.0,
+    "seed": 1,
+    "density": "2000 kg/m^3",
+}
+
 
 def case(assembly: dict[str, Any], **more: Any) -> wr.Case:
     tables = {"contact": {"friction": 0.6}, "run": {"duration": "1 s"}, **more}
@@ -53,6 +64,32 @@ def test_lanes_are_assemblies_and_share_those_that_are_the_same():
     )
     assert len(again.lanes.assembly.kinds) == 1
     assert found.lanes.take(np.array([3, 1])).assembly.of(0).joints.count == 12
+
+
+def test_single_joints_have_a_friction_of_their_own():
+    swept = case({**ARCH, "weak_joints": ["left abutment / 1"]}, sweep=[WEAK])
+    found = wr.expand_lanes(swept)
+    kinds = found.lanes.assembly.kinds
+    assert found.inputs["weak_friction"].tolist() == [0.2, 0.4]
+    for kind, friction in zip(kinds, (0.2, 0.4), strict=True):
+        own = dict(zip(map(tuple, kind.joints.blocks.tolist()), kind.joints.friction, strict=True))
+        assert own.pop((0, kind.names.index("left abutment"))) == friction
+        assert set(own.values()) == {0.6}
+
+
+WEAK = {"assembly.weak_friction": [0.2, 0.4]}
+
+
+def test_walls_of_dry_stone_are_drawn_from_their_seed():
+    seeds = [{"assembly.seed": {"from": 1, "to": 20, "count": 20}}]
+    kinds = wr.expand_lanes(case(DRY, sweep=seeds)).lanes.assembly.kinds
+    assert len({kind.count for kind in kinds}) > 3
+    for kind in kinds:
+        assert kind.area[1:].sum() == pytest.approx(2.0 * 1.2)
+    again = wr.expand_lanes(case({**DRY, "seed": 7})).lanes.assembly.of(0)
+    assert again.corners.tolist() == kinds[6].corners.tolist()
+    alike = wr.expand_lanes(case({**DRY, "variation": 0.0})).lanes.assembly.of(0)
+    assert alike.count == 1 + 3 * 5 + 3 * 6
 
 
 def _motion() -> dict[str, Any]:
@@ -81,6 +118,18 @@ def _motion() -> dict[str, Any]:
         ({**WALL, "openings": [["1 m", "0 m", "0.7 m", "0.2 m"]]}, {}, "must lie in the wall"),
         ({**WALL, "openings": [["1 m", "0 m", "0.7 m"]]}, {}, "must be a list of rectangles"),
         ({**WALL, "openings": [["0 m", "0 m", "1.6 m", "0.2 m"]]}, {}, "rest on something fixed"),
+        ({**ARCH, "weak_friction": 0.3}, {}, "assembly.weak_joints: got nothing, must be a list"),
+        ({**ARCH, "weak_joints": ["1 / 2"]}, {}, "assembly.weak_friction: got nothing"),
+        ({**ARCH, "weak_joints": ["1 / 3"], "weak_friction": 0.3}, {}, "blocks do not touch"),
+        (
+            {**ARCH, "weak_joints": ["1 / left abutmnt"], "weak_friction": 0.3},
+            {},
+            "did you mean left",
+        ),
+        ({**ARCH, "weak_joints": ["1, 2"], "weak_friction": 0.3}, {}, 'such as ["1.1 / 2.1"]'),
+        ({**DRY, "seed": 1.5}, {}, "assembly.seed: got 1.5, must be a whole number"),
+        ({**DRY, "stone_length": "9 m"}, {}, "must be at most assembly.wall_length"),
+        ({**DRY, "stone_length": "1 cm"}, {}, "must make at most some 400 stones"),
         (ARCH, {"block": {"width": "1 m"}}, "block"),
         (ARCH, {"start": {"rotation": "1 deg"}}, "must be left out: an assembly starts at rest"),
         (ARCH, {"contact": {"friction": 0.5, "angular_restitution": 0.9}}, "impacts are plastic"),
@@ -125,5 +174,5 @@ def test_explain_says_what_touches_what(tmp_path):
     done = invoke("explain", file)
     assert done.exit_code == 0
     assert "a planar assembly of 9 blocks that can move" in done.output
-    assert "joints: ground and 1.1; ground and 1.2;" in done.output
+    assert "joints: ground / 1.1; ground / 1.2;" in done.output
     assert "assembly runs them" in done.output

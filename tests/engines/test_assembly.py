@@ -18,6 +18,7 @@ from tests.shared.assemblies import (
     wall_1,
 )
 from tests.shared.blocks import make_lanes, make_stacks
+from warprock.analysis.load_limit import collapse_load
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.assembly import Assembly
 from warprock.engines.launching import Form, Target
@@ -66,9 +67,9 @@ def drums(count: int) -> Laid:
     ("kind", "load"),
     [
         (oppenheim(7), 0.3736),
-        (oppenheim(27), 0.3538),
+        pytest.param(oppenheim(27), 0.3538, marks=pytest.mark.thorough),
         (drums(12), 1.0 / 6.0),
-        (drums(20), 0.1),
+        pytest.param(drums(20), 0.1, marks=pytest.mark.thorough),
     ],
     ids=["7 voussoirs", "27 voussoirs", "12 drums", "20 drums"],
 )
@@ -96,14 +97,19 @@ def test_a_wall_whose_joints_slide_falls_between_its_two_bounds():
     assert found["slid_joints"][1] > 0
 
 
-def test_a_wall_with_an_opening_wedges_itself_in_and_settles():
-    """Its sweeps change forces that balance one another evenly, for hundreds of sweeps.
+def test_a_wall_with_an_opening_falls_between_its_two_bounds():
+    """Wall 3 of Ferris and Tin-Loi (2001): 46 blocks.
 
-    Limit analysis has .538 at most, as a bound, since joints slide.
+    .3556 is the load, ramped, up to which an augmented Lagrangian finds it standing, .40369 the
+    associative bound. Its sweeps change forces that balance one another, for hundreds of sweeps.
     """
-    opening = patterns.Opening(0.8, 0.4, 0.4, 0.6)
-    kind = built(patterns.wall(0.4, 0.2, 5, 8, whole_first=True, openings=[opening]), friction=0.6)
-    found = run(kind, pushes([0.4, 0.6], 1.0, 2.0), 2.0)
+    opening = patterns.Opening(0.6, 0.525, 0.4, 0.875)
+    pieces = patterns.wall(0.4, 0.175, 4, 11, whole_first=True, openings=[opening])
+    kind = built(pieces, friction=0.65)
+    assert kind.count == 1 + 46
+    bound = collapse_load(kind).load_factor
+    assert bound == pytest.approx(0.40369, abs=6e-6)
+    found = run(kind, pushes([0.99 * 0.3556, 1.01 * bound], 1.0, 3.0), 3.0)
     assert found["status"].tolist() == [Status.OK] * 2
     assert found["peak_displacement"][0] < CREEP
     assert found["outcome"][1] == Outcome.OVERTURNED
@@ -168,7 +174,7 @@ def mixed() -> list[Laid]:
     arches = [
         built(patterns.arch(5.0, thickness, np.pi, 7), 0.8) for thickness in (0.6, 0.7, 0.8, 0.9)
     ]
-    return [arches[0], wall_1(), arches[1], drums(3), arches[2], wall_1(0.4), arches[3]]
+    return [arches[0], wall_1(), arches[1], drums(2), arches[2], wall_1(0.4), arches[3]]
 
 
 def assert_same(found: Response, wanted: Response) -> None:
@@ -210,7 +216,7 @@ def test_contacts_take_energy_and_give_none():
     """Random arches and walls under pulses: what contacts gave back is nothing against the work."""
     draw = np.random.default_rng(5)
     kinds = [
-        built(patterns.arch(5.0, t, np.radians(e), 9), f)
+        built(patterns.arch(5.0, t, np.radians(e), 7), f)
         for t, e, f in zip(
             draw.uniform(0.6, 1.2, 24), draw.uniform(120.0, 180.0, 24),
             draw.uniform(0.4, 1.0, 24), strict=True,
@@ -247,10 +253,7 @@ def test_a_tilting_table_brings_down_what_limit_analysis_says():
 
 
 def test_walls_that_slide_and_fall_have_an_answer():
-    """Random walls under strong pulses: at most one in 32 has a step that does not settle.
-
-    A block that is thrown out of its bond may meet others from their sides (OUTSIDE_MODEL).
-    """
+    """Random walls under strong pulses: at most one in 32 has a step that does not settle."""
     draw = np.random.default_rng(2)
     kinds = [
         built(patterns.wall(0.4, height, 5, 6, whole_first=False), friction)
@@ -259,12 +262,24 @@ def test_walls_that_slide_and_fall_have_an_answer():
         )
     ]
     found = run(kinds, sine(32, draw.uniform(0.2, 1.5, 32), 2.0, 1.0), 1.0)
-    sound = found["status"] == Status.OK
-    assert sound.sum() >= 29
-    assert (sound | (found["status"] == Status.OUTSIDE_MODEL)).sum() >= 31
+    assert (found["status"] == Status.OK).sum() >= 31
     assert (found["slid_joints"] > 0).sum() > 16
     # What steps leave, some micrometres a second, of what stands, and more of what is in motion.
     assert found["peak_penetration"].max() < 3e-4
+
+
+@pytest.mark.thorough
+def test_random_walls_of_dry_stone_have_an_answer():
+    """Each has joints of its own, so that its lane runs alone; under pulses of up to 1.2 g."""
+    kinds = [
+        built(patterns.dry_stone(2.0, 1.2, 0.4, 0.2, 1.0, seed), friction)
+        for seed, friction in enumerate(np.linspace(0.4, 0.9, 48))
+    ]
+    found = run(kinds, sine(48, np.linspace(0.3, 1.2, 48), 2.0, 1.0), 1.0)
+    told = (Status.OK, Status.OUTSIDE_MODEL, Status.ITERATION_LIMIT)
+    assert np.isin(found["status"], told).all()
+    assert (found["status"] == Status.OK).sum() >= 43
+    assert (found["slid_joints"] > 0).sum() > 24
 
 
 def test_too_few_sweeps_are_no_answer_but_a_status():
@@ -272,8 +287,9 @@ def test_too_few_sweeps_are_no_answer_but_a_status():
     assert found["status"].tolist() == [Status.ITERATION_LIMIT]
 
 
-def test_no_other_engine_takes_assemblies_nor_this_one_anything_else():
+def test_no_other_engine_but_dem_takes_assemblies_nor_this_one_anything_else():
     scene = scene_kind(assembly_lanes([drums(2)]), StillBase(1), restitution_given=False)
-    assert [name for name in ENGINES if engine_class(name).supports(scene) is None] == ["assembly"]
+    able = {name for name in ENGINES if engine_class(name).supports(scene) is None}
+    assert able == {"assembly", "dem"}
     block = scene_kind(make_lanes(0.5, 1.0), StillBase(1), restitution_given=False)
     assert "[assembly]" in str(Assembly.supports(block))

@@ -106,7 +106,7 @@ def test_signals_drop_the_chunk_in_hand(
 
 @on_posix
 def test_a_process_that_is_told_to_stop_ends_at_once(case_file, undisturbed, tmp_path):
-    planned(load_case(case_file), tmp_path, 10)
+    planned(load_case(case_file), tmp_path, 20)
     process = start("warprock", "sweep", "run", tmp_path, "--workers", 1)
     limit = time.monotonic() + 60.0
     while not chunk_path(tmp_path, 1).exists() and time.monotonic() < limit:

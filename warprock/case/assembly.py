@@ -1,4 +1,4 @@
-"""The table [assembly]: many blocks with dry joints, laid by a pattern."""
+"""The table [assembly]: many blocks with dry joints, laid by a pattern or drawn in a file."""
 
 from __future__ import annotations
 
@@ -12,15 +12,14 @@ from warprock.case.value_kinds import OtherKey
 from warprock.quantity import NOTHING, Column, FrictionKey, NumberKey, TextKey
 from warprock.units import Dimension, parse_quantity
 
-ARCH, WALL, COLUMN, FRAME = "arch", "wall", "column", "frame"
+ARCH, WALL, DRY_STONE, COLUMN, FRAME, FILE = "arch", "wall", "dry-stone", "column", "frame", "file"
 """Patterns."""
 
 WHOLE, HALF = "whole", "half"
 """What the lowest course of a wall begins with."""
 
-MOST_BLOCKS = 500
-"""Blocks of an assembly: limit analysis takes some 15 s for 400 of a wall, and twice as many take
-six times as long."""
+MOST_BLOCKS = 20_000
+"""Blocks of an assembly: one second of motion of 10,000 takes tens of minutes."""
 
 MOST_OPENINGS = 20
 
@@ -43,8 +42,13 @@ PATTERNS: dict[str, Keys] = {
         ("block_length", "block_height", "blocks", "courses"),
         ("first_course", "head_friction", "openings"),
     ),
+    DRY_STONE: Keys(
+        ("wall_length", "wall_height", "stone_length", "stone_height", "variation", "seed"),
+        ("head_friction",),
+    ),
     COLUMN: Keys(("drum_width", "drum_height", "drums")),
     FRAME: Keys(("column_width", "column_height", "columns", "span", "beam_height")),
+    FILE: Keys(("file",), ("file_unit", "joint_tolerance", "fixed", "head_friction")),
 }
 """Pattern -> its keys."""
 
@@ -69,6 +73,35 @@ def _read_openings(got: Any) -> tuple[tuple[float, ...], ...]:
     return tuple(found)
 
 
+BETWEEN = " / "
+"""What stands between the two blocks of a joint."""
+
+_JOINTS = f'must be a list of joints by their two blocks, such as ["1.1{BETWEEN}2.1"]'
+
+
+def _read_joints(got: Any) -> tuple[tuple[str, str], ...]:
+    """The names of the two blocks of each joint."""
+    if not isinstance(got, list | tuple) or not got:
+        raise ValueError(_JOINTS)
+    found = []
+    for each in got:
+        parts = each.split(BETWEEN) if isinstance(each, str) else ()
+        if len(parts) != 2:
+            raise ValueError(_JOINTS)
+        found.append((parts[0].strip(), parts[1].strip()))
+    return tuple(found)
+
+
+_NAMES = "must be a list of names of blocks, or of their layers"
+
+
+def _read_fixed(got: Any) -> tuple[str, ...]:
+    """Names of blocks."""
+    if not isinstance(got, list | tuple) or not all(isinstance(each, str) for each in got):
+        raise ValueError(f'{_NAMES}, such as ["ground", "abutment"]')
+    return tuple(got)
+
+
 def _length(text: str, column: str) -> NumberKey:
     return NumberKey(text, "1 mm to 1 km", swept=True, column=Column(column))
 
@@ -78,7 +111,7 @@ def _number(text: str, most: int, column: str) -> NumberKey:
 
 
 class Assembly(Table):
-    """Many blocks with dry joints, laid by a pattern on what is fixed to the base."""
+    """Many blocks with dry joints on what is fixed to the base, by a pattern or from a file."""
 
     place: ClassVar[str] = "assembly"
 
@@ -138,6 +171,35 @@ class Assembly(Table):
             _MUST,
         ),
     ] = ()
+    wall_length: Annotated[
+        float | None, _length("the length of the wall of dry stone", "wall_length")
+    ] = None
+    wall_height: Annotated[float | None, _length("the height of that wall", "wall_height")] = None
+    stone_length: Annotated[
+        float | None, _length("the mean length of its stones", "stone_length")
+    ] = None
+    stone_height: Annotated[
+        float | None, _length("the mean height of its courses", "stone_height")
+    ] = None
+    variation: Annotated[
+        float | None,
+        NumberKey(
+            "how much its stones differ: 0 for a regular wall, 1 for lengths off by up to 60 %, "
+            "heights by up to 50 %, head joints that lean by up to 12 deg, and beds that slope",
+            "0 to 1",
+            swept=True,
+            column=Column("variation"),
+        ),
+    ] = None
+    seed: Annotated[
+        float | None,
+        NumberKey(
+            "a whole number from which its stones are drawn: another number, another wall",
+            "0 to 1e9",
+            swept=True,
+            column=Column("assembly_seed"),
+        ),
+    ] = None
     drum_width: Annotated[float | None, _length("the width of a drum", "drum_width")] = None
     drum_height: Annotated[float | None, _length("the height of a drum", "drum_height")] = None
     drums: Annotated[float | None, _number("the number of drums", MOST_BLOCKS, "drums")] = None
@@ -150,13 +212,71 @@ class Assembly(Table):
     ] = None
     span: Annotated[float | None, _length("the clear distance between columns", "span")] = None
     beam_height: Annotated[float | None, _length("the height of the beam", "beam_height")] = None
+    file: Annotated[
+        str | None,
+        TextKey(
+            "the path of a drawing: closed polylines (.dxf), blocks of COMPAS (.json) or faces in "
+            "a plane (.obj)",
+            most=4096,
+            swept=True,
+            column=Column("assembly_file", text="File of the drawing"),
+        ),
+    ] = None
+    file_unit: Annotated[
+        float | None,
+        NumberKey(
+            "the length of one unit of the drawing, which a .dxf may say itself",
+            "1e-6 m to 1 km",
+            swept=True,
+            column=Column("file_unit"),
+        ),
+    ] = None
+    joint_tolerance: Annotated[
+        float,
+        NumberKey(
+            "the distance up to which edges of drawn blocks touch; a joint is at least ten times "
+            "as long",
+            "1e-6 mm to 1 m",
+        ),
+    ] = 1e-3
+    fixed: Annotated[
+        tuple[str, ...],
+        OtherKey(
+            "the drawn blocks that move with the base, by name or layer; supports of COMPAS do "
+            "without",
+            "list of names",
+            _read_fixed,
+            _NAMES,
+        ),
+    ] = ()
     head_friction: Annotated[
         float | None,
         FrictionKey(
-            "the friction of the upright head joints of the wall; without it contact.friction",
+            "the friction of joints that are nearer to upright than to level; without it "
+            "contact.friction",
             FRICTION,
             swept=True,
             column=Column("head_friction"),
+        ),
+    ] = None
+
+    weak_joints: Annotated[
+        tuple[tuple[str, str], ...],
+        OtherKey(
+            "single joints with a friction of their own, by their two blocks as `explain` names "
+            "them",
+            "list of joints",
+            _read_joints,
+            _JOINTS,
+        ),
+    ] = ()
+    weak_friction: Annotated[
+        float | None,
+        FrictionKey(
+            "the friction of those joints",
+            FRICTION,
+            swept=True,
+            column=Column("weak_friction"),
         ),
     ] = None
 
@@ -166,7 +286,7 @@ class Assembly(Table):
         for name in self.model_fields_set:
             others = [pattern for pattern, keys in PATTERNS.items() if name in sum(keys, ())]
             if others and self.pattern not in others:
-                allowed = f"must be left out: it belongs to pattern {others[0]}"
+                allowed = f"must be left out: it belongs to pattern {' or '.join(others)}"
                 raise KeyedError(name, getattr(self, name), allowed)
         for name in own.needs:
             if getattr(self, name) is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,7 +10,10 @@ import numpy.typing as npt
 
 from warprock.case.assembly import (
     ARCH,
+    BETWEEN,
     COLUMN,
+    DRY_STONE,
+    FILE,
     FRAME,
     MOST_BLOCKS,
     PATTERNS,
@@ -19,22 +23,24 @@ from warprock.case.assembly import (
 )
 from warprock.case.case_file import PLANAR, SPATIAL
 from warprock.case.input_columns import computed, key_column
-from warprock.errors import InputError
+from warprock.drawings.loading import load_drawing
+from warprock.errors import InputError, did_you_mean
 from warprock.model import patterns
-from warprock.model.assembly import Assemblies, assemble
+from warprock.model.assembly import Assemblies, Piece, assemble
 from warprock.model.assembly import Assembly as Laid
 from warprock.model.lanes import Lanes
-from warprock.quantity import NumberKey, Said
+from warprock.quantity import NOTHING, NumberKey, Said
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from warprock.case.case import Case
     from warprock.case.values import LaneValues
-    from warprock.model.assembly import Piece
+    from warprock.drawings.outline import Drawing
 
 PLACE = Assembly.place
 FRICTION = "contact.friction"
-COUNTS = ("voussoirs", "blocks", "courses", "drums", "columns")
+COUNTS = ("voussoirs", "blocks", "courses", "drums", "columns", "seed")
 """Keys that hold whole numbers."""
 
 
@@ -50,20 +56,28 @@ def assembly_lanes(values: LaneValues) -> Lanes:
     _refuse_others(values)
     numbers = _numbers(values, table)
     _refuse_numbers(values, table, numbers)
-    stacked = np.stack([*numbers.values()], axis=1)
+    files, of_file = _files(values, table)
+    stacked = np.stack([*numbers.values(), of_file], axis=1)
     distinct, lane = np.unique(stacked, axis=0, return_inverse=True)
     lane = lane.reshape(-1)
     kinds = []
     for place, row in enumerate(distinct):
-        own = dict(zip(numbers, row.tolist(), strict=True))
+        *own_numbers, number = row.tolist()
+        own = dict(zip(numbers, own_numbers, strict=True))
+        file = files[int(number)] if files else None
         try:
-            kinds.append(_assemble(table, own))
+            kinds.append(_assemble(values.case, table, own, file))
         except ValueError as error:
+            if isinstance(error, InputError):
+                raise
             # The blocks of one pattern overlap or float where an opening leaves them nothing.
             key = f"{PLACE}.openings" if table.openings else PLACE
+            got: object = Said("blocks")
+            if file is not None:
+                key, got = f"{PLACE}.file", file
             at = values.lanes[int(np.argmax(lane == place))]
             allowed = f"must {error} (lane {at})"
-            raise InputError(values.case.source_of(key), key, Said("blocks"), allowed) from None
+            raise InputError(values.case.source_of(key), key, got, allowed) from None
     found = Assemblies(tuple(kinds), lane)
     size = np.array([kind.size for kind in kinds])[lane]
     mass = np.array([kind.mass[~kind.fixed].sum() for kind in kinds])[lane]
@@ -91,6 +105,8 @@ def assembly_columns(values: LaneValues, lanes: Lanes) -> dict[str, object]:
     for name, numbers in _numbers(values, table).items():
         columns |= key_column(name if name == FRICTION else f"{PLACE}.{name}", numbers)
     columns |= {"pattern": values.column(f"{PLACE}.pattern")}
+    if table.pattern == FILE:
+        columns |= {"assembly_file": values.column(f"{PLACE}.file")}
     kinds, lane = lanes.assembly.kinds, lanes.assembly.lane
     columns |= computed("blocks", np.array([int((~kind.fixed).sum()) for kind in kinds])[lane])
     return columns | computed("joints", np.array([kind.joints.count for kind in kinds])[lane])
@@ -99,11 +115,13 @@ def assembly_columns(values: LaneValues, lanes: Lanes) -> dict[str, object]:
 def _numbers(values: LaneValues, table: Assembly) -> dict[str, npt.NDArray[np.float64]]:
     """Numbers that make an assembly by their keys, shape [lane] each."""
     keys = PATTERNS[table.pattern]
-    names = [
+    declared = Assembly.declared()
+    swept = [
         name
-        for name in ("density", "depth", *keys.needs, *keys.may)
-        if isinstance(Assembly.declared()[name], NumberKey) and values.given(f"{PLACE}.{name}")
+        for name in ("density", "depth", *keys.needs, *keys.may, "weak_friction")
+        if isinstance(key := declared[name], NumberKey) and key.swept
     ]
+    names = [name for name in swept if values.given(f"{PLACE}.{name}")]
     found = {name: values.numbers(f"{PLACE}.{name}") for name in names}
     return found | {FRICTION: values.numbers(FRICTION)}
 
@@ -129,7 +147,11 @@ def _refuse_others(values: LaneValues) -> None:
 def _refuse_numbers(
     values: LaneValues, table: Assembly, numbers: Mapping[str, npt.NDArray[np.float64]]
 ) -> None:
-    """Refuses counts that are not whole, an arch that is too thick, and too many blocks."""
+    """Refuses numbers that fit no assembly: counts that are not whole, sizes, too many blocks."""
+    if "weak_friction" in numbers and not table.weak_joints:
+        key = f"{PLACE}.weak_joints"
+        allowed = f"{Assembly.declared()['weak_joints'].allowed}, with weak_friction"
+        raise InputError(values.case.source_of(key), key, NOTHING, allowed)
     for name in COUNTS:
         if name in numbers:
             broken = numbers[name] != np.round(numbers[name])
@@ -140,9 +162,21 @@ def _refuse_numbers(
         values.refuse(thick, f"{PLACE}.thickness", allowed)
     if table.pattern == WALL:
         blocks = (numbers["blocks"] + 0.5) * numbers["courses"]
-        allowed = f"must make at most {MOST_BLOCKS} blocks"
+        allowed = f"must make at most {MOST_BLOCKS:,} blocks"
         values.refuse(blocks > MOST_BLOCKS, f"{PLACE}.courses", allowed)
         _refuse_openings(values, table, numbers)
+    if table.pattern == DRY_STONE:
+        for size in ("length", "height"):
+            small = numbers[f"wall_{size}"] < numbers[f"stone_{size}"]
+            values.refuse(small, f"{PLACE}.stone_{size}", f"must be at most {PLACE}.wall_{size}")
+        area = numbers["wall_length"] * numbers["wall_height"]
+        stones = area / (numbers["stone_length"] * numbers["stone_height"])
+        allowed = f"must make at most some {MOST_STONES} stones"
+        values.refuse(stones > MOST_STONES, f"{PLACE}.stone_length", allowed)
+
+
+MOST_STONES = 400
+"""Mean number of stones of a wall of dry stone: one in some ten has a tenth more."""
 
 
 def _refuse_openings(
@@ -172,15 +206,117 @@ WITHIN_A_COURSE = 1e-6
 """How far an opening may be from the edge of a course, over its height: round-off of lengths."""
 
 
-def _assemble(table: Assembly, own: Mapping[str, Any]) -> Laid:
-    """The assembly of some numbers."""
-    return assemble(
-        _pieces(table, own),
+def _assemble(case: Case, table: Assembly, own: Mapping[str, Any], file: str | None) -> Laid:
+    """The assembly of some numbers, or of a file."""
+    found = assemble(
+        _pieces(table, own) if file is None else _drawn(case, table, own, file),
         depth=own["depth"],
         density=own["density"],
         friction=own[FRICTION],
         head_friction=own.get("head_friction"),
+        tolerance=None if file is None else table.joint_tolerance,
     )
+    return _weakened(case, table, own, found) if table.weak_joints else found
+
+
+def _weakened(case: Case, table: Assembly, own: Mapping[str, Any], found: Laid) -> Laid:
+    """An assembly in which some joints have a friction of their own.
+
+    Raises:
+        InputError: A block of that name is not there, or the two do not touch.
+    """
+    place = {name: number for number, name in enumerate(found.names)}
+    key, friction = f"{PLACE}.weak_joints", found.joints.friction.copy()
+    for pair in table.weak_joints:
+        got = BETWEEN.join(pair)
+        for name in pair:
+            if name not in place:
+                allowed = f"must be joints by their two blocks{did_you_mean(name, found.names)}"
+                raise InputError(case.source_of(key), key, got, allowed)
+        meant = sorted(place[name] for name in pair)
+        chosen = (np.sort(found.joints.blocks, axis=1) == meant).all(axis=1)
+        if not chosen.any():
+            allowed = "must be joints: these two blocks do not touch"
+            raise InputError(case.source_of(key), key, got, allowed)
+        if "weak_friction" not in own:
+            name = f"{PLACE}.weak_friction"
+            allowed = f"{Assembly.declared()['weak_friction'].allowed}, with weak_joints"
+            raise InputError(case.source_of(name), name, NOTHING, allowed)
+        friction[chosen] = own["weak_friction"]
+    return dataclasses.replace(found, joints=dataclasses.replace(found.joints, friction=friction))
+
+
+def _files(values: LaneValues, table: Assembly) -> tuple[tuple[str, ...], npt.NDArray[np.float64]]:
+    """The files of drawings, none for patterns, and the place of each lane's, shape [lane]."""
+    if table.pattern != FILE:
+        return (), np.zeros(len(values.lanes))
+    files, codes = values.texts(f"{PLACE}.file")
+    return files, codes.astype(np.float64)
+
+
+def case_drawings(case: Case) -> dict[str, Drawing]:
+    """The drawings that a case's assemblies are from, by file as the case names it.
+
+    Raises:
+        InputError: A file that cannot be used.
+    """
+    from warprock.case.values import LaneValues
+
+    table = case.tables.assembly
+    if table is None or table.pattern != FILE:
+        return {}
+    return {file: _drawing(case, file) for file in LaneValues(case, range(1)).texts(FILE_KEY)[0]}
+
+
+FILE_KEY = f"{PLACE}.file"
+
+
+def _drawing(case: Case, file: str) -> Drawing:
+    """A drawing of the case."""
+    try:
+        return load_drawing(file, case.folder)
+    except InputError as error:
+        if error.key != "file":
+            raise
+        source = case.source_of(FILE_KEY)
+        raise InputError(source, FILE_KEY, file, error.allowed) from None
+
+
+def _drawn(case: Case, table: Assembly, own: Mapping[str, float], file: str) -> list[Piece]:
+    """The blocks of a drawing.
+
+    Raises:
+        InputError: It has too many, says no unit, or not what is fixed.
+    """
+    drawing = _drawing(case, file)
+    outlines = drawing.outlines
+    if len(outlines) > MOST_BLOCKS:
+        got, allowed = Said(f"{len(outlines):,} blocks"), f"must be at most {MOST_BLOCKS:,}"
+        raise InputError(case.source_of(FILE_KEY), FILE_KEY, got, allowed)
+    unit = own.get("file_unit", drawing.unit)
+    if unit is None:
+        key, declared = f"{PLACE}.file_unit", Assembly.declared()["file_unit"]
+        allowed = f"{declared.allowed}; {file} has none of its own"
+        raise InputError(case.source_of(key), key, NOTHING, allowed)
+    known = {each.name for each in outlines} | {each.group for each in outlines if each.group}
+    key = f"{PLACE}.fixed"
+    for name in table.fixed:
+        if name not in known:
+            allowed = f"must be a block or a layer of {file}{did_you_mean(name, sorted(known))}"
+            raise InputError(case.source_of(key), key, name, allowed)
+    found = [
+        Piece(
+            each.name,
+            unit * each.corners,
+            each.fixed or not {each.name, each.group}.isdisjoint(table.fixed),
+        )
+        for each in outlines
+    ]
+    if not any(piece.fixed for piece in found) or all(piece.fixed for piece in found):
+        several = ", ".join(sorted(known)[:8]) + ", ..." * (len(known) > 8)
+        allowed = f"must name blocks or layers that do not move, and not all ({several})"
+        raise InputError(case.source_of(key), key, list(table.fixed) or NOTHING, allowed)
+    return found
 
 
 def _pieces(table: Assembly, own: Mapping[str, float]) -> list[Piece]:
@@ -195,6 +331,7 @@ def _pieces(table: Assembly, own: Mapping[str, float]) -> list[Piece]:
         return patterns.wall(**numbers, whole_first=whole, openings=openings)
     laid: dict[str, Callable[..., list[Piece]]] = {
         ARCH: patterns.arch,
+        DRY_STONE: patterns.dry_stone,
         COLUMN: patterns.column,
         FRAME: patterns.frame,
     }

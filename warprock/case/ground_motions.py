@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from warprock.case.axes import Texts
 from warprock.case.body_lanes import DIRECTION
 from warprock.case.case import Case
 from warprock.case.input_columns import SPECTRAL, computed, key_column
@@ -35,8 +36,6 @@ from warprock.records.intensity import FINEST, spectral_accelerations
 from warprock.units import GRAVITY
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from warprock.records import Record
 
 Array = npt.NDArray[np.float64]
@@ -314,10 +313,8 @@ _PROVENANCE = ("source", "licence", "sha256", "processing")
 """What every lane says of its record."""
 
 
-def _words(words: Sequence[str], codes: npt.NDArray[np.integer[Any]]) -> pd.Categorical[str]:
-    """A word for each lane as a categorical column, each word stored once."""
-    import pandas as pd
-
+def _words(words: Sequence[str], codes: npt.NDArray[np.integer[Any]]) -> Texts:
+    """A word for each lane as a column, each word stored once."""
     known = list(dict.fromkeys(words))
     places = np.array([known.index(word) for word in words])
-    return pd.Categorical.from_codes(places[codes], pd.Index(known))
+    return Texts(tuple(known), places[codes].astype(np.int32))

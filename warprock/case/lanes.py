@@ -24,6 +24,7 @@ from warprock.case.ensemble import CELL_COLUMNS
 from warprock.case.ground_motions import lane_motions
 from warprock.case.hold_lanes import held, refuse_elsewhere
 from warprock.case.input_columns import computed, key_column, lane_columns
+from warprock.case.inputs import Inputs
 from warprock.case.keys import general_key
 from warprock.case.release import release_blocks, release_columns
 from warprock.case.round_base import refuse_in_space, round_keys
@@ -42,7 +43,6 @@ from warprock.quantity import Said
 
 if TYPE_CHECKING:
     import pandas as pd
-
 
 Array = npt.NDArray[np.float64]
 
@@ -69,12 +69,13 @@ class LaneSet:
         motions: Ground motions of the same lanes.
         longest: Length of the longest run and sampling of its histories.
         scene: What the case requires of an engine.
-        inputs: One row a lane: labels, then physical inputs with their units in the column names.
+        table: Inputs, one row a lane: labels, then physical inputs with their units in the column
+            names.
         labels: Names of the label columns.
         shape: Lengths of the case's axes, first one slowest.
         members: Lanes in a cell of the sweep, 1 without an ensemble; cells are slower.
-        cells: Inputs of every cell without their spread; None without an ensemble, or where only
-            some lanes were asked for.
+        cell_table: Inputs of every cell without their spread; None without an ensemble, or where
+            only some lanes were asked for.
         step_factors: Factor on the engine's time step, shape [lane]; None is 1 for all.
         first: Number of the first lane, where only some were asked for.
         durations: Length of every lane's run [s], shape [lane]; None where all are the longest.
@@ -92,15 +93,25 @@ class LaneSet:
     motions: GroundMotions
     longest: SampleTimes
     scene: SceneKind
-    inputs: pd.DataFrame
+    table: Inputs
     labels: tuple[str, ...]
     shape: tuple[int, ...]
     members: int = 1
-    cells: pd.DataFrame | None = None
+    cell_table: Inputs | None = None
     step_factors: Array | None = None
     first: int = 0
     durations: Array | None = None
     ground: GroundMotions | None = None
+
+    @property
+    def inputs(self) -> pd.DataFrame:
+        """The table of inputs as a DataFrame."""
+        return self.table.frame
+
+    @property
+    def cells(self) -> pd.DataFrame | None:
+        """Inputs of every cell without their spread as a DataFrame, where there are any."""
+        return None if self.cell_table is None else self.cell_table.frame
 
     @property
     def times(self) -> SampleTimes:
@@ -136,7 +147,7 @@ class LaneSet:
             self,
             lanes=self.lanes.take(chosen),
             motions=self.motions.take(chosen),
-            inputs=self.inputs.iloc[chosen].reset_index(drop=True),
+            table=self.table.take(chosen),
             step_factors=None if steps is None else steps[chosen],
             durations=None if durations is None else durations[chosen],
             ground=None if self.ground is None else self.ground.take(chosen),
@@ -161,7 +172,7 @@ class LaneSet:
             if label not in self.labels:
                 known = ", ".join(self.labels) or "none"
                 raise InputError("where", label, value, f"must be a label of the case ({known})")
-            chosen &= np.asarray(self.inputs[label] == value)
+            chosen &= self.table.equal(label, value)
             if not chosen.any():
                 raise InputError("where", label, value, "must select at least one lane")
         return np.flatnonzero(chosen)
@@ -183,8 +194,6 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
         >>> wr.expand_lanes(wr.load_case("free-b0")).lanes.height.tolist()
         [5.0, 5.5]
     """
-    import pandas as pd
-
     _require_lanes(case, lanes)
     values = LaneValues(case, range(case.lane_count) if lanes is None else lanes)
     durations = _durations(values)
@@ -208,18 +217,18 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
             columns |= {"time_step_factor": step_factors}
         if lanes is None:
             firsts = LaneValues(case, range(0, case.lane_count, case.members), spread=False)
-            cells = pd.DataFrame(firsts.labels() | _scene(firsts, in_space=bool(why))[2])
+            cells = Inputs(firsts.labels() | _scene(firsts, in_space=bool(why))[2])
     _refuse_labels(case, columns)
     lane_set = LaneSet(
         lanes=blocks,
         motions=motions,
         longest=dataclasses.replace(case.sample_times, duration=float(durations.max())),
         scene=scene,
-        inputs=pd.DataFrame(values.labels() | columns),
+        table=Inputs(values.labels() | columns),
         labels=case.labels,
         shape=case.shape,
         members=case.members,
-        cells=cells,
+        cell_table=cells,
         step_factors=step_factors,
         first=values.lanes.start,
         durations=durations if durations.min() < durations.max() else None,

@@ -20,7 +20,8 @@ In space a cylinder rolls along its rim, which a box cannot do: such cases are r
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -64,18 +65,18 @@ def refuse_in_space(values: LaneValues, why: str) -> None:
         )
 
 
-def round_base_note(inputs: pd.DataFrame) -> str:
+def round_base_note(columns: Mapping[str, Any] | pd.DataFrame) -> str:
     """What to say of the boxes that stand for cylinders; empty where there are none.
 
     Args:
-        inputs: Inputs of the lanes, as in the lane table.
+        columns: Inputs of the lanes by the names of their columns, shape [lane].
     """
     parts = []
-    for name in map(str, inputs.columns):
+    for name in map(str, columns):
         found = _DIAMETER.fullmatch(name)
         if found:
-            diameter = inputs[name].to_numpy(dtype=float)
-            height = inputs[f"height{found[1] or ''}_m"].to_numpy(dtype=float)
+            diameter = np.asarray(columns[name], dtype=float)
+            height = np.asarray(columns[f"height{found[1] or ''}_m"], dtype=float)
             parts.append(float(np.max(diameter**2 / (diameter**2 + height**2))))
     if not parts:
         return ""

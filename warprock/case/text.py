@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from importlib.resources.abc import Traversable
 from typing import Any, NamedTuple
 
-from warprock.case.keys import rivals
 from warprock.errors import InputError, did_you_mean, list_allowed
 from warprock.quantity import Said
 from warprock.reading import read_bytes, reason
@@ -225,6 +224,8 @@ def put(raw: dict[str, Any], key: str, value: Any, written: object) -> None:
     Raises:
         InputError: The key has too many parts, or lies below what is no table.
     """
+    from warprock.case.keys import rivals
+
     *path, last = key.split(".")
     if len(path) >= MOST_DEPTH:
         raise InputError(OVERRIDE, key, written, _TOO_DEEP)

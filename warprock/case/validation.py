@@ -72,7 +72,9 @@ class Table(pydantic.BaseModel):
         place: Its dotted name in a case file.
     """
 
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+    model_config = pydantic.ConfigDict(
+        extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True
+    )
     place: ClassVar[str] = ""
 
     @classmethod

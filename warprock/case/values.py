@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +16,6 @@ from warprock.case.sampling import Distribution
 from warprock.errors import InputError
 from warprock.quantity import NumberKey, Said
 from warprock.units import Dimension, Quantity, format_quantity
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Array = npt.NDArray[np.float64]
 
@@ -109,12 +106,9 @@ class LaneValues:
             return column.values, column.codes[position]
         return (str(self.case.tables.constant(key)),), np.zeros(len(self.lanes), np.int32)
 
-    def column(self, key: str) -> pd.Categorical[str]:
-        """Texts of a key as a categorical column, shape [lane]."""
-        import pandas as pd
-
-        values, codes = self.texts(key)
-        return pd.Categorical.from_codes(codes, pd.Index(values))
+    def column(self, key: str) -> Texts:
+        """Texts of a key as a column, shape [lane]."""
+        return Texts(*self.texts(key))
 
     def labels(self) -> dict[str, object]:
         """Label columns by their names, shape [lane]."""

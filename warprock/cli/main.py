@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import dataclasses
 import gc
-import importlib
 import os
 import pathlib
-import pkgutil
 import shlex
 import signal
 import sys
@@ -20,8 +18,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-import warprock.cli
-from warprock import __version__
+import warprock
 from warprock.cli import completion
 from warprock.cli.analysis import finish
 from warprock.cli.exits import EXIT_INTERRUPTED
@@ -54,8 +51,22 @@ if TYPE_CHECKING:
     from warprock.running.case_run import CaseRun
 
 
+def _say_version(ctx: click.Context, _option: click.Parameter, asked: bool) -> None:
+    """Prints the version, which is looked up only here."""
+    if asked and not ctx.resilient_parsing:
+        click.echo(f"warprock, version {warprock.__version__}")
+        ctx.exit()
+
+
 @click.group(cls=Main, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__, prog_name="warprock")
+@click.option(
+    "--version",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_say_version,
+    help="Show the version and exit.",
+)
 def main() -> None:
     """Rocking of rigid blocks under ground motion, many inputs at once.
 
@@ -230,18 +241,14 @@ def reproduce(
     print_json(found) if as_json else print_reproduction(found, verbose=verbose)
 
 
-for module in pkgutil.iter_modules(warprock.cli.__path__, "warprock.cli."):
-    # A file in this folder adds the commands that it names in `COMMANDS`.
-    for command in getattr(importlib.import_module(module.name), "COMMANDS", ()):
-        main.add_command(command)
-
-
 def entry() -> None:
     """The command line as a process: on Ctrl-C it ends at once, and on SIGTERM as on Ctrl-C.
 
     A launch in a worker thread cannot be stopped, and Python would wait for it.
     """
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # Else pydantic looks for plug-ins of its own in every package that is installed.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     # Else a tenth of the start of a command goes into looks for garbage among what it imports.
     gc.set_threshold(100_000)
     for name in ("stdout", "stderr"):

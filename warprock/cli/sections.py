@@ -1,9 +1,13 @@
-"""The commands by what a person wants, in the order in which `warprock --help` shows them."""
+"""The commands: where each is found, and in which order `warprock --help` shows them."""
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
+
 import click
 
+import warprock.cli
 from warprock.cli.exits import ExitCodes
 
 SECTIONS: dict[str, dict[str, str]] = {
@@ -59,7 +63,32 @@ _OTHER = "Other"
 
 
 class Main(ExitCodes):
-    """The group of all commands, whose help has sections."""
+    """The group of all commands, whose help has sections.
+
+    A file in this folder adds the commands that it names in `COMMANDS`. It is imported when one of
+    them is asked for: a command lies in the file of its name, or in any other.
+    """
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command of a name; None if there is none."""
+        own = cmd_name.replace("-", "_")
+        files = [each.name for each in pkgutil.iter_modules(warprock.cli.__path__)]
+        for file in sorted(files, key=lambda name: name != own):
+            if cmd_name in self.commands:
+                break
+            self._add(file)
+        return super().get_command(ctx, cmd_name)
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of all commands."""
+        for each in pkgutil.iter_modules(warprock.cli.__path__):
+            self._add(each.name)
+        return super().list_commands(ctx)
+
+    def _add(self, file: str) -> None:
+        """Adds the commands of a file."""
+        for command in getattr(importlib.import_module(f"warprock.cli.{file}"), "COMMANDS", ()):
+            self.add_command(command)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Writes the commands that there are, section by section."""

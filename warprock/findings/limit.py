@@ -8,13 +8,14 @@ import numpy as np
 import pandas as pd
 
 from warprock.analysis.load_limit import Collapse, LoadLimits
+from warprock.case.assembly import BETWEEN
 from warprock.case.input_columns import input_meaning
 from warprock.findings.asked import naming_columns
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.lanes import lane_name
 from warprock.findings.numbers import counted, listed, three
 from warprock.findings.sheets import declared, heading, sheet_of
-from warprock.running.lane_table import APART, BETWEEN
+from warprock.running.lane_table import APART
 from warprock.running.provenance import case_facts, surroundings
 from warprock.running.run_file import CASE
 

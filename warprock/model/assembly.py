@@ -2,6 +2,7 @@
 
 A joint is an edge that two blocks share: two contact points, its ends. Joints are found from the
 polygons alone, so that a block that touches two others below it has a joint with each of them.
+Edges of drawn blocks meet within a tolerance; then both are taken to lie on the line of the joint.
 """
 
 from __future__ import annotations
@@ -23,6 +24,14 @@ coordinates, far below any gap that is meant."""
 
 SHORTEST = 10.0
 """Shortest joint over that distance."""
+
+DOUBTFUL = 10.0
+"""Gap between edges that face each other, over the tolerance of a drawing, below which it leaves
+open whether they were meant to touch."""
+
+STRAIGHT = 0.1
+"""How far a corner of a drawing may be from the line of its neighbours, over that tolerance, and be
+none."""
 
 
 class Piece(NamedTuple):
@@ -78,6 +87,8 @@ class Assembly:
         depth: Across the plane [m].
         density: [kg/m^3].
         joints: Where they touch.
+        flush: Distance up to which edges touch [m].
+        friction: Coefficient where blocks meet that no joint connects.
     """
 
     corners: Array
@@ -86,6 +97,8 @@ class Assembly:
     depth: float
     density: float
     joints: Joints
+    flush: float
+    friction: float
 
     @property
     def count(self) -> int:
@@ -119,6 +132,18 @@ class Assembly:
     def mass(self) -> Array:
         """Mass of the blocks [kg], shape [block]."""
         return np.asarray(self.area * self.depth * self.density)
+
+    @functools.cached_property
+    def ground(self) -> float:
+        """Level of the ground [m].
+
+        That of the lowest blocks that can move, if they stand level on something fixed there; else
+        that of the lowest corner of all: abutments stand on the ground.
+        """
+        level, every = float(self.corners[~self.fixed][..., 1].min()), self.corners[..., 1]
+        held = self.fixed[self.joints.blocks].any(axis=1)
+        flat = np.abs(self.joints.ends[..., 1] - level).max(axis=1) <= self.flush
+        return level if (held & flat).any() else float(every.min())
 
     @property
     def size(self) -> Array:
@@ -184,6 +209,7 @@ def assemble(
     density: float,
     friction: float,
     head_friction: float | None = None,
+    tolerance: float | None = None,
 ) -> Assembly:
     """Blocks with the joints that their edges make.
 
@@ -191,28 +217,63 @@ def assemble(
         pieces: The blocks.
         depth: Across the plane [m].
         density: [kg/m^3].
-        friction: Coefficient of every joint.
+        friction: Coefficient of every joint, and of blocks that meet elsewhere.
         head_friction: That of head joints, which are nearer to upright than to level; None where
             it is the same.
+        tolerance: Distance up to which edges of drawn blocks touch [m]; None where coordinates are
+            exact.
 
     Raises:
-        ValueError: A block is not convex, two blocks overlap, or a block rests on nothing that is
-            fixed. The message ends a sentence "must ...".
+        ValueError: A block is not convex, two blocks overlap, a drawing leaves open whether they
+            touch, or a block rests on nothing that is fixed. The message ends a sentence "must
+            ...".
     """
-    corners = _padded([piece.corners for piece in pieces])
+    polygons = [piece.corners for piece in pieces]
+    if tolerance is not None:
+        polygons = [straightened(each, STRAIGHT * tolerance) for each in polygons]
+    corners = _padded(polygons)
     names = tuple(piece.name for piece in pieces)
     fixed = np.array([piece.fixed for piece in pieces])
-    flush = FLUSH * float(np.ptp(corners.reshape(-1, 2), axis=0).max())
+    exact = FLUSH * float(np.ptp(corners.reshape(-1, 2), axis=0).max())
+    flush = exact if tolerance is None else max(tolerance, exact)
+    if tolerance is not None:
+        _require_large(corners, names, flush)
     _require_convex(corners, names, flush)
     first, second = _near(corners, flush)
     _require_apart(corners, names, (first, second), flush)
     apart = ~(fixed[first] & fixed[second])
     joints = _find_joints(corners, (first[apart], second[apart]), flush)
+    if tolerance is not None:
+        _require_no_gaps(corners, names, fixed, joints, flush)
     upright = np.abs(joints.normal[:, 0]) > np.abs(joints.normal[:, 1])
     own = friction if head_friction is None else head_friction
     joints = dataclasses.replace(joints, friction=np.where(upright, own, friction))
-    _require_held(joints, names, fixed)
-    return Assembly(corners, names, fixed, depth, density, joints)
+    _require_held(joints, names, corners, fixed)
+    return Assembly(corners, names, fixed, depth, density, joints, flush, friction)
+
+
+def straightened(corners: Array, least: float) -> Array:
+    """A polygon without corners that repeat others or lie on the line of their neighbours.
+
+    Args:
+        corners: Corners [m], shape [corner, 2].
+        least: Distance from that line up to which they do [m].
+    """
+    found = np.asarray(corners, dtype=np.float64)
+    while len(found) > 3:
+        before, after = np.roll(found, 1, axis=0), np.roll(found, -1, axis=0)
+        along = after - before
+        length = np.linalg.norm(along, axis=1)
+        beside = np.abs(_cross(along, found - before)) / np.where(length > 0.0, length, 1.0)
+        near = np.minimum(
+            np.linalg.norm(found - before, axis=1), np.linalg.norm(found - after, axis=1)
+        )
+        away = np.minimum(near, np.where(length > least, beside, 0.0))
+        place = int(np.argmin(away))
+        if away[place] > least:
+            return found
+        found = np.delete(found, place, axis=0)
+    return found
 
 
 def _padded(polygons: Sequence[Array]) -> Array:
@@ -251,16 +312,29 @@ def _require_convex(corners: Array, names: tuple[str, ...], flush: float) -> Non
         raise ValueError(f"be convex: block {names[place]} is not")
 
 
+def _require_large(corners: Array, names: tuple[str, ...], flush: float) -> None:
+    """Refuses blocks so small that none of their edges could be a joint."""
+    longest = _edges(corners)[1].max(axis=1)
+    for place in np.flatnonzero(longest <= SHORTEST * flush):
+        raise ValueError(
+            f"have edges longer than {1e3 * SHORTEST * flush:g} mm, ten times the tolerance of "
+            f"joints: those of block {names[place]} are at most {1e3 * longest[place]:.3g} mm long"
+        )
+
+
 def _near(corners: Array, flush: float) -> tuple[Places, Places]:
     """Pairs of blocks whose boxes touch; the first of a pair comes before the second."""
     low, high = corners.min(axis=1) - flush, corners.max(axis=1) + flush
-    order = np.argsort(low[:, 0], kind="stable")
-    ends = np.searchsorted(low[order, 0], high[order, 0], side="right")
+    # Along the axis on which fewer boxes lie over one another.
+    axis = int(np.argmax(np.ptp(low, axis=0) / (high - low).mean(axis=0)))
+    order = np.argsort(low[:, axis], kind="stable")
+    ends = np.searchsorted(low[order, axis], high[order, axis], side="right")
     count = ends - np.arange(1, len(order) + 1)
     here = np.repeat(np.arange(len(order)), count)
     there = np.arange(len(here)) - np.repeat(np.cumsum(count) - count, count) + here + 1
     a, b = order[here], order[there]
-    level = (low[a, 1] <= high[b, 1]) & (low[b, 1] <= high[a, 1])
+    other = 1 - axis
+    level = (low[a, other] <= high[b, other]) & (low[b, other] <= high[a, other])
     first, second = np.minimum(a, b)[level], np.maximum(a, b)[level]
     sort = np.lexsort((second, first))
     return first[sort], second[sort]
@@ -306,8 +380,46 @@ def _find_joints(corners: Array, pairs: tuple[Places, Places], flush: float) -> 
     )
 
 
-def _require_held(joints: Joints, names: tuple[str, ...], fixed: npt.NDArray[np.bool_]) -> None:
-    """Refuses a block that no joints connect with a fixed one."""
+def _require_no_gaps(
+    corners: Array,
+    names: tuple[str, ...],
+    fixed: npt.NDArray[np.bool_],
+    joints: Joints,
+    flush: float,
+) -> None:
+    """Refuses edges that face each other at a distance a little above that at which they touch."""
+    wide = DOUBTFUL * flush
+    first, second = _near(corners, wide)
+    apart = ~(fixed[first] & fixed[second])
+    known = set(map(tuple, joints.blocks.tolist()))
+    for pair in _find_joints(corners, (first[apart], second[apart]), wide).blocks.tolist():
+        if tuple(pair) not in known:
+            a, b = pair
+            gap = _gap(corners[a], corners[b])
+            raise ValueError(
+                f"touch within {1e3 * flush:g} mm or lie more than {1e3 * wide:g} mm apart: edges "
+                f"of {names[a]} and {names[b]} face each other over {1e3 * gap:.3g} mm"
+            )
+
+
+def _gap(a: Array, b: Array) -> float:
+    """Least distance between the corners of two convex polygons and the edges of the other [m]."""
+    found = np.inf
+    for corners, other in ((a, b), (b, a)):
+        along = np.roll(other, -1, axis=0) - other
+        square = np.maximum((along * along).sum(axis=1), np.finfo(np.float64).tiny)
+        beyond = corners[:, None] - other
+        part = np.clip((beyond * along).sum(axis=2) / square, 0.0, 1.0)
+        found = min(found, np.linalg.norm(beyond - part[..., None] * along, axis=2).min())
+    return float(found)
+
+
+def _require_held(
+    joints: Joints, names: tuple[str, ...], corners: Array, fixed: npt.NDArray[np.bool_]
+) -> None:
+    """Refuses a block that no joints connect with a fixed one, or that none can push upwards."""
+    if not fixed.any():
+        raise ValueError("have a block that is fixed: all of them would fall")
     held, before = fixed.copy(), np.zeros_like(fixed)
     first, second = joints.blocks.T
     while (held != before).any():
@@ -315,4 +427,15 @@ def _require_held(joints: Joints, names: tuple[str, ...], fixed: npt.NDArray[np.
         held[first[before[second]]] = True
         held[second[before[first]]] = True
     for place in np.flatnonzero(~held):
-        raise ValueError(f"rest on something fixed: block {names[place]} touches nothing that does")
+        gaps = [(_gap(corners[place], corners[other]), other) for other in np.flatnonzero(held)]
+        gap, other = min(gaps)
+        raise ValueError(
+            f"rest on something fixed: block {names[place]} touches nothing that does; the nearest "
+            f"is {names[other]}, {1e3 * gap:.3g} mm away"
+        )
+    lifted = fixed.copy()
+    for side, sign in ((0, 1.0), (1, -1.0)):
+        level, upright = np.abs(joints.normal[:, 0]), sign * joints.normal[:, 1]
+        lifted[joints.blocks[upright + joints.friction * level > 0.0, side]] = True
+    for place in np.flatnonzero(~lifted):
+        raise ValueError(f"rest on something: block {names[place]} hangs below all that touches it")

@@ -1,7 +1,8 @@
-"""Patterns of assemblies: arches, walls in running bond, columns of drums and frames, as blocks."""
+"""Patterns of assemblies as blocks: arches, walls in bond and of dry stone, columns, frames."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -12,6 +13,21 @@ from warprock.model.assembly import Array, Piece
 
 ABUTMENT = 0.5
 """Depth of what is fixed below an assembly, over the size of a block."""
+
+STONE_LENGTHS, COURSE_HEIGHTS = 0.6, 0.5
+"""Largest difference of a stone's length and of a course's height from the mean, over the mean, at
+a variation of 1."""
+
+LEAN, SLOPE = math.radians(12.0), 0.2
+"""Largest angle of a head joint from upright, and difference in level between the ends of a bed
+over the mean height of a course, at a variation of 1."""
+
+BOND = 0.25
+"""Least distance between the head joints of two courses at the bed between them, over the mean
+length of a stone, that is tried for."""
+
+TRIES = 20
+"""Lengths that are tried for a stone until it bonds; the last one is taken as it is."""
 
 SLIVER = 1e-6
 """Least part of a block that is left beside an opening, over its length."""
@@ -91,6 +107,94 @@ def wall(
             for number, (left, right) in enumerate(left_over, 1)
         ]
     return pieces
+
+
+def dry_stone(
+    wall_length: float,
+    wall_height: float,
+    stone_length: float,
+    stone_height: float,
+    variation: float,
+    seed: int,
+) -> list[Piece]:
+    """A random wall of dry stone in courses on fixed ground, its lower left corner at the origin.
+
+    Heights of courses and lengths of stones are drawn evenly about their means; beds slope, and
+    head joints lean. A stone whose end would lie close above or below a head joint is drawn again.
+
+    Args:
+        wall_length: [m].
+        wall_height: [m].
+        stone_length: Mean length of a stone [m].
+        stone_height: Mean height of a course [m].
+        variation: How much stones differ, from 0 (all alike) to 1.
+        seed: What the random numbers begin with; the same wall for the same seed.
+    """
+    draw = np.random.default_rng(seed)
+    beds = _beds(draw, wall_length, wall_height, stone_height, variation)
+    ground = rectangle(0.0, -ABUTMENT * stone_height, wall_length, 0.0)
+    pieces, below = [Piece("ground", ground, fixed=True)], np.empty(0)
+    for course, (bed, top) in enumerate(itertools.pairwise(beds)):
+        joints = _head_joints(draw, wall_length, stone_length, variation, below, course % 2 == 1)
+        middle = 0.5 * (bed.mean() + top.mean())
+        lean = np.zeros(len(joints) + 2)
+        lean[1:-1] = np.tan(variation * LEAN * draw.uniform(-1.0, 1.0, len(joints)))
+        places = np.r_[0.0, joints, wall_length]
+        ends = [_meet(level, places, lean, middle, wall_length) for level in (bed, top)]
+        pieces += [
+            Piece(
+                f"{course + 1}.{number + 1}",
+                np.array([*ends[0][number : number + 2], *ends[1][number : number + 2][::-1]]),
+            )
+            for number in range(len(places) - 1)
+        ]
+        below = ends[1][1:-1, 0]
+    return pieces
+
+
+def _beds(
+    draw: np.random.Generator, length: float, height: float, course: float, variation: float
+) -> Array:
+    """Levels of the two ends of every bed from the ground to the top [m], shape [bed, 2]."""
+    count = max(round(height / course), 1)
+    heights = 1.0 + variation * COURSE_HEIGHTS * draw.uniform(-1.0, 1.0, count)
+    levels = np.r_[0.0, np.cumsum(heights)] * height / heights.sum()
+    slope = 0.5 * SLOPE * variation * height / count * draw.uniform(-1.0, 1.0, count + 1)
+    # The ground and the top are level.
+    slope[[0, -1]] = 0.0
+    return np.stack([levels - slope, levels + slope], axis=1)
+
+
+def _head_joints(
+    draw: np.random.Generator,
+    length: float,
+    stone: float,
+    variation: float,
+    below: Array,
+    half_first: bool,
+) -> Array:
+    """Where the head joints of a course are, at half of its height [m]."""
+    found: list[float] = []
+    at = 0.0
+    while True:
+        mean = 0.5 * stone if half_first and not found else stone
+        for _ in range(TRIES):
+            end = at + mean * (1.0 + variation * STONE_LENGTHS * draw.uniform(-1.0, 1.0))
+            if not len(below) or np.abs(below - end).min() > BOND * stone:
+                break
+        # What is left is a stone at least half as long as others.
+        if end > length - (0.5 - SLIVER) * stone:
+            return np.array(found)
+        found.append(end)
+        at = end
+
+
+def _meet(bed: Array, places: Array, lean: Array, middle: float, length: float) -> Array:
+    """Where leaning head joints meet a bed [m], shape [joint, 2]; their places are at `middle`."""
+    slope = (bed[1] - bed[0]) / length
+    # x = place + lean (y - middle), y = bed + slope x.
+    x = (places + lean * (bed[0] - middle)) / (1.0 - lean * slope)
+    return np.stack([x, bed[0] + slope * x], axis=1)
 
 
 def _left_over(

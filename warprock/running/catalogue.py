@@ -1,32 +1,33 @@
-"""What there is to choose from (cases, engines, templates) and what a case requires."""
+"""What a case requires of its engine, and a new case file."""
 
 from __future__ import annotations
 
 import dataclasses
 import pathlib
-import tomllib
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from warprock.case.assembly import BETWEEN
+from warprock.case.assembly_lanes import case_drawings
+from warprock.case.axes import Texts
 from warprock.case.case import Case
+from warprock.case.inputs import Inputs
 from warprock.case.lanes import expand_lanes
 from warprock.case.round_base import round_base_note
 from warprock.case.template import Start
-from warprock.case.text import case_names, find_case
 from warprock.engines import ENGINES, engine_class
+from warprock.engines.base import KernelEngine
 from warprock.engines.launching import Target
 from warprock.errors import InputError
 from warprock.model.drift import drift_text
 from warprock.model.lanes import Lanes
 from warprock.model.scene import SceneKind
 from warprock.model.undecided import cut_text
-from warprock.programs.table import PROGRAMS
+from warprock.plugins import brought
+from warprock.running.choices import engine_row
 from warprock.running.engine_choice import choose_engine
 from warprock.running.files import replacing, require_writable_file
 from warprock.settings.engines import SETTINGS, declared_settings
 from warprock.unmodelled import UNMODELLED
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 JOINTS_SHOWN = 12
 """Joints of an assembly that are named."""
@@ -47,18 +48,6 @@ ESTIMATE = (
 """What `explain` says of an engine whose error has an order in the step."""
 
 
-def list_all() -> dict[str, Any]:
-    """The shipped cases, the engines, and the programs beside them, ready for JSON."""
-    # A case file says its title itself; to build the case would read its tables and need pandas.
-    texts = [find_case(name) for name in case_names()]
-    cases = [{"name": each.name, "title": tomllib.loads(each.text)["title"]} for each in texts]
-    return {
-        "cases": cases,
-        "engines": [_engine_row(name) for name in ENGINES],
-        "programs": [_program_row(name) for name in PROGRAMS],
-    }
-
-
 def explain_case(case: Case) -> dict[str, Any]:
     """What a case requires and how it would be run, ready for JSON.
 
@@ -73,7 +62,7 @@ def explain_case(case: Case) -> dict[str, Any]:
     many = case.lane_count > LANES_SHOWN
     lane_set = expand_lanes(case, range(LANES_SHOWN) if many else None)
     scene = lane_set.scene
-    inputs = lane_set.inputs
+    inputs = lane_set.table
     return {
         "case": {
             "name": case.name,
@@ -86,8 +75,9 @@ def explain_case(case: Case) -> dict[str, Any]:
             "why": _scene_text(scene),
             "left_out": list(scene.left_out),
             "friction_note": scene.friction_note,
-            "replaced": round_base_note(inputs) or None,
+            "replaced": round_base_note(inputs.columns) or None,
             "touching": _touching(lane_set.lanes),
+            "laid": _laid(case, lane_set.lanes),
         },
         "lanes": case.lane_count,
         "inputs_of_lanes": lane_set.lanes.lane_count,
@@ -100,9 +90,9 @@ def explain_case(case: Case) -> dict[str, Any]:
         + ([{"keys": ["member"], "length": case.members}] if case.ensemble else []),
         "not_modelled": [each.what for each in UNMODELLED],
         "study": [case.study.plan(name) for name in case.study.engines] if case.study else None,
-        "inputs": {str(name): _spread(inputs[name]) for name in inputs.columns},
+        "inputs": {str(name): _spread(inputs, name) for name in inputs.columns},
         "engine": dataclasses.asdict(choose_engine(case)),
-        "engines": [_engine_row(name) | _fitness(case, name, scene) for name in ENGINES],
+        "engines": [engine_row(name) | _fitness(case, name, scene) for name in ENGINES],
     }
 
 
@@ -139,10 +129,29 @@ def _touching(lanes: Lanes) -> str | None:
     if lanes.assembly is None:
         return None
     first = lanes.assembly.of(0)
-    pairs = [f"{first.names[a]} and {first.names[b]}" for a, b in first.joints.blocks]
+    pairs = [f"{first.names[a]}{BETWEEN}{first.names[b]}" for a, b in first.joints.blocks]
     more = len(pairs) - JOINTS_SHOWN
     left = f"; {more:,} more" if more > 0 else ""
     return f"{'; '.join(pairs[:JOINTS_SHOWN])}{left}"
+
+
+def _laid(case: Case, lanes: Lanes) -> list[str]:
+    """What the first lane's assembly is, in sentences; nothing where it is none."""
+    if lanes.assembly is None:
+        return []
+    first = lanes.assembly.of(0)
+    fixed = [name for name, still in zip(first.names, first.fixed, strict=True) if still]
+    named = ", ".join(fixed[:JOINTS_SHOWN]) + ", ..." * (len(fixed) > JOINTS_SHOWN)
+    width, height = first.size
+    mass = float(first.mass[~first.fixed].sum())
+    found = [
+        f"{first.count - len(fixed):,} blocks, {mass:,.4g} kg, {width:.4g} m wide and "
+        f"{height:.4g} m high; fixed: {named}; {first.joints.count:,} joints"
+    ]
+    for file, drawing in case_drawings(case).items():
+        besides = f"; left out: {drawing.left_out}" if drawing.left_out else ""
+        found.append(f"{file}: {len(drawing.outlines):,} outlines{besides}")
+    return found
 
 
 def _scene_text(scene: SceneKind) -> str:
@@ -179,22 +188,6 @@ def _scene_text(scene: SceneKind) -> str:
     )
 
 
-def _engine_row(name: str) -> dict[str, Any]:
-    engine = engine_class(name)
-    summary = (engine.__doc__ or "").strip().splitlines()[0]
-    return {"name": name, "order": engine.order, "summary": summary}
-
-
-def _program_row(name: str) -> dict[str, Any]:
-    program = PROGRAMS[name]
-    return {
-        "name": name,
-        "installed": program.installed,
-        "needs": "" if program.installed else program.install,
-        "summary": program.text,
-    }
-
-
 def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
     reason = engine_class(name).supports(scene)
     settings = dataclasses.asdict(case.engine_settings(name))
@@ -211,9 +204,11 @@ def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
 def _kernel_text(case: Case, name: str, scene: SceneKind) -> str:
     """The kernel that an engine runs a case with, on a CPU and on any other device."""
     settings = case.engine_settings(name)
+    engine = engine_class(name)
+    if not issubclass(engine, KernelEngine):
+        return f"{engine.__module__}, of the package {brought()[name][1]}"
     here, there = (
-        engine_class(name)(settings, Target(device=device)).kernel_of(scene)
-        for device in ("cpu", "cuda:0")
+        engine(settings, Target(device=device)).kernel_of(scene) for device in ("cpu", "cuda:0")
     )
     found = f"kernels/{here.file}.py for a {scene.motion} base"
     if here == there:
@@ -223,14 +218,14 @@ def _kernel_text(case: Case, name: str, scene: SceneKind) -> str:
     return f"{found}: `packed` on a CPU; {there.file}.py, one lane a thread, on any other device"
 
 
-def _spread(values: pd.Series[Any]) -> dict[str, Any]:
+def _spread(inputs: Inputs, name: str) -> dict[str, Any]:
     """Distinct values in order of appearance, or least and greatest where there are many.
 
     Of many words the first ones, and how many there are.
     """
-    distinct = values.drop_duplicates().tolist()
+    distinct, values = inputs.distinct(name), inputs.columns[name]
     if len(distinct) <= VALUES_SHOWN:
         return {"values": distinct}
-    if values.dtype.kind not in "biuf":
+    if isinstance(values, Texts) or values.dtype.kind not in "biuf":
         return {"values": distinct[:WORDS_SHOWN], "count": len(distinct)}
     return {"from": float(values.min()), "to": float(values.max()), "count": len(distinct)}

@@ -9,12 +9,17 @@ import os
 import pathlib
 import sys
 from collections.abc import Iterator
+from typing import Any
 
 from warprock.errors import InputError
 from warprock.kernels.instance import FOLDER
+from warprock.running.machine import cpu_vector_flags
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
 """What the system says of a disk that is full; it names no file then."""
+
+HEADERS = "headers"
+"""Folder in that of the kernels for what is precompiled of Warp's header."""
 
 STDERR = 2
 """File descriptor that the native library writes to."""
@@ -63,6 +68,26 @@ def start_warp() -> None:
         finally:
             os.dup2(stderr, STDERR)
             os.close(stderr)
+    keep_headers()
+
+
+def keep_headers() -> None:
+    """Keeps Warp's own header, once it is precompiled, beside the kernels for all processes.
+
+    Warp precompiles it in every process and thread anew, for each set of compiler flags: 2 s before
+    the first kernel of each. The compiler refuses a header that it did not make for these flags and
+    this processor, and compiles without it. Warp 1.19 has no setting for this; where it changes,
+    its own way stays.
+    """
+    import warp as wp
+
+    runtime: Any = getattr(getattr(getattr(wp, "_src", None), "context", None), "runtime", None)
+    if not hasattr(runtime, "get_clang_pch_dir"):
+        return
+    folder = pathlib.Path(str(wp.config.kernel_cache_dir), HEADERS, "-".join(cpu_vector_flags()))
+    with contextlib.suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+        runtime.get_clang_pch_dir = lambda: str(folder)
 
 
 def device_names() -> tuple[str, ...]:

@@ -13,6 +13,7 @@ import pandas as pd
 import pyarrow as pa
 
 from warprock.arguments import at_the_door
+from warprock.case.assembly import BETWEEN
 from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import LaneSet
 from warprock.model.base_path import base_places
@@ -50,8 +51,8 @@ JOINT_COLUMNS = {
     "slid_between": "Blocks between which joints slid",
 }
 """Columns of words of an assembly, and what they say."""
-BETWEEN, APART = " / ", ", "
-"""What stands between the two blocks of a joint, and between joints."""
+APART = ", "
+"""What stands between joints."""
 
 
 @at_the_door

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from warprock.case.assembly_lanes import case_drawings
 from warprock.case.case import Case
 from warprock.case.ground_motions import case_records
 from warprock.case.lanes import LaneSet
@@ -68,7 +69,17 @@ def case_facts(case: Case) -> dict[str, Any]:
         "resolved": case.raw,
         "overridden": sorted(case.overridden),
         **table_facts(case),
+        **drawing_facts(case),
     }
+
+
+def drawing_facts(case: Case) -> dict[str, Any]:
+    """The drawings that a case's assemblies are from, and their hash; nothing where none are."""
+    found = [
+        {"file": file, "sha256": drawing.sha256, "blocks": len(drawing.outlines)}
+        for file, drawing in case_drawings(case).items()
+    ]
+    return {"drawings": found} if found else {}
 
 
 def table_facts(case: Case) -> dict[str, Any]:

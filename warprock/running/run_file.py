@@ -60,6 +60,7 @@ CASE = {
     "resolved": RESOLVED,
     "overridden?": [str],
     "tables?": [{"sweep": int, "file": str, "rows": int, "keys": [str], "labelled?": bool}],
+    "drawings?": [{"file": str, "sha256": str, "blocks": int}],
 }
 ENGINE = {"name": str, "settings": {...: (float, str, bool, None, [(float, str)])}}
 COUNTS = {...: int}

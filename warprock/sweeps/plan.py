@@ -27,7 +27,7 @@ from warprock.running import machine
 from warprock.running.case_run import require_options, require_support
 from warprock.running.files import replacing, require_writable
 from warprock.running.options import DEFAULT_OPTIONS, Progress, RunOptions
-from warprock.running.provenance import PACKAGES, record_rows, table_facts
+from warprock.running.provenance import PACKAGES, drawing_facts, record_rows, table_facts
 
 PLAN = "plan.json"
 FORMAT = 2
@@ -171,6 +171,7 @@ def _content(case: Case, engine: str, options: RunOptions) -> dict[str, Any]:
             # Nothing is checked in a sweep, and overrides may have taken a check's lanes away.
             "resolved": {key: value for key, value in case.raw.items() if key != "check"},
             **table_facts(case),
+            **drawing_facts(case),
         },
         "lanes": case.lane_count,
         "engine": {

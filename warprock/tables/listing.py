@@ -19,7 +19,7 @@ from warprock.tables.terminal import (
 
 
 def print_listing(found: Mapping[str, Any]) -> None:
-    """Prints what `running.catalogue.list_all` found."""
+    """Prints what `running.choices.list_all` found."""
     print_rows("Cases", found["cases"])
     print_rows("Engines", found["engines"])
     print_rows("Programs of others, for compare", found["programs"])
@@ -63,6 +63,8 @@ def print_explanation(found: Mapping[str, Any], then: str) -> None:
     if scene["touching"] is None:
         say(out, f"  friction: {_friction_text(scene)}")
     else:
+        for fact in scene["laid"]:
+            say(out, f"  of lane 0: {fact}")
         say(out, f"  joints: {scene['touching']}")
     for note in (
         found["scene"]["replaced"],

@@ -1,4 +1,4 @@
-"""The commands `list`, `explain` and `init`: what there is, what a case asks for, a new case."""
+"""The command `init`: a new case."""
 
 from __future__ import annotations
 
@@ -8,36 +8,7 @@ import shlex
 import click
 
 from warprock.cli import completion
-from warprock.cli.options import case_argument, json_option, reading_options, set_option
-from warprock.cli.pages import on_case
-
-
-@click.command("list")
-@json_option
-def list_command(as_json: bool) -> None:
-    """The shipped cases and the engines."""
-    from warprock.running.catalogue import list_all
-    from warprock.tables.listing import print_listing
-    from warprock.tables.terminal import print_json
-
-    found = list_all()
-    print_json(found) if as_json else print_listing(found)
-
-
-@click.command()
-@case_argument
-@set_option
-@json_option
-def explain(case_name: str, overrides: tuple[str, ...], as_json: bool) -> None:
-    """What a case requires, and which kernels can run it."""
-    from warprock.case.load import load_case
-    from warprock.running.catalogue import explain_case
-    from warprock.tables.listing import print_explanation
-    from warprock.tables.terminal import print_json
-
-    found = explain_case(load_case(case_name, overrides))
-    then = on_case("run", case_name, overrides, "-o", "results")
-    print_json(found) if as_json else print_explanation(found, then)
+from warprock.cli.options import reading_options, set_option
 
 
 @click.command()
@@ -113,4 +84,4 @@ def init(
     )
 
 
-COMMANDS = (list_command, explain, init)
+COMMANDS = (init,)

@@ -1,0 +1,1 @@
+"""Drawings of assemblies: files of polygons, a block each."""
