@@ -16,7 +16,7 @@ import warp as wp
 from warprock.kernels.impulse.stack import drop_round_off
 from warprock.kernels.impulse_space.block import Knobs, side_of, slips
 from warprock.kernels.impulse_space.stack import Pose, Touches, fastest_slip, find_contacts, solve
-from warprock.kernels.instance import BRANCHES
+from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.interface import GROUND_FACE
@@ -34,7 +34,7 @@ from warprock.kernels.shape_space.stack import (
 )
 from warprock.kernels.vectors import Matrix, Quaternion, Vector
 
-wp.set_module_options(BRANCHES)
+wp.set_module_options(LOOPS_STAY)
 
 LANES = 1
 """Lanes that a thread runs."""
