@@ -1,37 +1,39 @@
 """Soft-spring (distinct element) step of a stack of rocking blocks.
 
-Bodies are numbered from the ground: body 0 is the ground, an infinite flat face that nothing
-moves, body k the k-th block. Body k has the centre of mass (x, z), half height h, half width of
-its faces f, clockwise rotation theta, in the frame of the base; e = (c, -s) is the direction of
-its faces, n = (s, c) their normal, s and c the sine and cosine of theta. Heights are kept as what
-they differ from those of the stack built with rigid blocks, which keeps overlaps exact.
+Bodies are numbered from the ground. Body 0 is the ground, an infinite flat face at rest; body k is
+the k-th block. Positions are in the frame of the base. Body k has its centre of mass at (x, z), the
+half height h, the half width f of its faces, and the clockwise rotation theta with sine s and
+cosine c. Its faces point along e = (c, -s); their normal is n = (s, c). Heights are stored as
+differences from those of the stack of rigid blocks, so that no digits of an overlap are lost.
 
-Interface k, between body k (upper) and body k - 1 (lower), is the overlap of the upper block's
-bottom face and the lower one's top face. Springs spread over it belong to the face whose corner
-closes when the interface rocks on (the *slave*) and press on the plane of the other one, with its
-n and e. A point at a along the slave's face has, with D = theta_upper - theta_lower, g the gap at
-a = 0 and (P, Q) its lever from the slave's centre along e and n,
+Interface k lies between body k (upper) and body k - 1 (lower). Springs spread over the overlap of
+the upper block's bottom face with the lower one's top face. They belong to the face whose corner
+closes as the interface rocks on, the *slave*, and press on the plane of the other face, with its n
+and e. D = theta_upper - theta_lower is the relative rotation, g the gap in the middle (a = 0) and
+(P, Q) the lever of the middle from the slave's centre along e and n. A point at a along the slave's
+face has
 
-    gap      g - a sin D
-    parting  v_n = w_n - D' P
-    sliding  v_t = w_t + D' Q
+    gap                g - a sin D
+    normal velocity    v_n = w_n - D' P
+    sliding velocity   v_t = w_t + D' Q
 
-all linear in a, so that they are found once an interface and not once a spring. Stresses at a
+All three are linear in a, so their coefficients are computed once for the interface. Stresses at a
 point, per unit of area (Eq. 3 and 4 of the paper, with a dashpot beta k in parallel):
 
     normal   N = k_n (o + slip tan(psi)) - beta k_n v_n,    o = -gap, N >= -f_t while intact
     shear    T = -k_s (u + beta v_t),  u' = v_t,            |T| <= c + N tan(phi)
 
-A point whose spring is in tension beyond f_t is open and carries nothing; a dashpot never pulls
-beyond that either. Where T reaches its bound the point slips and u keeps what the spring carries.
-The first slip or opening takes f_t and c away for good; opening forgets u, but no dilation.
+A point opens if its spring is in tension beyond f_t, and then carries nothing. A dashpot never
+pulls by more than f_t either. A point slips if T reaches its bound; u is then the stretch at that
+bound. The first slip or opening of a point removes its f_t and c for good. Opening
+resets u to zero and keeps the dilation.
 
-One step of central differences, the velocities at half steps: stresses from the places at n and
-the velocities at n - 1/2, which the dashpots see one half step late; then
-v(n + 1/2) = v(n - 1/2) + dt F / m - dv_base, q(n + 1) = q(n) + dt v(n + 1/2).
+A step is one of central differences, with velocities at half steps. Stresses follow from positions
+at n and velocities at n - 1/2, so dashpots lag by half a step. Then
+v(n + 1/2) = v(n - 1/2) + dt F / m - dv_base and q(n + 1) = q(n) + dt v(n + 1/2).
 
-Points are visited in pairs at the same distance from the middle of the overlap, whose sums and
-differences are exact mirror images in a mirrored scene.
+Points are visited in pairs at the same distance from the middle of the overlap. The sums and
+differences of a pair are exact mirror images in a mirrored scene.
 
 Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks.
 """
@@ -44,14 +46,15 @@ from warprock.kernels.shape.rising import base_work
 STEEPEST = real(0.1)
 """Smallest cosine of the angle between two faces for which their overlap still grows."""
 FAILED = real(1.0e-30)
-"""Slip of a point that has opened [m]: tiny, but not the exact zero of an intact one."""
+"""Slip that marks a point that has opened [m]; an intact point has exactly zero."""
 
 
 @wp.struct
 class Block:
-    """One block of a stack, and where it starts; z from where it would be on rigid blocks.
+    """One block of a stack and its state at the start.
 
-    `stretch` is that of the shear springs below it; vx, vz and omega are its velocities then.
+    z is relative to its height on rigid blocks, `stretch` that of the shear springs below it; vx,
+    vz and omega are its velocities.
     """
 
     half_width: real
@@ -72,7 +75,7 @@ class Block:
 
 @wp.struct
 class Interface:
-    """The interface below a block: friction coefficient, depth [m], place where no slide is [m]."""
+    """The interface below a block: friction coefficient, depth, position without slide [m]."""
 
     friction: real
     depth: real
@@ -81,7 +84,7 @@ class Interface:
 
 @wp.struct
 class Knobs:
-    """What a step needs to know of the settings."""
+    """Settings of a step."""
 
     gravity: real
     normal_stiffness: real
@@ -100,9 +103,9 @@ class Pace:
 
     Attributes:
         dt: Time step [s].
-        span: Time over which the forces of this step act: half of it in the first, from rest [s].
-        live: 1 where the lane takes this step, else 0.
-        steps: Steps with this one.
+        span: Time over which the forces of this step act [s]: half a step in the first one.
+        live: 1 if the lane takes this step, else 0.
+        steps: Steps including this one.
     """
 
     dt: real

@@ -1,35 +1,38 @@
 """Soft-spring (distinct element) step of blocks in space.
 
-Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
-body k the k-th block. Heights are kept as what they differ from those of the stack built with
-rigid blocks, which keeps overlaps exact. Forces and levers of interface k, between body k (upper)
-and body k - 1 (lower), are in the axes of the lower body, whose top face is the plane that the
-springs press on; the springs are spread over the part of the upper block's bottom face that lies
-above it, as a grid along the width (A) and the depth (B). A point at (a, b), -1 to 1, has
+Bodies are numbered from the ground. Body 0 is the ground, an infinite flat face at rest; body k is
+the k-th block. Heights are stored as differences from those of the stack of rigid blocks, so that
+no digits of an overlap are lost.
+
+Interface k lies between body k (upper) and body k - 1 (lower). Its forces and levers are in the
+axes of the lower body. The springs press on the plane of the lower body's top face. They are spread
+over the part of the upper block's bottom face above it, as a grid along the width (A) and the depth
+(B). A point at (a, b), each from -1 to 1, has
 
     lever    P = p + a A + b B       from the upper centre of mass, d + a A + b B from the lower one
     overlap  o + a o_a + b o_b,      o_a = -A_3, o_b = -B_3
     velocity V = v + a v_a + b v_b,  v_a = (w_upper - w_lower) x A, v_b likewise
 
-all linear in a and b, so that they are found once an interface and not once a spring. Stresses at
-a point, per unit of area (Eq. 3 and 4 of the paper, with a dashpot beta k in parallel):
+All three are linear in a and b, so their coefficients are computed once for the interface. Stresses
+at a point, per unit of area (Eq. 3 and 4 of the paper, with a dashpot beta k in parallel):
 
     normal   N = k_n (o + slip tan(psi)) - beta k_n V_3,      N >= -f_t while intact
     shear    T = -k_s (u + beta V_t),  u' = V_t = (V_1, V_2),  |T| <= c + N tan(phi)
              or, friction as a box: |T_1| and |T_2| each
 
-A point whose spring is in tension beyond f_t is open and carries nothing; a dashpot never pulls
-beyond that either. Where |T| reaches its bound the point slips: T returns along its own direction
-(an exact cone), or T_1 and T_2 do each by itself (a box), and u keeps what the spring carries. The
-first slip or opening takes f_t and c away for good; opening forgets u, but no dilation.
+A point opens if its spring is in tension beyond f_t, and then carries nothing. A dashpot never
+pulls by more than f_t either. A point slips if |T| reaches its bound; u is then the stretch at that
+bound. On the cone T keeps its direction, on the box T_1 and T_2 are bound separately.
+The first slip or opening of a point removes its f_t and c for good. Opening resets u to zero and
+keeps the dilation.
 
-One step of central differences, the velocities and angular momenta L at half steps: stresses from
-the places at n and the velocities at n - 1/2, which the dashpots see one half step late; then
-v(n + 1/2) = v(n - 1/2) + dt F / m - dv_base, L(n + 1/2) = L(n - 1/2) + dt M, and places and
-attitudes go on freely with them, see `turn_freely` in shape_space/block.py.
+A step is one of central differences, with velocities and angular momenta L at half steps. Stresses
+follow from positions at n and velocities at n - 1/2, so dashpots lag by half a step. Then
+v(n + 1/2) = v(n - 1/2) + dt F / m - dv_base and L(n + 1/2) = L(n - 1/2) + dt M. Positions and
+attitudes then move freely at these, see `turn_freely` in shape_space/block.py.
 
-Points are visited in pairs +-(a, b). Pairs on one diagonal, on the other and on the axes have sums
-of their own (`kind`), so that a scene mirrored in x or in y has mirrored forces to round-off.
+Points are visited in pairs +-(a, b). Pairs on one diagonal, on the other one and on the axes have
+separate sums (`kind`), so that a scene mirrored in x or in y has mirrored forces to round-off.
 
 Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks in space.
 """
@@ -54,7 +57,7 @@ class Pace:
     Attributes:
         dt: Time step [s].
         creep: Speed up to which faces may slip back and forth on their springs and not slide [m/s].
-        span: Time over which forces act in this step: half of it in the first one, from rest [s].
+        span: Time over which the forces of this step act [s]: half a step in the first one.
         live: 1 while the lane runs, else 0.
         steps: Steps taken.
     """
