@@ -18,8 +18,8 @@ from warprock.engines.assembly_packs import (
     falls_by,
     graph_of,
     joint_columns,
-    joint_lengths,
     joints_moved,
+    least_reach,
     pack_up,
     room_for,
     room_for_pairs,
@@ -61,6 +61,11 @@ GAINED_SHARE = 0.1
 the lane gained more than its base supplied, too."""
 
 
+SUNK_SHARE = 0.1
+"""Depth of a corner in another block, over the half diagonal of the smallest block, above which a
+lane is unstable: heaps have some thousandths."""
+
+
 @dataclasses.dataclass(frozen=True)
 class Assembly(KernelEngine):
     """Many blocks with dry joints: Coulomb friction, plastic impacts, conjugate gradients.
@@ -99,15 +104,20 @@ class Assembly(KernelEngine):
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: the more joints, the fewer lanes a thread."""
         if isinstance(scene, Lanes):
-            contacts = 2 * _of(scene).most_joints
+            contacts, bonded = 2 * _of(scene).most_joints, _of(scene).bonded
         else:
-            contacts = scene.contact_point_count
+            contacts, bonded = scene.contact_point_count, scene.bonded
         joints = room_for(contacts // 2)
         widest = next((width for most, width in WIDEST if joints <= most), NARROWEST)
         packed = self.target.kernel_form is Form.PACKED and not _are_unlike(scene)
         lanes = widest if packed else 1
         return Kernel(
-            assembly, "assembly_run", lanes=lanes, points=2 * joints + 1, springs=self.on_springs
+            assembly,
+            "assembly_run",
+            lanes=lanes,
+            points=2 * joints + 1,
+            springs=self.on_springs,
+            bonds=bonded and not self.on_springs,
         )
 
     def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
@@ -121,6 +131,7 @@ class Assembly(KernelEngine):
             lanes=kernel.lanes,
             points=kernel.points,
             springs=kernel.springs,
+            bonds=kernel.bonds,
         )
         return module
 
@@ -227,21 +238,34 @@ class Assembly(KernelEngine):
         ]
         blocks = np.arange(found.blocks.shape[1]) < _count(own)[:, None]
         moved, last = (np.where(blocks, found.blocks[name], 0.0) for name in ("moved", "last"))
-        return lane_fields(rows, rest_time, bad) | {
-            "peak_rotation": rows["peak"][:, None],
-            "peak_time": rows["peak_time"][:, None],
-            "residual_slide": np.abs(joints.last).max(axis=1, initial=0.0)[:, None],
-            "peak_slide": joints.slide.max(axis=1, initial=0.0)[:, None],
-            "peak_displacement": moved.max(axis=1),
-            "residual_displacement": last.max(axis=1),
-            "peak_opening": joints.opening.max(axis=(1, 2), initial=0.0),
-            "opened_joints": joints.opened.sum(axis=1),
-            "slid_joints": joints.slid.sum(axis=1),
-            "collapse_time": time_or_nan(rows["collapse_time"]),
-            "collapse_load": _loads(motions, rows),
-            "joint_state": state[:, : own.most_joints],
-            "solver_residual": rows["residual"],
-        }
+        bonds = {}
+        if found.bonds is not None and found.breaks is not None:
+            whole = found.bonds[:, ::2] > 0
+            whole = np.pad(whole, ((0, 0), (0, state.shape[1] - whole.shape[1])))
+            state = state + JointState.BROKEN * (~whole & _bonded(own, state.shape[1]))
+            bonds = {
+                "broken_joints": found.breaks["count"],
+                "joint_break_time": time_or_nan(found.breaks["first"]),
+            }
+        return (
+            lane_fields(rows, rest_time, bad)
+            | bonds
+            | {
+                "peak_rotation": rows["peak"][:, None],
+                "peak_time": rows["peak_time"][:, None],
+                "residual_slide": np.abs(joints.last).max(axis=1, initial=0.0)[:, None],
+                "peak_slide": joints.slide.max(axis=1, initial=0.0)[:, None],
+                "peak_displacement": moved.max(axis=1),
+                "residual_displacement": last.max(axis=1),
+                "peak_opening": joints.opening.max(axis=(1, 2), initial=0.0),
+                "opened_joints": joints.opened.sum(axis=1),
+                "slid_joints": joints.slid.sum(axis=1),
+                "collapse_time": time_or_nan(rows["collapse_time"]),
+                "collapse_load": _loads(motions, rows),
+                "joint_state": state[:, : own.most_joints],
+                "solver_residual": rows["residual"],
+            }
+        )
 
 
 def _are_unlike(scene: SceneKind | Lanes) -> bool:
@@ -265,6 +289,14 @@ def _loads(motions: GroundMotions, rows: npt.NDArray[Any]) -> npt.NDArray[np.flo
     return found
 
 
+def _bonded(own: Assemblies, room: int) -> npt.NDArray[np.bool_]:
+    """Which joints were bonded at the start, shape [lane, joint]."""
+    rows = np.zeros((len(own.kinds), room), dtype=bool)
+    for row, kind in zip(rows, own.kinds, strict=True):
+        row[: kind.joints.count] = kind.joints.tension > 0.0
+    return np.asarray(rows[own.lane])
+
+
 def _count(own: Assemblies) -> npt.NDArray[np.intp]:
     return np.array([kind.count for kind in own.kinds])[own.lane]
 
@@ -272,10 +304,10 @@ def _count(own: Assemblies) -> npt.NDArray[np.intp]:
 def _unstable(own: Assemblies, rows: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
     """Where contacts gave energy, or let blocks through one another, shape [lane]."""
     lightest = np.array([_least_fall(kind) for kind in own.kinds])[own.lane]
-    shortest = np.array([joint_lengths(kind).min() for kind in own.kinds])[own.lane]
+    smallest = np.array([least_reach(kind) for kind in own.kinds])[own.lane]
     gained = np.maximum(-rows["loss"], rows["returned"])
     made = (gained > rows["supplied"]) & (gained > GAINED_SHARE * lightest)
-    return np.asarray(made | (rows["deepest"] > 0.5 * shortest))
+    return np.asarray(made | (rows["deepest"] > SUNK_SHARE * smallest))
 
 
 def _least_fall(kind: Laid) -> float:
