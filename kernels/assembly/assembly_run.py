@@ -189,7 +189,8 @@ def run_lanes(
                 for i in range(LANES):
                     tracks = track[q, i]
                     glides = slip(contact[q, i], new[a, i], new[b, i])
-                    observe_slide(clock[i].keeps > 0, dt, glides, impulse[q, i].n, tracks)
+                    stands = clock[i].keeps > 0 and seen[i].collapse_time >= NEVER
+                    observe_slide(stands, dt, glides, impulse[q, i].n, tracks)
                     track[q, i] = tracks
             if BONDS:
                 for joint in range(contact_count // 2):

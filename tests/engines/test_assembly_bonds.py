@@ -105,7 +105,9 @@ def test_a_bonded_column_stands_where_a_dry_one_falls_until_its_lowest_joint_tea
     assert found["status"].tolist() == [Status.OK] * 2
     assert found["outcome"].tolist() == [Outcome.AT_REST, Outcome.OVERTURNED]
     assert found["broken_joints"].tolist() == [0, 1]
-    assert found["joint_state"][1, :4].tolist() == [JointState.OPENED | JointState.BROKEN, 0, 0, 0]
+    both = JointState.OPENED | JointState.BROKEN
+    assert found["joint_state"][1, 0] & both == both
+    assert not found["joint_state"][1, 1:].any()
     assert found["joint_break_time"][1] < found["collapse_time"][1]
     assert found["energy_lost"][1] > -1e-6 * weight
 
