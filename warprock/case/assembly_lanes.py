@@ -108,6 +108,7 @@ def assembly_columns(values: LaneValues, lanes: Lanes) -> dict[str, object]:
     if table.pattern == FILE:
         columns |= {"assembly_file": values.column(f"{PLACE}.file")}
     kinds, lane = lanes.assembly.kinds, lanes.assembly.lane
+    columns |= computed("slenderness_angle", lanes.slenderness_angle)
     columns |= computed("blocks", np.array([int((~kind.fixed).sum()) for kind in kinds])[lane])
     return columns | computed("joints", np.array([kind.joints.count for kind in kinds])[lane])
 

@@ -15,7 +15,6 @@ from warprock.engines.assembly_packs import (
     falls_by,
     graph_of,
     joint_columns,
-    joint_lengths,
     joints_moved,
     pack_up,
     room_for,
@@ -198,7 +197,7 @@ def _count(own: Assemblies) -> npt.NDArray[np.intp]:
 def _unstable(own: Assemblies, rows: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
     """Where contacts gave energy, or let blocks through one another, shape [lane]."""
     lightest = np.array([_least_fall(kind) for kind in own.kinds])[own.lane]
-    shortest = np.array([joint_lengths(kind).min() for kind in own.kinds])[own.lane]
+    shortest = np.array([kind.joints.lengths.min() for kind in own.kinds])[own.lane]
     gained = np.maximum(-rows["loss"], rows["returned"])
     made = (gained > rows["supplied"]) & (gained > GAINED_SHARE * lightest)
     return np.asarray(made | (rows["deepest"] > 0.5 * shortest))
