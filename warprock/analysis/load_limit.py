@@ -30,6 +30,7 @@ from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.errors import InputError
 from warprock.model.assembly import Assembly
 from warprock.quantity import NOTHING, Said
+from warprock.running.case_run import CaseRun
 from warprock.running.options import Progress
 
 Array = npt.NDArray[np.float64]
@@ -156,6 +157,13 @@ def collapse_load(assembly: Assembly, direction: float = 1.0) -> Collapse:
     return Collapse(assembly, direction, factor, velocity)
 
 
+@functools.lru_cache(maxsize=16)
+def weaker_collapse(assembly: Assembly) -> Collapse:
+    """That of the side to which an assembly is weaker, to the right where both are alike."""
+    right, left = (collapse_load(assembly, direction) for direction in (1.0, -1.0))
+    return left if left.load_factor < WEAKER * right.load_factor else right
+
+
 def _cone(friction: Array) -> Any:
     """Of every end of joints t - friction n and -t - friction n; a last column is the load's."""
     ends = np.repeat(friction, 2)
@@ -250,8 +258,37 @@ def run_limits(case: Case, progress: Progress | None = None) -> LoadLimits:
         raise InputError(case.file, "sweep", got, f"must be at most {MOST_KINDS:,}")
     lanes, found = np.bincount(assemblies.lane), []
     for place, kind in enumerate(assemblies.kinds):
-        right, left = (collapse_load(kind, direction) for direction in (1.0, -1.0))
-        found.append(left if left.load_factor < WEAKER * right.load_factor else right)
+        found.append(weaker_collapse(kind))
         if progress is not None:
             progress(int(lanes[: place + 1].sum()))
     return LoadLimits(case, lane_set, tuple(found), time.perf_counter() - begin)
+
+
+MOST_BLOCKS = 100
+"""Blocks up to which limit analysis, which takes a second for so many of a wall, is done beside a
+run."""
+
+
+def collapse_beside(run: CaseRun) -> tuple[int, Collapse] | None:
+    """Limit analysis of the first lane of a run that collapsed; None where it takes too long.
+
+    To the side to which its table tilts; of other motions to the weaker one.
+
+    Returns:
+        The place of the lane in the run, and what limit analysis says.
+    """
+    own, fell = run.lane_set.lanes.assembly, run.response.fields.get("collapse_time")
+    if own is None or fell is None or np.isnan(fell).all():
+        return None
+    lane = int(np.nanargmin(fell))
+    kind = own.of(lane)
+    if kind.count > MOST_BLOCKS:
+        return None
+    if TILT in run.lane_set.inputs:
+        rate = float(run.lane_set.inputs[TILT].iloc[lane])
+        return lane, collapse_load(kind, float(np.sign(rate)))
+    return lane, weaker_collapse(kind)
+
+
+TILT = "tilt_rate_deg_s"
+"""Column of the rate of a tilting table."""

@@ -141,7 +141,6 @@ class Assembly:
         """Width and height of the blocks that can move, together [m]."""
         return np.asarray(np.ptp(self.corners[~self.fixed].reshape(-1, 2), axis=0))
 
-
     @functools.cached_property
     def longest_joints(self) -> Array:
         """Length of the longest joint of every block [m], shape [block]; 0 where it has none."""

@@ -320,7 +320,7 @@ class AssemblySettings:
             1,
             1_000_000,
         ),
-    ] = 2000
+    ] = 10_000
 
     def halved(self) -> Self:
         """The same settings with half of the time step."""
