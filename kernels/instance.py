@@ -92,6 +92,7 @@ PARAMETERS = (
     "CHAINS",
     "PRESCRIBED",
     "THROWN",
+    "SPRINGS",
 )
 """Names that the loader sets in a kernel file: the arguments of `kernel_module`, in capitals."""
 
@@ -172,6 +173,7 @@ def kernel_module(
     chains: bool = False,
     prescribed: bool = False,
     thrown: bool = False,
+    springs: bool = False,
 ) -> ModuleType:
     """The instance of a kernel file for a precision, a kind of ground motion and a stack.
 
@@ -189,13 +191,14 @@ def kernel_module(
         chains: Whether blocks of a stack in the plane stand on chains of corners.
         prescribed: Whether the lanes prescribe their angular restitution.
         thrown: Whether blocks in space start in motion, or bounce.
+        springs: Whether the contacts of an assembly are springs.
 
     Raises:
         OSError: A kernel file cannot be read.
     """
     values = (
         precision, motion, iterations, blocks, lanes, friction, points, vertical, chains,
-        prescribed, thrown,
+        prescribed, thrown, springs,
     )  # fmt: skip
     with _LOCK:
         return _instance(file, dict(zip(PARAMETERS, values, strict=True)))

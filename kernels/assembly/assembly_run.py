@@ -8,6 +8,9 @@ the rest go on. So a pack does not wait for its slowest lane, and no lane depend
 A run begins with SETTLING solves at the start, from velocities of zero. With one lane a thread the
 same text is the plain form. Matrices with a row a contact have an odd number of rows, POINTS: at a
 multiple of 4096 bytes all of them would lie on the same lines of the cache, three times slower.
+
+If SPRINGS is true contacts are springs (spring.py), whose forces are known where a step begins: all
+lanes of a pack begin it together, and there are no sweeps.
 """
 
 import warp as wp
@@ -49,6 +52,17 @@ from warprock.kernels.assembly.joint import (
     push,
     slip,
 )
+from warprock.kernels.assembly.meeting import (
+    NONE,
+    SLIP,
+    Laid,
+    Near,
+    find_free,
+    is_old,
+    list_pairs,
+    look_out,
+    observe_free,
+)
 from warprock.kernels.assembly.solve import (
     Solve,
     Trail,
@@ -59,10 +73,13 @@ from warprock.kernels.assembly.solve import (
     sweep_contact,
 )
 from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.modes import RUNNING, UNSOLVED
+from warprock.kernels.modes import OVERTURNED, RUNNING, STALLED, UNSOLVED
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import CREEP, slack
+from warprock.kernels.parting import slack
 from warprock.kernels.rows import kernel, rows
+
+if SPRINGS:
+    from warprock.kernels.assembly.spring import Pace, Spring, Store, press
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -73,17 +90,18 @@ about what beginning costs all of them."""
 
 @kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block), joints: wp.array2d(dtype=Edges), graph: wp.array2d(dtype=int),
+    blocks: wp.array2d(dtype=Block), joints: wp.array2d(dtype=Edges), laid: Laid,
     motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
     sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread.
 
-    `graph` has a row a pack: how many blocks and joints it has, then the two blocks of each joint.
+    `laid` says which blocks touch, see meeting.py.
     """
     pack, _one = wp.tid()
-    first, dt, rate = pack * LANES, knobs.time_step, real(1.0) / knobs.time_step
-    block_count, contact_count = int(graph[pack, 0]), 2 * int(graph[pack, 1])
+    first, dt = pack * LANES, real(knobs.time_steps[pack])
+    rate = real(1.0) / dt
+    block_count, contact_count = int(laid.graph[pack, 0]), 2 * int(laid.graph[pack, 1])
     samples = sample_times.shape[0]
     end = sample_times[samples - 1]
     mass = rows(Mass, BLOCKS)
@@ -101,23 +119,34 @@ def run_lanes(
     pull = rows(Pull)
     account = rows(Account)
     seen = rows(Seen)
+    near = rows(Near)
+    if SPRINGS:
+        spring = rows(Spring, POINTS)
+        store = rows(Store)
     for i in range(LANES):
         seen[i] = start_seen()
+        seen[i].mode = wp.where(laid.spare[first + i] > 0, STALLED, RUNNING)
+        near[i].pairs = NONE
         clock[i].count = -SETTLING - 1
     for k in range(block_count):
         for i in range(LANES):
             block = blocks[k, first + i]
             mass[k, i] = Mass(block.inverse_mass, block.inverse_inertia)
-            pose[k, i] = Pose(block.x, block.z, real(0.0), real(0.0), real(1.0))
+            turn = real(block.theta)
+            pose[k, i] = Pose(block.x, block.z, turn, sine(turn), cosine(turn))
     for q in range(contact_count):
         for i in range(LANES):
             track[q, i].since = NEVER
-    lost, busy = int(0), int(1)
+            if SPRINGS:
+                edges = joints[q // 2, first + i]
+                spring[q, i].u = wp.where(q % 2 == 0, edges.first, edges.second)
+    lost, busy, crowded = int(0), int(1), int(0)
     while busy > 0:
         busy, waiting = int(0), int(0)
         for i in range(LANES):
             time = real(clock[i].count) * dt
-            runs = wp.where(seen[i].mode == RUNNING and time < end, 1, 0)
+            last = smaller(end, seen[i].collapse_time + knobs.after_collapse)
+            runs = wp.where(seen[i].mode == RUNNING and time < last, 1, 0)
             waits = wp.where(solve[i].on > real(0.0), 0, runs)
             clock[i].goes = waits
             busy = busy + runs
@@ -143,7 +172,10 @@ def run_lanes(
                 book = keep_account(wp.where(keeps, clock[i].gain, real(0.0)), book)
                 account[i] = book
             for q in range(contact_count):
-                a, b = int(graph[pack, 2 + 2 * (q // 2)]), int(graph[pack, 3 + 2 * (q // 2)])
+                a, b = (
+                    int(laid.graph[pack, 2 + 2 * (q // 2)]),
+                    int(laid.graph[pack, 3 + 2 * (q // 2)]),
+                )
                 for i in range(LANES):
                     tracks = track[q, i]
                     glides = slip(contact[q, i], new[a, i], new[b, i])
@@ -159,17 +191,16 @@ def run_lanes(
                     account[i] = book
                     pose[k, i] = wp.where(keeps, integrate(dt, new[k, i], pose[k, i]), pose[k, i])
                     time = real(clock[i].count) * dt
-                    slow = CREEP * knobs.gravity * dt
                     sees = seen[i]
                     peaks = peak[k, i]
                     observe_block(
-                        keeps, time, slow, blocks[k, first + i], pose[k, i], new[k, i], peaks, sees
+                        keeps, time, blocks[k, first + i], pose[k, i], new[k, i], peaks, sees
                     )
                     peak[k, i] = peaks
                     seen[i] = sees
             for i in range(LANES):
                 time = real(clock[i].count) * dt
-                stays = clock[i].keeps > 0 and seen[i].speed <= CREEP * knobs.gravity * dt
+                stays = clock[i].keeps > 0 and seen[i].speed <= blocks[0, first + i].calm
                 seen[i].still = wp.where(stays, time, seen[i].still)
             if found.rotations.shape[0] > 0:
                 for i in range(LANES):
@@ -211,11 +242,36 @@ def run_lanes(
                     after = Velocity(
                         fused(free, pull[i].x, v.x), fused(free, pull[i].z, v.z), v.omega
                     )
+                    if SPRINGS:
+                        drag = dt * knobs.stiffness.mass_damping
+                        after.x = fused_less(drag, v.x, after.x)
+                        after.z = fused_less(drag, v.z, after.z)
+                        after.omega = fused_less(drag, v.omega, after.omega)
                     new[k, i] = wp.where(goes, after, new[k, i])
+            crowded = int(0)
+            for i in range(LANES):
+                if clock[i].goes > 0:
+                    lane = first + i
+                    seek = near[i]
+                    seek = look_out(laid.around[lane].scale, dt, knobs.gravity, seen[i].speed, seek)
+                    if seek.pairs > 0 or is_old(seek):
+                        for k in range(block_count):
+                            laid.bodies[lane, k].pose = pose[k, i]
+                        if is_old(seek):
+                            seek = list_pairs(laid, lane, pack, seek)
+                        seek = find_free(laid, lane, rate, seek)
+                    near[i] = seek
+                    sees = seen[i]
+                    observe_free(clock[i].keeps > 0, seek, sees)
+                    if SPRINGS:
+                        # Only joints have springs.
+                        sunk = seek.deepest > SLIP * laid.around[lane].scale
+                        sees.astray = sees.astray + wp.where(clock[i].keeps > 0 and sunk, 1, 0)
+                    seen[i] = sees
             for q in range(contact_count):
                 joint = q // 2
                 end_of = real(q % 2)
-                a, b = int(graph[pack, 2 + 2 * joint]), int(graph[pack, 3 + 2 * joint])
+                a, b = int(laid.graph[pack, 2 + 2 * joint]), int(laid.graph[pack, 3 + 2 * joint])
                 for i in range(LANES):
                     goes = clock[i].goes > 0
                     time = real(clock[i].count) * dt
@@ -238,12 +294,34 @@ def run_lanes(
                     there = wp.where(gap < NEVER, real(1.0), real(0.0))
                     n = wp.where(goes, there * impulse[q, i].n, real(0.0))
                     t = wp.where(goes, there * impulse[q, i].t, real(0.0))
+                    if SPRINGS:
+                        pace = Pace(dt, dt, clock[i].goes, 0)
+                        one = spring[q, i]
+                        n, t, stored = press(
+                            knobs.stiffness, pace, joints[joint, first + i], at, gap,
+                            old[a, i], old[b, i], one,
+                        )  # fmt: skip
+                        spring[q, i] = one
+                        n = wp.where(goes, n, real(0.0))
+                        t = wp.where(goes, t, real(0.0))
+                        store[i].now = store[i].now + wp.where(goes, stored, real(0.0))
                     impulse[q, i].n = wp.where(goes, n, impulse[q, i].n)
                     impulse[q, i].t = wp.where(goes, t, impulse[q, i].t)
                     push(contact[q, i], n, t, mass[a, i], mass[b, i], va, vb)
                     new[a, i] = va
                     new[b, i] = vb
                     way[q, i] = wp.where(goes, Way(), way[q, i])
+            for i in range(LANES):
+                crowded = crowded + near[i].touching
+                if clock[i].goes > 0:
+                    for q in range(near[i].touching):
+                        held = laid.free[first + i, laid.touching[first + i, q]]
+                        a, b = int(held.a), int(held.b)
+                        va = new[a, i]
+                        vb = new[b, i]
+                        push(held.at, held.n, held.t, mass[a, i], mass[b, i], va, vb)
+                        new[a, i] = va
+                        new[b, i] = vb
             for k in range(block_count):
                 for i in range(LANES):
                     goes = clock[i].goes > 0
@@ -255,34 +333,71 @@ def run_lanes(
             for i in range(LANES):
                 goes = clock[i].goes > 0
                 time = real(clock[i].count) * dt
-                on = wp.where(seen[i].mode == RUNNING and time < end, real(1.0), real(0.0))
+                last = smaller(end, seen[i].collapse_time + knobs.after_collapse)
+                on = wp.where(seen[i].mode == RUNNING and time < last, real(1.0), real(0.0))
+                if SPRINGS:
+                    # What springs hold they have not taken.
+                    more = wp.where(
+                        goes and clock[i].count > 0, store[i].now - store[i].before, real(0.0)
+                    )
+                    account[i].loss = account[i].loss - more
+                    store[i].before = wp.where(goes, store[i].now, store[i].before)
+                    store[i].now = real(0.0)
+                    on = real(0.0)
                 solve[i] = wp.where(goes, start_solve(on, knobs.settled, seen[i].speed), solve[i])
-        for q in range(contact_count):
-            a, b = int(graph[pack, 2 + 2 * (q // 2)]), int(graph[pack, 3 + 2 * (q // 2)])
+        if SPRINGS:
+            pass
+        else:
+            for q in range(contact_count):
+                joint = q // 2
+                a, b = int(laid.graph[pack, 2 + 2 * joint]), int(laid.graph[pack, 3 + 2 * joint])
+                for i in range(LANES):
+                    va = new[a, i]
+                    vb = new[b, i]
+                    one = impulse[q, i]
+                    goes_on = way[q, i]
+                    own = solve[i]
+                    sweep_contact(own, contact[q, i], mass[a, i], mass[b, i], one, goes_on, va, vb)
+                    impulse[q, i] = one
+                    way[q, i] = goes_on
+                    solve[i] = own
+                    new[a, i] = va
+                    new[b, i] = vb
+            if crowded > 0:
+                for i in range(LANES):
+                    if solve[i].on > real(0.0):
+                        for q in range(near[i].touching):
+                            place = laid.touching[first + i, q]
+                            held = laid.free[first + i, place]
+                            a, b = int(held.a), int(held.b)
+                            va = new[a, i]
+                            vb = new[b, i]
+                            pair = Impulse(held.n, held.t)
+                            along = Way(held.pn, held.pt, held.dn, held.dt)
+                            own = solve[i]
+                            sweep_contact(own, held.at, mass[a, i], mass[b, i], pair, along, va, vb)
+                            solve[i] = own
+                            new[a, i] = va
+                            new[b, i] = vb
+                            held.n = pair.n
+                            held.t = pair.t
+                            held.pn = along.pn
+                            held.pt = along.pt
+                            held.dn = along.dn
+                            held.dt = along.dt
+                            laid.free[first + i, place] = held
             for i in range(LANES):
-                va = new[a, i]
-                vb = new[b, i]
-                one = impulse[q, i]
-                goes_on = way[q, i]
+                most = wp.where(clock[i].count < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
                 own = solve[i]
-                sweep_contact(own, contact[q, i], mass[a, i], mass[b, i], one, goes_on, va, vb)
-                impulse[q, i] = one
-                way[q, i] = goes_on
+                decide(knobs.settled, most, own)
                 solve[i] = own
-                new[a, i] = va
-                new[b, i] = vb
-        for i in range(LANES):
-            most = wp.where(clock[i].count < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
-            own = solve[i]
-            decide(knobs.settled, most, own)
-            solve[i] = own
-        for k in range(block_count):
-            for i in range(LANES):
-                v = new[k, i]
-                behind = trail[k, i]
-                extrapolate(solve[i].beta, v, behind)
-                new[k, i] = v
-                trail[k, i] = behind
+            for k in range(block_count):
+                for i in range(LANES):
+                    v = new[k, i]
+                    behind = trail[k, i]
+                    extrapolate(solve[i].beta, v, behind)
+                    new[k, i] = v
+                    trail[k, i] = behind
     if found.rotations.shape[0] > 0:
         for i in range(LANES):
             for sample in range(int(clock[i].sample), samples):
@@ -293,6 +408,8 @@ def run_lanes(
                         found.places[sample, k, 0, f] = pose[k, i].x
                         found.places[sample, k, 1, f] = pose[k, i].z
     for i in range(LANES):
+        if seen[i].mode == RUNNING and seen[i].collapse_time < NEVER:
+            seen[i].mode = OVERTURNED
         sees = seen[i]
         book = account[i]
         found.results[first + i] = Result(

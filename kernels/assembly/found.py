@@ -2,8 +2,11 @@
 
 import warp as wp
 
-SETTLING = 3
-"""Solves before the run."""
+if SPRINGS:
+    from warprock.kernels.dem.stack import Knobs as Stiffness
+
+SETTLING = 0 if SPRINGS else 3
+"""Solves before the run; blocks on springs start in equilibrium."""
 
 SAME = real(1.0e-6)
 """Part of a step up to which the end of a step is a sample's time: round-off."""
@@ -18,16 +21,21 @@ class Knobs:
     """Settings.
 
     Attributes:
-        time_step: [s].
+        time_steps: Time step of each pack [s].
         gravity: [m/s^2].
         settled: Velocity below which a step is settled [m/s].
+        after_collapse: How long a lane goes on after its collapse [s].
         sweeps: Most sweeps of a step.
+        stiffness: Of springs, dashpots and what they hold, see dem/stack.py.
     """
 
-    time_step: real
+    time_steps: wp.array(dtype=real)
     gravity: real
     settled: real
+    after_collapse: real
     sweeps: int
+    if SPRINGS:
+        stiffness: Stiffness
 
 
 @wp.struct

@@ -27,6 +27,7 @@ from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.event_space.block_box_friction_slide import (
     apply_impulses,
     ends_of,
+    gains_of,
     side_of,
     solve_corners,
     solve_flat_friction,
@@ -91,7 +92,8 @@ def solve_as_before(
     if stance != FLYING and slip == 0:
         h = try_sticking(body, stance, mask, v, w, dust)
     elif stance < FLAT:
-        h = try_sides(body, stance, mask, kept_sides(slip, start), v, w, dust)
+        i, j = ends_of(stance)
+        h = try_sides(body, stance, mask, gains_of(body, i, j), kept_sides(slip, start), v, w, dust)
     return h
 
 
@@ -107,13 +109,15 @@ def solve_any_corner(body: Body, mask: int, v: Vector, w: Vector, dust: real) ->
             c = FLAT - 1 - number
             part = mask_of(c)
             i, j = ends_of(c)
-            for way in range(wp.where(c >= EDGE, WAYS * WAYS, WAYS)):
-                alike = way % (WAYS + 1) == 0
-                if not best.fits and (part & mask) == part and alike == (turn == 0):
-                    sides = Corners()
-                    sides[j] = side_of_way(way // WAYS)
-                    sides[i] = side_of_way(way % WAYS)
-                    best = try_sides(body, c, mask, sides, v, w, dust)
+            if not best.fits and (part & mask) == part:
+                gains = gains_of(body, i, j)
+                for way in range(wp.where(c >= EDGE, WAYS * WAYS, WAYS)):
+                    alike = way % (WAYS + 1) == 0
+                    if not best.fits and alike == (turn == 0):
+                        sides = Corners()
+                        sides[j] = side_of_way(way // WAYS)
+                        sides[i] = side_of_way(way % WAYS)
+                        best = try_sides(body, c, mask, gains, sides, v, w, dust)
     return best
 
 
@@ -178,8 +182,10 @@ def project(body: Body, stance: int, slip: int, v: Vector, w: Vector):
     elif stance < FLAT:
         i, j = ends_of(stance)
         v1, w1 = apply_impulses(
-            body, i, j, solve_corners(body, i, j, kept_sides(slip, dirs), v, w), v, w
-        )
+            body, i, j,
+            solve_corners(body, i, j, gains_of(body, i, j), kept_sides(slip, dirs), True, v, w),
+            v, w,
+        )  # fmt: skip
     return v1, w1
 
 

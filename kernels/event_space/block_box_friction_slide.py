@@ -33,6 +33,8 @@ STRAIGHT = 10
 """...the first of which take the whole change of the pressure, the others half of it."""
 AGAIN = 4
 SOFT = by_precision(1.0e-9, 1.0e-3)
+PULLED = by_precision(1.0e-6, 0.1)
+"""Pull over the impulses that is no error of `SOFT`."""
 ALIKE = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a velocity, as a part of the largest."""
 FULL = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-4)
@@ -105,18 +107,23 @@ def solve_factored(lu: Gains, right: Six) -> Six:
 
 
 @wp.func
-def solve_corners(body: Body, i: int, j: int, sides: Corners, v: Vector, w: Vector) -> Six:
+def solve_corners(
+    body: Body, i: int, j: int, gains: Gains, sides: Corners, pulls: bool, v: Vector, w: Vector
+) -> Six:  # fmt: skip
     """Impulses of two corners that stay on the base and stick or slide as given.
 
     Args:
         body: The block.
         i, j: Two corners; the same number twice for one corner.
+        gains: `gains_of` these corners.
         sides: Of all corners along x and y: -1 or 1 if it slides to that side, 0 if it sticks.
+        pulls: Whether the base may pull at a corner. Else impulses that do are left as they are
+            found at first: a third of the time.
         v: Velocity without these impulses [m/s].
         w: Angular velocity without them [rad/s].
     """
     zero, one = real(0.0), real(1.0)
-    rows = gains_of(body, i, j)
+    rows = gains
     soft = Gains()
     right = Six()
     for c in range(2):
@@ -135,8 +142,10 @@ def solve_corners(body: Body, i: int, j: int, sides: Corners, v: Vector, w: Vect
                 soft[r, r] = zero
     lu = factorize(rows + soft)
     p = solve_factored(lu, right)
-    for _again in range(AGAIN):
-        p = p + solve_factored(lu, right - rows * p)
+    least = -PULLED * wp.length(p)
+    if pulls or (p[2] >= least and p[5] >= least):
+        for _again in range(AGAIN):
+            p = p + solve_factored(lu, right - rows * p)
     return p
 
 
@@ -162,13 +171,14 @@ def ends_of(stance: int):
 
 @wp.func(inline=False)
 def try_sides(
-    body: Body, stance: int, mask: int, sides: Corners, v: Vector, w: Vector, dust: real
-) -> Held:
+    body: Body, stance: int, mask: int, gains: Gains, sides: Corners, v: Vector, w: Vector,
+    dust: real,
+) -> Held:  # fmt: skip
     """The motion if the ends of a stance stick or slide as given; `fits` if it obeys the law."""
     h = Held()
     h.stance = stance
     i, j = ends_of(stance)
-    p = solve_corners(body, i, j, sides, v, w)
+    p = solve_corners(body, i, j, gains, sides, False, v, w)
     v1, w1 = apply_impulses(body, i, j, p, v, w)
     h.v = v1
     h.w = w1

@@ -45,6 +45,9 @@ SWEEPS = 5000
 SETTLED = by_precision(1.0e-13, 1.0e-6)
 """Change of the velocities in a sweep, as a part of the largest, that ends the iteration."""
 
+CornerMatrices = wp.types.matrix(shape=(12, 3), dtype=real)
+"""`corner_matrix` of every corner, one below the other."""
+
 
 @wp.func
 def corner_law(m: Matrix, u: Vector, mu: real, d0: Two) -> Vector:
@@ -72,6 +75,12 @@ def solve_by_sweeps(body: Body, mask: int, v: Vector, w: Vector, dust: real) -> 
     h.w = w
     impulses = Corners()
     dirs = Corners()
+    answers = CornerMatrices()
+    for k in range(4):
+        if (mask & (1 << k)) != 0:
+            answer = corner_matrix(body, k)
+            for row in range(3):
+                answers[3 * k + row] = answer[row]
     speed = wp.length(v) + wp.length(w) * wp.length(body.corners[0])
     change = speed
     tries = int(0)
@@ -79,7 +88,7 @@ def solve_by_sweeps(body: Body, mask: int, v: Vector, w: Vector, dust: real) -> 
         change = real(0.0)
         for k in range(4):
             if (mask & (1 << k)) != 0:
-                m = corner_matrix(body, k)
+                m = wp.matrix_from_rows(answers[3 * k], answers[3 * k + 1], answers[3 * k + 2])
                 u = corner_velocity(body, h.v, h.w, k) - m * impulses[k]
                 p = corner_law(m, u, body.friction, Two(dirs[k, 0], dirs[k, 1]))
                 more = p - impulses[k]

@@ -22,7 +22,6 @@ from warprock.kernels.event_space.block_contact import (
     inside,
     mask_of,
     sinks,
-    velocity_by_impulse,
 )
 from warprock.kernels.vectors import Matrix, Vector
 
@@ -101,6 +100,67 @@ def solve_sliding_face(body: Body, mu: real, dirs: Corners, pressed: Shares, v: 
     return v1, w1, n, sound
 
 
+@wp.struct
+class Push:
+    """Impulse at a corner that slides, for a normal impulse of 1: itself, and the spin it gives."""
+
+    force: Vector
+    spin: Vector
+
+
+@wp.func
+def push_of(body: Body, k: int, mu: real, d: Vector) -> Push:
+    """The impulse at corner k if it slides in direction d."""
+    force = Vector(-mu * d[0], -mu * d[1], real(1.0))
+    return Push(force, body.inverse * wp.cross(body.corners[k], force))
+
+
+@wp.func
+def velocity_by_push(body: Body, push: Push, at: int) -> real:
+    """Change of the upward velocity of corner `at`."""
+    return (push.force + wp.cross(push.spin, body.corners[at]))[2]
+
+
+@wp.struct
+class EdgeSlide:
+    """Motion of a block both ends of whose edge slide in given directions.
+
+    Velocity and angular velocity; normal impulses of both ends [m/s]; sound, whether friction does
+    not jam them.
+    """
+
+    v: Vector
+    w: Vector
+    n: Two
+    sound: bool
+
+
+@wp.func
+def slide_edge(
+    body: Body, stance: int, one: Push, other: Push, sinking: Two, v: Vector, w: Vector
+) -> EdgeSlide:  # fmt: skip
+    """The motion of a block on an edge whose ends slide with given impulses.
+
+    `sinking` has the upward velocities of both ends without contact [m/s].
+    """
+    i = stance % 4
+    j = (i + 1) % 4
+    a11, a12 = velocity_by_push(body, one, i), velocity_by_push(body, other, i)
+    a21, a22 = velocity_by_push(body, one, j), velocity_by_push(body, other, j)
+    det = a11 * a22 - a12 * a21
+    n = Two(
+        (a12 * sinking[1] - a22 * sinking[0]) / det, (a21 * sinking[0] - a11 * sinking[1]) / det
+    )
+    # If a tall block slides upright on an edge, friction may jam the roll over one of its
+    # ends (det < 0). Equal impulses at both ends are still a solution if they stop the
+    # sinking.
+    stops = n[0] * sinking[0] + n[1] * sinking[1] < real(0.0)
+    sound = (det > real(0.0) and a11 > real(0.0)) or stops
+    v1 = v + n[1] * other.force
+    w1 = w + n[1] * other.spin
+    return EdgeSlide(v1 + n[0] * one.force, w1 + n[0] * one.spin, n, sound)
+
+
 @wp.func(inline=False)
 def solve_sliding(
     body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: Vector, w: Vector
@@ -133,30 +193,23 @@ def solve_sliding(
     else:
         i = stance % 4
         u = corner_velocity(body, v, w, i)
-        f1 = Vector(-mu * dirs[i, 0], -mu * dirs[i, 1], real(1.0))
-        a11 = velocity_by_impulse(body, i, f1, i)[2]
+        one = push_of(body, i, mu, dirs[i])
         if stance < EDGE:
-            sound = a11 > zero
-            n[i] = -u[2] / a11
+            own = velocity_by_push(body, one, i)
+            sound = own > zero
+            n[i] = -u[2] / own
+            v1 = v1 + n[i] * one.force
+            w1 = w1 + n[i] * one.spin
         else:
             j = (i + 1) % 4
             u2 = corner_velocity(body, v, w, j)
-            f2 = Vector(-mu * dirs[j, 0], -mu * dirs[j, 1], real(1.0))
-            a12 = velocity_by_impulse(body, j, f2, i)[2]
-            a21 = velocity_by_impulse(body, i, f1, j)[2]
-            a22 = velocity_by_impulse(body, j, f2, j)[2]
-            det = a11 * a22 - a12 * a21
-            n[i] = (a12 * u2[2] - a22 * u[2]) / det
-            n[j] = (a21 * u[2] - a11 * u2[2]) / det
-            # If a tall block slides upright on an edge, friction may jam the roll over one of its
-            # ends (det < 0). Equal impulses at both ends are still a solution if they stop the
-            # sinking.
-            stops = n[i] * u[2] + n[j] * u2[2] < zero
-            sound = (det > zero and a11 > zero) or stops
-            v1 = v1 + n[j] * f2
-            w1 = w1 + n[j] * (body.inverse * wp.cross(body.corners[j], f2))
-        v1 = v1 + n[i] * f1
-        w1 = w1 + n[i] * (body.inverse * wp.cross(body.corners[i], f1))
+            other = push_of(body, j, mu, dirs[j])
+            edge = slide_edge(body, stance, one, other, Two(u[2], u2[2]), v, w)
+            n[i] = edge.n[0]
+            n[j] = edge.n[1]
+            sound = edge.sound
+            v1 = edge.v
+            w1 = edge.w
         for k in range(4):
             sound = sound and n[k] >= zero
     return v1, w1, n, sound
@@ -245,14 +298,12 @@ def rotate_direction(d: Vector, angle: real) -> Vector:
 
 
 @wp.func
-def velocities_across(body: Body, stance: int, dirs: Corners, v: Vector, w: Vector) -> Two:
-    """Velocities of the ends of an edge across their assumed directions of sliding."""
+def velocities_across(body: Body, stance: int, edge: EdgeSlide, d1: Vector, d2: Vector) -> Two:
+    """Velocities of both ends of an edge across their assumed directions of sliding."""
     i = stance - EDGE
-    j = (i + 1) % 4
-    v1, w1, _n, _sound = solve_sliding(body, stance, body.friction, dirs, Shares(), v, w)
-    u = corner_velocity(body, v1, w1, i)
-    t = corner_velocity(body, v1, w1, j)
-    return Two(u[1] * dirs[i, 0] - u[0] * dirs[i, 1], t[1] * dirs[j, 0] - t[0] * dirs[j, 1])
+    u = corner_velocity(body, edge.v, edge.w, i)
+    t = corner_velocity(body, edge.v, edge.w, (i + 1) % 4)
+    return Two(u[1] * d1[0] - u[0] * d1[1], t[1] * d2[0] - t[0] * d2[1])
 
 
 @wp.func(inline=False)
@@ -263,24 +314,28 @@ def find_edge_directions(body: Body, stance: int, start: Corners, v: Vector, w: 
     """
     i = stance - EDGE
     j = (i + 1) % 4
-    dirs = start
+    mu, dirs = body.friction, start
+    sinking = Two(corner_velocity(body, v, w, i)[2], corner_velocity(body, v, w, j)[2])
     change = real(1.0)
     error = real(1.0)
     tries = int(0)
     while change > real(10.0) * ALIKE and tries < TURNS:
-        g = velocities_across(body, stance, dirs, v, w)
-        other = dirs
-        other[i] = rotate_direction(dirs[i], LITTLE)
-        g1 = (velocities_across(body, stance, other, v, w) - g) / LITTLE
-        other[i] = dirs[i]
-        other[j] = rotate_direction(dirs[j], LITTLE)
-        g2 = (velocities_across(body, stance, other, v, w) - g) / LITTLE
+        d1, d2 = dirs[i], dirs[j]
+        one, other = push_of(body, i, mu, d1), push_of(body, j, mu, d2)
+        edge = slide_edge(body, stance, one, other, sinking, v, w)
+        g = velocities_across(body, stance, edge, d1, d2)
+        turned = rotate_direction(d1, LITTLE)
+        edge1 = slide_edge(body, stance, push_of(body, i, mu, turned), other, sinking, v, w)
+        g1 = (velocities_across(body, stance, edge1, turned, d2) - g) / LITTLE
+        turned = rotate_direction(d2, LITTLE)
+        edge2 = slide_edge(body, stance, one, push_of(body, j, mu, turned), sinking, v, w)
+        g2 = (velocities_across(body, stance, edge2, d1, turned) - g) / LITTLE
         det = g1[0] * g2[1] - g2[0] * g1[1]
         det = wp.where(det == real(0.0), TINY, det)
         a = (g2[0] * g[1] - g[0] * g2[1]) / det
         b = (g1[1] * g[0] - g1[0] * g[1]) / det
-        dirs[i] = rotate_direction(dirs[i], larger(smaller(a, STEEPEST), -STEEPEST))
-        dirs[j] = rotate_direction(dirs[j], larger(smaller(b, STEEPEST), -STEEPEST))
+        dirs[i] = rotate_direction(d1, larger(smaller(a, STEEPEST), -STEEPEST))
+        dirs[j] = rotate_direction(d2, larger(smaller(b, STEEPEST), -STEEPEST))
         change = size(a) + size(b)
         error = size(g[0]) + size(g[1])
         tries += 1

@@ -99,7 +99,7 @@ def test_quoted_and_plain_dotted_sweep_keys_are_the_same(write):
     assert plain.axes[0].columns.keys() == quoted.axes[0].columns.keys() == {"motion.frequency"}
 
 
-SHAPES = st.lists(st.integers(1, 7), max_size=5).map(tuple)
+SHAPES = st.lists(st.integers(1, 5), max_size=4).map(tuple)
 
 
 @given(shape=SHAPES)

@@ -112,6 +112,7 @@ def test_facts_that_were_changed_end_in_one_line(folder: pathlib.Path, seed: int
             ends_in_one_line(*command)
 
 
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.parametrize("value", COLUMNS, ids=str)
 def test_tables_that_were_changed_end_in_one_line(folder: pathlib.Path, value: Any):
     draw, file = random.Random(str(value)), folder / "lanes.parquet"
@@ -128,6 +129,7 @@ def test_tables_that_were_changed_end_in_one_line(folder: pathlib.Path, value: A
             ends_in_one_line(*command)
 
 
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.parametrize("name", ["run.json", "lanes.parquet", "report.html", "peaks.png"])
 def test_bytes_that_were_changed_end_in_one_line(folder: pathlib.Path, name: str):
     draw, file = random.Random(name), folder / name

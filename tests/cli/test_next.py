@@ -124,7 +124,7 @@ CHAINS = [
 ]
 
 
-@pytest.mark.usefixtures("pages_bare")
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.parametrize("arguments", CHAINS, ids=lambda chain: " ".join(chain[:2]))
 def test_what_is_named_next_works_on_the_users_own_case(arguments: list[str], own: str):
     asked = [word.format(own=own) for word in arguments]
@@ -143,14 +143,14 @@ def test_what_is_named_next_works_on_the_users_own_case(arguments: list[str], ow
         _parsed(fourth)
 
 
-@pytest.mark.usefixtures("pages_bare")
+@pytest.mark.usefixtures("unrendered")
 def test_after_one_record_no_fragility_is_named(own: str):
     out = ["-e", "housner", "-o", "results"]
     assert _next(["run", f"{own}/record", *out])[:2] == ["ida", f"{own}/record"]
     assert _next(["run", f"{own}/pulses", *out])[0] == "fragility"
 
 
-@pytest.mark.usefixtures("pages_bare")
+@pytest.mark.usefixtures("unrendered")
 def test_after_a_fit_the_case_is_that_of_its_table_or_none(own: str):
     case = f"{own}/pulses"
     _next(["run", case, "-e", "housner", "-o", "as it is"])
@@ -161,6 +161,7 @@ def test_after_a_fit_the_case_is_that_of_its_table_or_none(own: str):
     assert _next(["fragility", "other", "-o", "curves"]) == []
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_what_was_said_of_a_record_is_said_again(own: str):
     asked = ["--unit", "m/s^2", "--column", "acceleration"]
     named = _next(["records", "info", "quake.csv", *asked])

@@ -340,6 +340,7 @@ def test_a_lane_does_not_depend_on_its_neighbours_or_on_histories():
     np.testing.assert_array_equal(whole["rotation"][few], found["rotation"][1:])
 
 
+@pytest.mark.thorough
 def test_float32_is_the_same_motion():
     lanes, motions = held_batch(60, 5, wall=True, ties=2)
     friction = np.random.default_rng(2).uniform(0.05, 0.8, 60)

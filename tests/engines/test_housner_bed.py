@@ -112,6 +112,7 @@ def test_lanes_and_their_mirror_images_have_the_same_bits():
     np.testing.assert_array_equal(found["rotation"], -other["rotation"])
 
 
+@pytest.mark.thorough
 def test_float32_errs_by_its_round_off():
     lanes, motions = bed_batch(60, 4)
     times = SampleTimes(3.0, 0.02)

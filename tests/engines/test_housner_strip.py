@@ -146,7 +146,7 @@ def assert_follows_oracle(lanes: Lanes, motions: HarmonicMotions) -> None:
     np.testing.assert_allclose(found["friction_needed"], oracle["friction_needed"], rtol=LOOKED_UP)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_random_strips_follow_the_oracle(seed):
     assert_follows_oracle(*strip_batch(6, seed))
 
@@ -159,7 +159,7 @@ def test_a_strip_that_comes_back_from_beyond_its_balance_follows_the_oracle():
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("seed", [4, 5, 6])
+@pytest.mark.parametrize("seed", [3, 4, 5])
 def test_many_random_strips_follow_the_oracle(seed):
     # The oracle takes seconds a lane; a hundred lanes of each of three seeds were held once.
     assert_follows_oracle(*strip_batch(20, seed))

@@ -51,8 +51,8 @@ ASKED: dict[str, list[str]] = {
     ],
     "compare": ["compare", "free-b0", "-e", "housner", "-e", "event"],
     "study": [
-        *("run", "sensitivity-b0", "-s", "run.duration=1 s", "-s", "study.engines=['direct']"),
-        *("-s", "study.vary={substeps=[10, 20]}", "-s", "engines.direct.substeps=10"),
+        *("run", "sensitivity-b0", "-s", "run.duration=1 s", "-s", "study.engines=['impulse']"),
+        *("-s", "study.vary={substeps=[10, 20]}", "-s", "engines.impulse.substeps=10"),
     ],
     "limit": ["limit", "ARCH", "-s", "assembly.voussoirs=7"],
     "capacity": ["capacity", "free-b0"],
@@ -102,6 +102,7 @@ def made(asked: list[str], place: pathlib.Path) -> list[str]:
     return [str(files.get(text, text)) for text in asked]
 
 
+@pytest.mark.usefixtures("pages_bare")
 @pytest.mark.parametrize("name", functions())
 def test_terminal_page_notebook_and_figure_say_the_same_sentence(
     name: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
@@ -145,6 +146,7 @@ def test_a_sweep_says_on_its_page_what_its_function_says(tmp_path: pathlib.Path)
     assert found.finding.sentences[0] in html.unescape(found._repr_html_())
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_the_weakest_pulse_of_a_map_is_the_same_wherever_it_is_told(tmp_path: pathlib.Path):
     """Two of three groups of this grid have none of their lanes stand: boundaries tell the rest."""
     printed = "\n".join(told(ASKED["map"], tmp_path))
@@ -161,6 +163,7 @@ def test_the_weakest_pulse_of_a_map_is_the_same_wherever_it_is_told(tmp_path: pa
     assert f"Of the 48 pulses of the grid {counts} without an impact." in printed
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_page_that_is_written_later_tells_what_the_command_told(tmp_path: pathlib.Path):
     printed = told(ASKED["map"], tmp_path)
     (tmp_path / "report.html").unlink()

@@ -100,7 +100,7 @@ def test_a_merged_sweep_plays_the_lanes_of_its_table(sweep: pathlib.Path):
 def test_a_statue_of_a_stack_is_played_by_its_outline(tmp_path: pathlib.Path):
     (tmp_path / "case.toml").write_text(STATUE)
     out = tmp_path / "out"
-    command("sweep", "plan", tmp_path / "case.toml", "-e", "event", "-o", out)
+    command("sweep", "plan", tmp_path / "case.toml", "-e", "dem", "-o", out)
     command("sweep", "run", out)
     assert "1 lane is in one table" in command("sweep", "merge", out)
     (lane,) = scenes(out)["lanes"]

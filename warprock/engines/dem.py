@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from types import ModuleType
 from typing import Any, ClassVar, cast, final
 
 import numpy as np
 import numpy.typing as npt
 
 from warprock.engines import dem_stack_bodies
-from warprock.engines.base import AbstractEngine
+from warprock.engines.base import KernelEngine
 from warprock.engines.blocks import body_columns, speed_columns
 from warprock.engines.decoding import lane_fields, planar_fields, rest_start_times, spatial_fields
+from warprock.engines.dem_assembly import SprungAssembly
 from warprock.engines.dem_bodies import CornerSprings, corner_rows, cornered_columns
 from warprock.engines.dem_bodies_space import PointSprings, on_corners, sprung_inputs
 from warprock.engines.dem_springs import (
@@ -37,7 +39,7 @@ from warprock.kernels import dem, dem_space
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions, StillBase
-from warprock.model.response import SampleTimes, Status
+from warprock.model.response import Response, SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.model.stacking import sum_above
 from warprock.settings.engines import DemSettings
@@ -54,7 +56,7 @@ LEAST_CREEP = 1e-9
 
 @final
 @dataclasses.dataclass(frozen=True)
-class Dem(AbstractEngine):
+class Dem(KernelEngine):
     """Springs and dashpots over every interface, Mohr-Coulomb slip, central differences.
 
     First order in the step, whose dashpots are half a step late. Every lane has its own step: the
@@ -91,6 +93,11 @@ class Dem(AbstractEngine):
     A body in space stands on a spring under each of its points, which have equal parts of the area
     of its base, as a box with two sub-contacts along and across does. In a stack in the plane with
     a body all interfaces have springs under their contact points alone, those of boxes, too.
+
+    Assemblies have springs at the contacts of the engine `assembly`, the two ends of what the edges
+    of a joint share, each for half of the area of the joint. Only declared joints touch. They start
+    in equilibrium under their weight, and collapse as in `assembly`. A corner is still below a
+    tenth of g / w, with the lowest angular frequency w of the assembly on closed joints.
     """
 
     name: ClassVar[str] = "dem"
@@ -104,6 +111,7 @@ class Dem(AbstractEngine):
     bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
     vertical: ClassVar[tuple[str, ...]] = ("block", "stack")
     above_rigid: ClassVar[bool] = True
+    assemblies: ClassVar[bool] = True
 
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
@@ -120,6 +128,8 @@ class Dem(AbstractEngine):
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: the same text for a single block and for a stack."""
         lanes, settings = self.target.lanes, self.settings
+        if scene.assembly:
+            return self._assembly.kernel_of(scene)
         if scene.bodies and not (scene.spatial or scene.stacked):
             points = corner_rows(scene.contact_point_count)
             return Kernel(dem, "body_run", lanes=lanes, points=points)
@@ -132,8 +142,31 @@ class Dem(AbstractEngine):
         friction = "box" if settings.friction_box else "cone"
         return Kernel(dem_space, "stack_run", lanes=lanes, iterations=pairs, friction=friction)
 
+    @property
+    def _assembly(self) -> SprungAssembly:
+        """What runs assemblies."""
+        return SprungAssembly(self.settings, self.target)
+
+    def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
+        """The instance of that kernel's file for lanes and motions."""
+        if lanes.assembly is not None:
+            return self._assembly.module_of(lanes, motions)
+        return super().module_of(lanes, motions)
+
+    def alike_order(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.intp] | None:
+        """Order in which lanes lie side by side; see `AbstractEngine.alike_order`."""
+        return self._assembly.alike_order(lanes, motions) if lanes.assembly is not None else None
+
+    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        if lanes.assembly is not None:
+            return self._assembly.run(lanes, motions, times)
+        return super().run(lanes, motions, times)
+
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step of every lane [s], from its stiffest mode and the damping."""
+        if lanes.assembly is not None:
+            return self._assembly.longest_step(lanes, motions)
         lanes = on_corners(lanes)
         if lanes.spatial and lanes.body is not None:
             stiffest = PointSprings.of(lanes, self.settings).stiffest_frequency()
@@ -148,8 +181,10 @@ class Dem(AbstractEngine):
         limit = self.settings.step_safety * stable_step(stiffest, self.settings)
         return np.asarray(np.minimum(self.settings.time_step, limit))
 
-    def reserve(self, lanes: Lanes) -> tuple[Array, str]:
+    def reserve(self, lanes: Lanes) -> tuple[Array, str] | None:
         """Whether blocks can stand on their springs; see `AbstractEngine.reserve`."""
+        if lanes.assembly is not None:
+            return None
         lanes = on_corners(lanes)
         if lanes.spatial and lanes.body is not None:
             ratio = PointSprings.of(lanes, self.settings).standing_ratio()
@@ -169,7 +204,7 @@ class Dem(AbstractEngine):
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
-        """What the kernel takes; see `AbstractEngine.inputs`."""
+        """What the kernel takes; see `KernelEngine.inputs`."""
         lanes = on_corners(lanes)
         stacks, step = as_stacks(lanes), self.longest_step(lanes, motions)
         # A lane whose sizes are not finite takes one step to find that out.
@@ -215,7 +250,7 @@ class Dem(AbstractEngine):
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> dict[str, npt.NDArray[Any]]:
-        """Lane fields of a response; see `AbstractEngine.fields`."""
+        """Lane fields of a response; see `KernelEngine.fields`."""
         rows, step = found.lanes, self.longest_step(lanes, motions)
         if lanes.spatial:
             blocks = spatial_fields(lanes, found.blocks)

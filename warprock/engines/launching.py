@@ -91,6 +91,7 @@ class Kernel:
         friction: Law of friction where a block slides in two directions: cone or box.
         points: Contact points of a body, where they are a constant.
         thrown: Whether blocks in space start in motion, or bounce.
+        springs: Whether the contacts of an assembly are springs.
     """
 
     scheme: ModuleType
@@ -100,6 +101,7 @@ class Kernel:
     friction: str = "cone"
     points: int = 0
     thrown: bool = False
+    springs: bool = False
 
     @property
     def file(self) -> str:

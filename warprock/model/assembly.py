@@ -93,6 +93,7 @@ class Assembly:
         density: [kg/m^3].
         joints: Where they touch.
         flush: Distance up to which edges touch [m].
+        friction: Coefficient where blocks meet that no joint connects.
     """
 
     corners: Array
@@ -102,6 +103,7 @@ class Assembly:
     density: float
     joints: Joints
     flush: float
+    friction: float
 
     @property
     def count(self) -> int:
@@ -135,6 +137,18 @@ class Assembly:
     def mass(self) -> Array:
         """Mass of the blocks [kg], shape [block]."""
         return np.asarray(self.area * self.depth * self.density)
+
+    @functools.cached_property
+    def ground(self) -> float:
+        """Level of the ground [m].
+
+        That of the lowest blocks that can move, if they stand level on something fixed there; else
+        that of the lowest corner of all: abutments stand on the ground.
+        """
+        level, every = float(self.corners[~self.fixed][..., 1].min()), self.corners[..., 1]
+        held = self.fixed[self.joints.blocks].any(axis=1)
+        flat = np.abs(self.joints.ends[..., 1] - level).max(axis=1) <= self.flush
+        return level if (held & flat).any() else float(every.min())
 
     @property
     def size(self) -> Array:
@@ -237,7 +251,7 @@ def assemble(
         pieces: The blocks.
         depth: Across the plane [m].
         density: [kg/m^3].
-        friction: Coefficient of every joint.
+        friction: Coefficient of every joint, and of blocks that meet elsewhere.
         head_friction: That of head joints, which are nearer to upright than to level; None where
             it is the same.
         tolerance: Distance up to which edges of drawn blocks touch [m]; None where coordinates are
@@ -269,7 +283,7 @@ def assemble(
     own = friction if head_friction is None else head_friction
     joints = dataclasses.replace(joints, friction=np.where(upright, own, friction))
     _require_held(joints, names, corners, fixed)
-    return Assembly(corners, names, fixed, depth, density, joints, flush)
+    return Assembly(corners, names, fixed, depth, density, joints, flush, friction)
 
 
 def straightened(corners: Array, least: float) -> Array:

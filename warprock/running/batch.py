@@ -15,7 +15,7 @@ import numpy as np
 
 from warprock.arguments import at_the_door
 from warprock.engines import engine_class
-from warprock.engines.base import AbstractEngine
+from warprock.engines.base import AbstractEngine, KernelEngine
 from warprock.engines.launching import Form, Target
 from warprock.engines.workload import MOST_STEPS, require_workload
 from warprock.errors import InputError
@@ -164,7 +164,11 @@ def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotion
 
     start_warp()
     with _WARMING_UP, keeping_kernels():
-        names = {engine.module_of(lanes, motions).__name__ for engine, lanes, motions in batches}
+        names = {
+            engine.module_of(lanes, motions).__name__
+            for engine, lanes, motions in batches
+            if isinstance(engine, KernelEngine)
+        }
         modules = [wp.get_module(name) for name in sorted(names)]
         modules.sort(key=lambda module: str(module.options["cpu_compiler_flags"]))
         left = collections.deque(modules)

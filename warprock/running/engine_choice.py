@@ -30,6 +30,7 @@ from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.running.batch import run_batch
 from warprock.running.devices import start_warp
+from warprock.settings.engines import on_springs
 
 LANES_JUDGED = 1000
 """Lanes up to which all are run: a second or two of work, even of long records."""
@@ -85,7 +86,8 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     analytical = reference_engine()
     contact, *others = (each for each in preferred_engines() if engine_class(each).slides)
     if scene.assembly:
-        runs_it = next(name for name in ENGINES if engine_class(name).assemblies)
+        able = (name for name in ENGINES if engine_class(name).assemblies)
+        runs_it = next(name for name in able if not on_springs(name))
         return EngineChoice(runs_it, "it is an assembly of many blocks", planar_block=False)
     if scene.spatial:
         return EngineChoice(contact, "the blocks move in space", planar_block=False)

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self
 
 from warprock.errors import InputError, did_you_mean, list_allowed
+from warprock.plugins import Plugged, load
 from warprock.settings.setting import SettingKey
 from warprock.unmodelled import unmodelled_text
 
@@ -321,6 +322,16 @@ class AssemblySettings:
             1_000_000,
         ),
     ] = 10_000
+    after_collapse: Annotated[
+        float,
+        SettingKey(
+            "how long a lane goes on after its collapse, so that its blocks fall, lie on one "
+            "another and come to rest; 0 ends it there",
+            0.0,
+            1e6,
+            "s",
+        ),
+    ] = 0.0
 
     def halved(self) -> Self:
         """The same settings with half of the time step."""
@@ -331,7 +342,7 @@ class AssemblySettings:
         return dataclasses.replace(self, time_step=factor * self.time_step)
 
 
-SETTINGS: dict[str, type[Any]] = {
+_OWN: dict[str, type[Any]] = {
     "housner": HousnerSettings,
     "impulse": ImpulseSettings,
     "event": EventSettings,
@@ -341,7 +352,9 @@ SETTINGS: dict[str, type[Any]] = {
     "two-block": TwoBlockSettings,
     "assembly": AssemblySettings,
 }
-"""Engine name -> settings dataclass."""
+
+SETTINGS: Mapping[str, type[Any]] = Plugged(_OWN, lambda name: load(name).settings_type)
+"""Engine name -> settings dataclass, of engines that other packages bring, too."""
 
 
 def has_time_step(settings: Any) -> bool:
