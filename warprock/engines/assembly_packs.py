@@ -20,6 +20,14 @@ Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
 Rows = npt.NDArray[np.void]
 
+WIDEST = ((100, 32), (400, 16), (1200, 8))
+"""Lanes of a pack by the joints that it has room for, so that what the sweeps read stays in the
+cache of a core."""
+
+LARGE = WIDEST[-1][0]
+"""Joints of a lane above which a team of threads runs it by itself (`team_run.py`): some 400 blocks
+of a wall. From 150 blocks on both ways cost about the same."""
+
 BEYOND = 1e3
 """Length by which the edges of what is fixed go on to either side, over the size of the assembly:
 ground does not end where the blocks on it do."""

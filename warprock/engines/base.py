@@ -162,6 +162,10 @@ class AbstractEngine(abc.ABC):
         """
         return None
 
+    def shares(self, lanes: Lanes) -> bool:
+        """Whether several threads run one lane, so that lanes run one after another."""
+        return False
+
     def alike_order(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.intp] | None:
         """Order in which lanes of about the same cost lie side by side; None to leave them.
 

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines import dem_stack_bodies
+from warprock.engines.assembly_packs import LARGE
 from warprock.engines.base import KernelEngine
 from warprock.engines.blocks import body_columns, speed_columns
 from warprock.engines.decoding import lane_fields, planar_fields, rest_start_times, spatial_fields
@@ -118,6 +119,12 @@ class Dem(KernelEngine):
         """Why its model is not for a scene: a box on springs at its corners is thrown alone."""
         if scene.spatial and scene.moving and not (scene.thrown or scene.bodies):
             return f"dem lets blocks go from rest, or thrown, and the case {scene.moving}"
+        joints = scene.contact_point_count // 2
+        if scene.assembly and joints > LARGE:
+            return (
+                f"dem runs assemblies of at most {LARGE:,} joints, and the case has {joints:,}; "
+                "assembly runs it"
+            )
         return None
 
     @classmethod

@@ -359,13 +359,16 @@ def _require_large(corners: Array, names: tuple[str, ...], flush: float) -> None
 def _near(corners: Array, flush: float) -> tuple[Places, Places]:
     """Pairs of blocks whose boxes touch; the first of a pair comes before the second."""
     low, high = corners.min(axis=1) - flush, corners.max(axis=1) + flush
-    order = np.argsort(low[:, 0], kind="stable")
-    ends = np.searchsorted(low[order, 0], high[order, 0], side="right")
+    # Along the axis on which fewer boxes lie over one another.
+    axis = int(np.argmax(np.ptp(low, axis=0) / (high - low).mean(axis=0)))
+    order = np.argsort(low[:, axis], kind="stable")
+    ends = np.searchsorted(low[order, axis], high[order, axis], side="right")
     count = ends - np.arange(1, len(order) + 1)
     here = np.repeat(np.arange(len(order)), count)
     there = np.arange(len(here)) - np.repeat(np.cumsum(count) - count, count) + here + 1
     a, b = order[here], order[there]
-    level = (low[a, 1] <= high[b, 1]) & (low[b, 1] <= high[a, 1])
+    other = 1 - axis
+    level = (low[a, other] <= high[b, other]) & (low[b, other] <= high[a, other])
     first, second = np.minimum(a, b)[level], np.maximum(a, b)[level]
     sort = np.lexsort((second, first))
     return first[sort], second[sort]
