@@ -179,15 +179,20 @@ def limit_words(facts: Facts, row: int, *, tilted: bool) -> str:
     load = limit["load_factor"]
     if load is None:
         return " By limit analysis it does not carry its own weight."
-    most = "at most " if limit["upper_bound"] else ""
+    low, load_text = limit["coulomb_load_factor"], three(load)
+    sliding = "."
+    if limit["upper_bound"]:
+        known = low is not None and three(low) != load_text
+        load_text = f"from {three(low)} to at most {load_text}" if known else f"at most {load_text}"
+        sliding = (
+            ": joints slide, and Coulomb's friction lets it fall anywhere from the first to the "
+            "second."
+            if known
+            else ", an upper bound, since joints slide."
+        )
     tilt = f" (a tilt of {three(float(np.degrees(np.arctan(load))))} deg)" if tilted else ""
-    found = f" By limit analysis a steady sideways load of {most}{three(load)} of the weight{tilt}"
-    bound = (
-        ": an upper bound, since joints slide; Coulomb's friction may let it fall earlier"
-        if limit["upper_bound"]
-        else ""
-    )
-    return f"{found} brings it down{bound}."
+    found = f" By limit analysis a steady sideways load of {load_text} of the weight{tilt}"
+    return f"{found} brings it down{sliding}"
 
 
 def limit_beside(run: CaseRun) -> dict[str, Any]:
@@ -199,7 +204,13 @@ def limit_beside(run: CaseRun) -> dict[str, Any]:
         return {}
     row, collapse = found
     load = collapse.load_factor if collapse.stands else None
-    limit = {"row": row, "load_factor": load, "upper_bound": collapse.upper_bound}
+    coulomb = collapse.coulomb_load if collapse.stands else np.nan
+    limit = {
+        "row": row,
+        "load_factor": load,
+        "coulomb_load_factor": coulomb if np.isfinite(coulomb) else None,
+        "upper_bound": collapse.upper_bound,
+    }
     return {"limit_analysis": limit}
 
 
