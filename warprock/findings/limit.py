@@ -43,8 +43,8 @@ MOST_NAMED = 8
 """Joints that a sentence names."""
 BOUND = (
     "Where joints slide the load is an upper bound: limit analysis lets a joint open as it slides, "
-    "which Coulomb's friction does not. A load with Coulomb's law is beside it; the wall may fall "
-    "anywhere from there to the bound."
+    "which Coulomb's friction does not. The load with Coulomb's law is beside it; the assembly may "
+    "fall anywhere from there to the bound."
 )
 
 
@@ -150,16 +150,15 @@ def _of_one(row: pd.Series[Any]) -> str:
     if np.isinf(factor):
         return "No sideways load brings the assembly to collapse."
     load, tilt = three(factor), three(float(row[TILT]))
+    under, by = f"of {load}", tilt
     if row["upper_bound"]:
-        coulomb = float(row[COULOMB])
+        under, by, coulomb = f"of at most {load}", f"at most {tilt}", float(row[COULOMB])
         if coulomb < (1.0 - SAME) * factor:
-            low, least = three(coulomb), three(float(np.rad2deg(np.arctan(coulomb))))
-            load, tilt = f"from {low} to at most {load}", f"from {least} to at most {tilt}"
-        else:
-            load, tilt = f"at most {load}", f"at most {tilt}"
+            least = three(float(np.rad2deg(np.arctan(coulomb))))
+            under, by = f"between {three(coulomb)} and {load}", f"{least} to {tilt}"
     return (
-        f"The assembly collapses to the {row['towards']} under a sideways load of {load} of its "
-        f"weight, or on a table that tilts by {tilt} degrees."
+        f"The assembly collapses to the {row['towards']} under a sideways load {under} of its "
+        f"weight, or on a table that tilts by {by} degrees."
     )
 
 
@@ -209,7 +208,7 @@ def _mechanism(facts: Facts, table: pd.DataFrame, row: pd.Series[Any]) -> list[s
         if joints:
             named = listed(joints[:MOST_NAMED])
             more = len(joints) - MOST_NAMED
-            rest = f", and {more:,} more," if more > 0 else ""
+            rest = f", and {more:,} more" if more > 0 else ""
             parts.append(f"joints {does} between {named}{rest}")
     if not parts:
         return []

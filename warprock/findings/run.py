@@ -179,20 +179,24 @@ def limit_words(facts: Facts, row: int, *, tilted: bool) -> str:
     load = limit["load_factor"]
     if load is None:
         return " By limit analysis it does not carry its own weight."
-    low, load_text = limit["coulomb_load_factor"], three(load)
-    sliding = "."
-    if limit["upper_bound"]:
-        known = low is not None and three(low) != load_text
-        load_text = f"from {three(low)} to at most {load_text}" if known else f"at most {load_text}"
-        sliding = (
-            ": joints slide, and Coulomb's friction lets it fall anywhere from the first to the "
-            "second."
-            if known
-            else ", an upper bound, since joints slide."
+    said, low = _steady(load, tilted=tilted), limit["coulomb_load_factor"]
+    if not limit["upper_bound"]:
+        return f" By limit analysis a steady sideways load of {said} brings it down."
+    if low is None or three(low) == three(load):
+        return (
+            f" By limit analysis a steady sideways load of at most {said} brings it down, an upper "
+            "bound, since joints slide."
         )
+    return (
+        f" By limit analysis a steady sideways load between {_steady(low, tilted=tilted)}, with "
+        f"Coulomb's friction, and {said}, an upper bound since joints slide, brings it down."
+    )
+
+
+def _steady(load: float, *, tilted: bool) -> str:
+    """A load factor in words, with the tilt of a table."""
     tilt = f" (a tilt of {three(float(np.degrees(np.arctan(load))))} deg)" if tilted else ""
-    found = f" By limit analysis a steady sideways load of {load_text} of the weight{tilt}"
-    return f"{found} brings it down{sliding}"
+    return f"{three(load)} of the weight{tilt}"
 
 
 def limit_beside(run: CaseRun) -> dict[str, Any]:
