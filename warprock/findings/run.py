@@ -179,15 +179,24 @@ def limit_words(facts: Facts, row: int, *, tilted: bool) -> str:
     load = limit["load_factor"]
     if load is None:
         return " By limit analysis it does not carry its own weight."
-    most = "at most " if limit["upper_bound"] else ""
-    tilt = f" (a tilt of {three(float(np.degrees(np.arctan(load))))} deg)" if tilted else ""
-    found = f" By limit analysis a steady sideways load of {most}{three(load)} of the weight{tilt}"
-    bound = (
-        ": an upper bound, since joints slide; Coulomb's friction may let it fall earlier"
-        if limit["upper_bound"]
-        else ""
+    said, low = _steady(load, tilted=tilted), limit["coulomb_load_factor"]
+    if not limit["upper_bound"]:
+        return f" By limit analysis a steady sideways load of {said} brings it down."
+    if low is None or three(low) == three(load):
+        return (
+            f" By limit analysis a steady sideways load of at most {said} brings it down, an upper "
+            "bound, since joints slide."
+        )
+    return (
+        f" By limit analysis a steady sideways load between {_steady(low, tilted=tilted)}, with "
+        f"Coulomb's friction, and {said}, an upper bound since joints slide, brings it down."
     )
-    return f"{found} brings it down{bound}."
+
+
+def _steady(load: float, *, tilted: bool) -> str:
+    """A load factor in words, with the tilt of a table."""
+    tilt = f" (a tilt of {three(float(np.degrees(np.arctan(load))))} deg)" if tilted else ""
+    return f"{three(load)} of the weight{tilt}"
 
 
 def limit_beside(run: CaseRun) -> dict[str, Any]:
@@ -199,7 +208,13 @@ def limit_beside(run: CaseRun) -> dict[str, Any]:
         return {}
     row, collapse = found
     load = collapse.load_factor if collapse.stands else None
-    limit = {"row": row, "load_factor": load, "upper_bound": collapse.upper_bound}
+    coulomb = collapse.coulomb_load if collapse.stands else np.nan
+    limit = {
+        "row": row,
+        "load_factor": load,
+        "coulomb_load_factor": coulomb if np.isfinite(coulomb) else None,
+        "upper_bound": collapse.upper_bound,
+    }
     return {"limit_analysis": limit}
 
 
