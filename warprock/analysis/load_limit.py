@@ -54,9 +54,9 @@ WEAKER = 1.0 - 1e-6
 """Load factor to the left over that to the right below which the left is the weaker side; both are
 solved to 1e-7."""
 
-MOST_COULOMB = 20
-"""Assemblies that differ whose load with Coulomb's law is looked for: each takes some 20 times as
-long as the bound."""
+MOST_COULOMB, LARGEST_COULOMB = 20, 60
+"""Assemblies that differ whose load with Coulomb's law is looked for, and blocks of one: it takes
+some 20 times as long as the bound, of a wall of 46 blocks 1.4 s."""
 
 PROGRAMMES = 80
 """Programmes of the sequence, at most: walls of 30 to 50 blocks take 7 to 50."""
@@ -97,8 +97,10 @@ class Collapse:
     def coulomb_load(self) -> float:
         """Load factor with Coulomb's law [-]: that of a sequence of programmes where joints slide.
 
-        NaN where the sequence does not settle.
+        NaN where the sequence does not settle, and of more blocks than `LARGEST_COULOMB`.
         """
+        if self.upper_bound and self.assembly.count > LARGEST_COULOMB:
+            return np.nan
         if not self.upper_bound or not np.isfinite(self.load_factor):
             return self.load_factor
         return _coulomb_load(self.assembly, self.direction, self.load_factor)
