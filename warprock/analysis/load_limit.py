@@ -334,6 +334,9 @@ def run_limits(case: Case, progress: Progress | None = None) -> LoadLimits:
     lane_set = expand_lanes(case)
     assemblies = lane_set.lanes.assembly
     assert assemblies is not None
+    if assemblies.bonded:
+        key, allowed = "assembly.joint_tensile_strength", "must be left out: joints are dry here"
+        raise InputError(case.source_of(key), key, Said("a value"), allowed)
     if len(assemblies.kinds) > MOST_KINDS:
         got = Said(f"{len(assemblies.kinds):,} assemblies that differ")
         raise InputError(case.file, "sweep", got, f"must be at most {MOST_KINDS:,}")
@@ -355,7 +358,7 @@ run."""
 
 
 def collapse_beside(run: CaseRun) -> tuple[int, Collapse] | None:
-    """Limit analysis of the first lane of a run that collapsed; None where it takes too long.
+    """Limit analysis of the first lane of a run that collapsed; None of too many or bonded blocks.
 
     To the side to which its table tilts; of other motions to the weaker one.
 
@@ -363,7 +366,7 @@ def collapse_beside(run: CaseRun) -> tuple[int, Collapse] | None:
         The place of the lane in the run, and what limit analysis says.
     """
     own, fell = run.lane_set.lanes.assembly, run.response.fields.get("collapse_time")
-    if own is None or fell is None or np.isnan(fell).all():
+    if own is None or own.bonded or fell is None or np.isnan(fell).all():
         return None
     lane = int(np.nanargmin(fell))
     kind = own.of(lane)

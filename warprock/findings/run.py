@@ -159,10 +159,16 @@ def assembly_sentences(facts: Facts, table: pd.DataFrame) -> list[str]:
     return told
 
 
+JOINT_VERBS = (("opened_between", "opened"), ("slid_between", "slid"), ("broken_between", "broke"))
+"""Columns of joints, and what these did."""
+
+
 def joint_words(table: pd.DataFrame, row: int) -> str:
-    """Which joints of a lane opened and slid."""
+    """Which joints of a lane opened, slid and broke."""
     parts = []
-    for column, verb in (("opened_between", "opened"), ("slid_between", "slid")):
+    for column, verb in JOINT_VERBS:
+        if column not in table:
+            continue
         names = [name for name in str(table[column].iloc[row]).split(APART) if name]
         if names:
             more = len(names) - NAMED
