@@ -102,6 +102,11 @@ PROGRAMS: dict[str, Program] = {
 """Name in `warprock compare` -> program."""
 
 
+def adapter_of(name: str) -> Any:
+    """The module that runs scenes in a program; only this imports the program."""
+    return importlib.import_module(PROGRAMS[name].module)
+
+
 @dataclasses.dataclass(frozen=True)
 class PeerAnswer:
     """What a program made of lanes.
@@ -148,7 +153,7 @@ def require_scenes(
         raise DeclinedError(f"it is given boxes alone, and the case has a body (block.base){where}")
     if lanes.profiles is not None and lanes.rotation_start.any():
         raise DeclinedError("it starts stacks with a body upright here, and the case turns a block")
-    adapter = importlib.import_module(program.module)
+    adapter = adapter_of(name)
     declines = getattr(adapter, "require_scenes", None)
     if declines is not None:
         declines(peer_scenes(lanes, motions, times), settings)
@@ -178,7 +183,7 @@ def run_program(
         ChildProcessError: It runs in a process of its own, which failed; one line that says how.
     """
     scenes = peer_scenes(lanes, motions, times)
-    adapter = importlib.import_module(PROGRAMS[name].module)
+    adapter = adapter_of(name)
     runs: list[PeerRun] = adapter.run(scenes, settings, finished)
     answer = peer_response if lanes.assembly is None else assembly_response
     response = answer(name, lanes, scenes, runs, times)
