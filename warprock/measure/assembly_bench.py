@@ -175,10 +175,12 @@ def _lanes(kind: Assembly, count: int) -> Lanes:
     """So many lanes of one assembly."""
     width, height = kind.size
     mass = kind.mass[~kind.fixed].sum()
-    given = (width, height, kind.depth, mass / (width * height * kind.depth))
     nothing, one = np.zeros(count), np.ones(count)
     return Lanes(
-        *(value * one for value in given),
+        width=width * one,
+        height=height * one,
+        depth=kind.depth * one,
+        density=mass / (width * height * kind.depth) * one,
         friction=float(kind.joints.friction.max()) * one,
         chamfer=nothing,
         offset=nothing,

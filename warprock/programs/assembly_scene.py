@@ -138,11 +138,12 @@ def assembly_response(
         fields[field] = np.array(values, np.int64 if whole else np.float64)
     if times.interval is None:
         return Response(name, fields, np.empty(0))
-    fields["rotation"] = np.stack([row["history"] for row in rows])
+    fields["rotation"] = np.stack([np.asarray(row["history"]) for row in rows])
     return Response(name, fields, times.times)
 
 
 def _lane(scene: PeerScene, run: PeerRun, times: SampleTimes) -> dict[str, object]:
+    """Every field of one lane."""
     kind = scene.assembly
     assert kind is not None
     free, stamps = ~kind.fixed, scene.times
