@@ -33,7 +33,7 @@ def _room(name: str, holds: str, imports: str = "", packages: str = "") -> Room:
     return Room(name, " ".join(holds.split()), tuple(imports.split()), tuple(packages.split()))
 
 
-_BASE = "errors arguments unmodelled units quantity reading model settings"
+_BASE = "errors arguments unmodelled units quantity reading plugins model settings"
 
 ROOMS = (
     _room("errors", "errors that a user can mend, each in one line, and what they suggest"),
@@ -62,10 +62,11 @@ ROOMS = (
         "errors units",
         "numpy scipy",
     ),
+    _room("plugins", "engines that other packages bring, by entry points", "errors"),
     _room(
         "settings",
         "settings of engines and of programs of others, with bounds",
-        "errors unmodelled units quantity",
+        "errors unmodelled units quantity plugins",
         "pydantic",
     ),
     _room(
@@ -82,8 +83,8 @@ ROOMS = (
     ),
     _room(
         "case",
-        """case.toml -> lanes and ground motions: one file a table ([block] in `block.py`), in which
-        each key is declared once; what tables become, in `lanes.py` and beside it""",
+        """case.toml -> lanes and ground motions: one file a table ([block] in `block.py`), where
+        each key is declared""",
         f"{_BASE} records drawings",
         "numpy pandas pydantic pydantic_core scipy",
     ),
@@ -97,7 +98,7 @@ ROOMS = (
     _room(
         "engines",
         "engines by name, one file a scheme: launch of its kernels, decoding, soundness of lanes",
-        "errors units model settings kernels",
+        "errors units plugins model settings kernels",
         "numpy warp",
     ),
     _room(
@@ -114,8 +115,8 @@ ROOMS = (
     ),
     _room(
         "running",
-        """lanes in chunks over worker threads; lanes refined until within a tolerance; one run of a
-        case, its lane table and its files; which engine; what there is to choose from""",
+        """lanes in chunks over threads, refined until within a tolerance; runs, their tables and
+        files; which engine""",
         f"{_BASE} kernels case engines programs",
         "numpy pandas pyarrow scipy warp",
     ),
@@ -198,7 +199,10 @@ ROOMS = (
 )
 """All rooms, from the ground up."""
 
-MODULES = ("errors", "arguments", "unmodelled", "units", "processes", "reading", "quantity")
+MODULES = (
+    *("errors", "arguments", "unmodelled", "units", "processes", "reading", "quantity"),
+    "plugins",
+)
 """Rooms that are one module at the top of `warprock/`."""
 
 MAPPED = ("kernels", "cases")

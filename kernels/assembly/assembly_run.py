@@ -52,6 +52,17 @@ from warprock.kernels.assembly.joint import (
     push,
     slip,
 )
+from warprock.kernels.assembly.meeting import (
+    NONE,
+    SLIP,
+    Laid,
+    Near,
+    find_free,
+    is_old,
+    list_pairs,
+    look_out,
+    observe_free,
+)
 from warprock.kernels.assembly.solve import (
     Solve,
     Trail,
@@ -62,7 +73,7 @@ from warprock.kernels.assembly.solve import (
     sweep_contact,
 )
 from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.modes import RUNNING, UNSOLVED
+from warprock.kernels.modes import OVERTURNED, RUNNING, STALLED, UNSOLVED
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.parting import slack
 from warprock.kernels.rows import kernel, rows
@@ -79,18 +90,18 @@ about what beginning costs all of them."""
 
 @kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block), joints: wp.array2d(dtype=Edges), graph: wp.array2d(dtype=int),
+    blocks: wp.array2d(dtype=Block), joints: wp.array2d(dtype=Edges), laid: Laid,
     motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
     sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread.
 
-    `graph` has a row a pack: how many blocks and joints it has, then the two blocks of each joint.
+    `laid` says which blocks touch, see meeting.py.
     """
     pack, _one = wp.tid()
     first, dt = pack * LANES, real(knobs.time_steps[pack])
     rate = real(1.0) / dt
-    block_count, contact_count = int(graph[pack, 0]), 2 * int(graph[pack, 1])
+    block_count, contact_count = int(laid.graph[pack, 0]), 2 * int(laid.graph[pack, 1])
     samples = sample_times.shape[0]
     end = sample_times[samples - 1]
     mass = rows(Mass, BLOCKS)
@@ -108,11 +119,14 @@ def run_lanes(
     pull = rows(Pull)
     account = rows(Account)
     seen = rows(Seen)
+    near = rows(Near)
     if SPRINGS:
         spring = rows(Spring, POINTS)
         store = rows(Store)
     for i in range(LANES):
         seen[i] = start_seen()
+        seen[i].mode = wp.where(laid.spare[first + i] > 0, STALLED, RUNNING)
+        near[i].pairs = NONE
         clock[i].count = -SETTLING - 1
     for k in range(block_count):
         for i in range(LANES):
@@ -126,12 +140,13 @@ def run_lanes(
             if SPRINGS:
                 edges = joints[q // 2, first + i]
                 spring[q, i].u = wp.where(q % 2 == 0, edges.first, edges.second)
-    lost, busy = int(0), int(1)
+    lost, busy, crowded = int(0), int(1), int(0)
     while busy > 0:
         busy, waiting = int(0), int(0)
         for i in range(LANES):
             time = real(clock[i].count) * dt
-            runs = wp.where(seen[i].mode == RUNNING and time < end, 1, 0)
+            last = smaller(end, seen[i].collapse_time + knobs.after_collapse)
+            runs = wp.where(seen[i].mode == RUNNING and time < last, 1, 0)
             waits = wp.where(solve[i].on > real(0.0), 0, runs)
             clock[i].goes = waits
             busy = busy + runs
@@ -157,7 +172,10 @@ def run_lanes(
                 book = keep_account(wp.where(keeps, clock[i].gain, real(0.0)), book)
                 account[i] = book
             for q in range(contact_count):
-                a, b = int(graph[pack, 2 + 2 * (q // 2)]), int(graph[pack, 3 + 2 * (q // 2)])
+                a, b = (
+                    int(laid.graph[pack, 2 + 2 * (q // 2)]),
+                    int(laid.graph[pack, 3 + 2 * (q // 2)]),
+                )
                 for i in range(LANES):
                     tracks = track[q, i]
                     glides = slip(contact[q, i], new[a, i], new[b, i])
@@ -230,10 +248,30 @@ def run_lanes(
                         after.z = fused_less(drag, v.z, after.z)
                         after.omega = fused_less(drag, v.omega, after.omega)
                     new[k, i] = wp.where(goes, after, new[k, i])
+            crowded = int(0)
+            for i in range(LANES):
+                if clock[i].goes > 0:
+                    lane = first + i
+                    seek = near[i]
+                    seek = look_out(laid.around[lane].scale, dt, knobs.gravity, seen[i].speed, seek)
+                    if seek.pairs > 0 or is_old(seek):
+                        for k in range(block_count):
+                            laid.bodies[lane, k].pose = pose[k, i]
+                        if is_old(seek):
+                            seek = list_pairs(laid, lane, pack, seek)
+                        seek = find_free(laid, lane, rate, seek)
+                    near[i] = seek
+                    sees = seen[i]
+                    observe_free(clock[i].keeps > 0, seek, sees)
+                    if SPRINGS:
+                        # Only joints have springs.
+                        sunk = seek.deepest > SLIP * laid.around[lane].scale
+                        sees.astray = sees.astray + wp.where(clock[i].keeps > 0 and sunk, 1, 0)
+                    seen[i] = sees
             for q in range(contact_count):
                 joint = q // 2
                 end_of = real(q % 2)
-                a, b = int(graph[pack, 2 + 2 * joint]), int(graph[pack, 3 + 2 * joint])
+                a, b = int(laid.graph[pack, 2 + 2 * joint]), int(laid.graph[pack, 3 + 2 * joint])
                 for i in range(LANES):
                     goes = clock[i].goes > 0
                     time = real(clock[i].count) * dt
@@ -273,6 +311,17 @@ def run_lanes(
                     new[a, i] = va
                     new[b, i] = vb
                     way[q, i] = wp.where(goes, Way(), way[q, i])
+            for i in range(LANES):
+                crowded = crowded + near[i].touching
+                if clock[i].goes > 0:
+                    for q in range(near[i].touching):
+                        held = laid.free[first + i, laid.touching[first + i, q]]
+                        a, b = int(held.a), int(held.b)
+                        va = new[a, i]
+                        vb = new[b, i]
+                        push(held.at, held.n, held.t, mass[a, i], mass[b, i], va, vb)
+                        new[a, i] = va
+                        new[b, i] = vb
             for k in range(block_count):
                 for i in range(LANES):
                     goes = clock[i].goes > 0
@@ -284,7 +333,8 @@ def run_lanes(
             for i in range(LANES):
                 goes = clock[i].goes > 0
                 time = real(clock[i].count) * dt
-                on = wp.where(seen[i].mode == RUNNING and time < end, real(1.0), real(0.0))
+                last = smaller(end, seen[i].collapse_time + knobs.after_collapse)
+                on = wp.where(seen[i].mode == RUNNING and time < last, real(1.0), real(0.0))
                 if SPRINGS:
                     # What springs hold they have not taken.
                     more = wp.where(
@@ -299,7 +349,8 @@ def run_lanes(
             pass
         else:
             for q in range(contact_count):
-                a, b = int(graph[pack, 2 + 2 * (q // 2)]), int(graph[pack, 3 + 2 * (q // 2)])
+                joint = q // 2
+                a, b = int(laid.graph[pack, 2 + 2 * joint]), int(laid.graph[pack, 3 + 2 * joint])
                 for i in range(LANES):
                     va = new[a, i]
                     vb = new[b, i]
@@ -312,6 +363,29 @@ def run_lanes(
                     solve[i] = own
                     new[a, i] = va
                     new[b, i] = vb
+            if crowded > 0:
+                for i in range(LANES):
+                    if solve[i].on > real(0.0):
+                        for q in range(near[i].touching):
+                            place = laid.touching[first + i, q]
+                            held = laid.free[first + i, place]
+                            a, b = int(held.a), int(held.b)
+                            va = new[a, i]
+                            vb = new[b, i]
+                            pair = Impulse(held.n, held.t)
+                            along = Way(held.pn, held.pt, held.dn, held.dt)
+                            own = solve[i]
+                            sweep_contact(own, held.at, mass[a, i], mass[b, i], pair, along, va, vb)
+                            solve[i] = own
+                            new[a, i] = va
+                            new[b, i] = vb
+                            held.n = pair.n
+                            held.t = pair.t
+                            held.pn = along.pn
+                            held.pt = along.pt
+                            held.dn = along.dn
+                            held.dt = along.dt
+                            laid.free[first + i, place] = held
             for i in range(LANES):
                 most = wp.where(clock[i].count < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
                 own = solve[i]
@@ -334,6 +408,8 @@ def run_lanes(
                         found.places[sample, k, 0, f] = pose[k, i].x
                         found.places[sample, k, 1, f] = pose[k, i].z
     for i in range(LANES):
+        if seen[i].mode == RUNNING and seen[i].collapse_time < NEVER:
+            seen[i].mode = OVERTURNED
         sees = seen[i]
         book = account[i]
         found.results[first + i] = Result(

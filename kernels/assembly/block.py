@@ -12,7 +12,10 @@ import warp as wp
 
 from warprock.kernels.account import Account
 from warprock.kernels.assembly.joint import Impulse, Mass, Pose, Velocity
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
+from warprock.kernels.modes import BROKEN, RUNNING
+
+TURN, OVER_TURN = real(6.283185307179586), real(0.15915494309189535)
+"""A whole turn [rad], and its reciprocal."""
 
 
 @wp.struct
@@ -82,7 +85,6 @@ class Seen:
         steps: Steps so far.
         impacts: Impacts so far.
         sweeps: Sweeps of all steps.
-        astray: Steps, of all contacts, in which a corner was below an edge to whose side it came.
         uplift_time: When a joint first opened [s]; NEVER before.
         moved: When something last moved [s].
         deepest: Deepest penetration so far [m].
@@ -92,13 +94,14 @@ class Seen:
         still: When no corner moved faster than at `CREEP` g dt, last [s].
         residual: The most that a step has left: what its last sweep changed of a velocity [m/s].
         speed: Largest speed of a corner in the last step [m/s].
+        astray: Steps in which blocks on springs met where no joint has them.
+        leans: 1 where a contact that no joint declares carried in the last step, else 0.
     """
 
     mode: int
     steps: int
     impacts: int
     sweeps: int
-    astray: int
     uplift_time: real
     moved: real
     deepest: real
@@ -108,21 +111,28 @@ class Seen:
     still: real
     residual: real
     speed: real
+    astray: int
+    leans: int
 
 
 @wp.func
 def start_seen() -> Seen:
     """What is seen of a lane before its first step."""
     zero = real(0.0)
-    return Seen(RUNNING, 0, 0, 0, 0, NEVER, zero, zero, zero, zero, NEVER, zero, zero, zero)
+    return Seen(RUNNING, 0, 0, 0, NEVER, zero, zero, zero, zero, NEVER, zero, zero, zero, 0, 0)
 
 
 @wp.func
 def integrate(step: real, v: Velocity, at: Pose) -> Pose:
     """Where a block is after a step of a length [s]."""
     theta = fused(step, v.omega, at.theta)
-    inside = in_range(theta)
-    return Pose(fused(step, v.x, at.x), fused(step, v.z, at.z), theta, sine(inside), cosine(inside))
+    turn = fused_less(TURN, wp.floor(fused(theta, OVER_TURN, HALF)), theta)
+    # Beyond a right angle by way of its supplement: sine and cosine are polynomials.
+    over = size(turn) > HALF_PI
+    inside = wp.where(over, sign_of(turn) * HALF * TURN - turn, turn)
+    c = cosine(inside)
+    x, z = fused(step, v.x, at.x), fused(step, v.z, at.z)
+    return Pose(x, z, theta, sine(inside), wp.where(over, -c, c))
 
 
 @wp.func
@@ -180,11 +190,10 @@ def observe_block(
     seen.speed = larger(speed, seen.speed)
     total = at.theta + far + speed
     fell = dz < -block.fall or turn >= HALF_PI
-    mode = wp.where(total - total == zero, wp.where(fell, OVERTURNED, RUNNING), BROKEN)
-    first = live and seen.mode == RUNNING and mode == OVERTURNED
-    seen.collapse_time = wp.where(first, time, seen.collapse_time)
-    # Of two blocks of a lane a broken one counts: its numbers are the greater ones.
-    seen.mode = wp.where(live and mode > seen.mode, mode, seen.mode)
+    falls = smaller(time, seen.collapse_time)
+    seen.collapse_time = wp.where(live and fell, falls, seen.collapse_time)
+    # A number that is none makes `total - total` none.
+    seen.mode = wp.where(live and total - total != zero, BROKEN, seen.mode)
 
 
 @wp.func
@@ -213,21 +222,22 @@ def observe_gap(
     Args:
         live: Whether its lane still runs.
         time: Start of the step [s].
-        gap: Gap [m]; NEVER where the corner has left the other edge, ASTRAY where it is below it.
+        gap: Gap [m]; NEVER where the corner has left the other edge.
         limit: Gap beyond which it has parted [m], see `slack` in parting.py.
         impulse: What it carried in the last step.
         track: The contact from step to step.
         seen: What is seen of the lane.
     """
     carries, was = impulse.n > real(0.0), track.parted > 0
+    # What leans on others or lies on the ground may rest while its joint gapes.
+    leans = seen.leans > 0
     apart = gap > limit or (was and not carries)
     opening = wp.where(gap < NEVER, gap, real(0.0))
     seen.impacts = seen.impacts + wp.where(live and was and carries, 1, 0)
     track.since = wp.where(live and carries, time, track.since)
     lifted = smaller(smaller(track.since, time), seen.uplift_time)
     seen.uplift_time = wp.where(live and apart, lifted, seen.uplift_time)
-    seen.moved = wp.where(live and apart, time, seen.moved)
-    seen.astray = seen.astray + wp.where(live and gap > NEVER, 1, 0)
+    seen.moved = wp.where(live and apart and not leans, time, seen.moved)
     seen.deepest = wp.where(live, larger(-opening, seen.deepest), seen.deepest)
     track.opening = wp.where(live, larger(opening, track.opening), track.opening)
     track.parted = wp.where(live, wp.where(apart, 1, 0), track.parted)

@@ -24,6 +24,7 @@ class Knobs:
         time_steps: Time step of each pack [s].
         gravity: [m/s^2].
         settled: Velocity below which a step is settled [m/s].
+        after_collapse: How long a lane goes on after its collapse [s].
         sweeps: Most sweeps of a step.
         stiffness: Of springs, dashpots and what they hold, see dem/stack.py.
     """
@@ -31,6 +32,7 @@ class Knobs:
     time_steps: wp.array(dtype=real)
     gravity: real
     settled: real
+    after_collapse: real
     sweeps: int
     if SPRINGS:
         stiffness: Stiffness

@@ -23,11 +23,10 @@ Angles are positive counterclockwise here.
 
 import warp as wp
 
-STRAY = real(0.1)
-"""How deep a corner may be below an edge, over the length of the edge: no step lets it through from
-above, so that one that is deeper has come from the side."""
-ASTRAY = real(2.0e30)
-"""The gap of such a corner, at which there is no contact."""
+DEEP = real(0.1) if SPRINGS else real(2.0e-3)
+"""How deep a corner may be below an edge, over the length of the edge, wherever it is: steps leave
+less, but springs give way. One that is deeper, and deeper than far from the ends of the edge, has
+come from the side, and what meets it there is no matter of the joint; see meeting.py."""
 
 
 @wp.struct
@@ -123,6 +122,27 @@ class Impulse:
 
 
 @wp.func
+def contact_at(
+    nx: real, nz: real, x: real, z: real, dx: real, dz: real, ma: Mass, mb: Mass
+) -> Contact:  # fmt: skip
+    """A contact without its velocity b and its friction, of a normal.
+
+    Args:
+        nx, nz: The normal.
+        x, z: The corner, from the centre of the first block [m].
+        dx, dz: From the centre of the second block to that of the first [m].
+        ma, mb: Masses of the blocks.
+    """
+    one, zero = real(1.0), real(0.0)
+    px, pz = x + dx, z + dz
+    aa, ba = wedge(x, z, nx, nz), dot(x, z, nx, nz)
+    ab, bb = -wedge(px, pz, nx, nz), -dot(px, pz, nx, nz)
+    kn = fused(mb.j, ab * ab, fused(ma.j, aa * aa, ma.m + mb.m))
+    kt = fused(mb.j, bb * bb, fused(ma.j, ba * ba, ma.m + mb.m))
+    return Contact(nx, nz, aa, ab, ba, bb, kn, kt, one / kn, one / kt, zero, zero)
+
+
+@wp.func
 def find_contact(edges: Edges, end: real, rate: real, a: Pose, b: Pose, ma: Mass, mb: Mass):
     """The contact at an end of a joint, where the blocks are at the start of a step.
 
@@ -134,8 +154,8 @@ def find_contact(edges: Edges, end: real, rate: real, a: Pose, b: Pose, ma: Mass
         ma, mb: Their masses.
 
     Returns:
-        The contact, and its gap [m]; NEVER where the corner has left the other edge, ASTRAY where
-        it came below that edge from its side.
+        The contact, and its gap [m]; NEVER where the corner has left the other edge, came below it
+        from the side, or the blocks have turned by a right angle against each other.
     """
     zero, one = real(0.0), real(1.0)
     px, pz = fused(end, edges.a_along_x, edges.a_x), fused(end, edges.a_along_z, edges.a_z)
@@ -154,20 +174,21 @@ def find_contact(edges: Edges, end: real, rate: real, a: Pose, b: Pose, ma: Mass
     on_b, on_a = inwards * dot(sx, sz, tbx, tbz), -inwards * dot(sx, sz, tax, taz)
     of_a = on_b >= zero
     square = wp.where(of_a, dot(tbx, tbz, tbx, tbz), dot(tax, taz, tax, taz))
-    there = wp.where(of_a, on_b, on_a) < square
+    inside = wp.where(of_a, on_b, on_a)
     over = one / wp.sqrt(square)
     nx, nz = -over * wp.where(of_a, tbz, taz), over * wp.where(of_a, tbx, tax)
     rax, raz = wp.where(of_a, pax, qbx - dx), wp.where(of_a, paz, qbz - dz)
-    rbx, rbz = rax + dx, raz + dz
-    aa, ba = wedge(rax, raz, nx, nz), dot(rax, raz, nx, nz)
-    ab, bb = -wedge(rbx, rbz, nx, nz), -dot(rbx, rbz, nx, nz)
-    kn = fused(mb.j, ab * ab, fused(ma.j, aa * aa, ma.m + mb.m))
-    kt = fused(mb.j, bb * bb, fused(ma.j, ba * ba, ma.m + mb.m))
+    at = contact_at(nx, nz, rax, raz, dx, dz, ma, mb)
     gap = dot(sx, sz, nx, nz)
-    astray = there and gap * gap > STRAY * STRAY * square and gap < zero
-    gap = wp.where(there, wp.where(astray, ASTRAY, gap), NEVER)
-    closing = rate * larger(gap, zero)
-    at = Contact(nx, nz, aa, ab, ba, bb, kn, kt, one / kn, one / kt, closing, edges.friction)
+    # Where the corner is deep below the edge, it has come from the side, not through the edge.
+    inset = smaller(inside, square - inside)
+    deep = gap < zero and gap * gap > DEEP * DEEP * square
+    faces = dot(tax, taz, tbx, tbz) > zero
+    on_edge = inside < square and inside > -DEEP * square and faces
+    there = on_edge and not (deep and fused(gap * gap, square, -inset * size(inset)) > zero)
+    gap = wp.where(there, gap, NEVER)
+    at.b = rate * larger(gap, zero)
+    at.friction = edges.friction
     return at, gap
 
 

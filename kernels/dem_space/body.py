@@ -59,19 +59,21 @@ class Lane:
     uplift_time: real
     height: real
     area: real
-    ax: real
-    ay: real
-    az: real
-    aw: real
-    reach: real
-    feet: real
-    vx: real
-    vy: real
-    vz: real
-    wx: real
-    wy: real
-    wz: real
-    tumbles: int
+    frame: Frame
+
+
+@wp.struct
+class Footing:
+    """What all points of a body share.
+
+    Height of the centre of mass at rest [m]; area that a point stands for [m^2]; friction
+    coefficient; half width of the block [m].
+    """
+
+    height: real
+    area: real
+    friction: real
+    half_width: real
 
 
 @wp.struct
@@ -116,15 +118,6 @@ class Footprint:
     touching: real
     way_x: real
     way_y: real
-
-
-@wp.func
-def frame_of(lane: Lane) -> Frame:
-    """The body of a lane."""
-    return Frame(
-        lane.ax, lane.ay, lane.az, lane.aw, lane.reach, lane.feet, lane.vx, lane.vy, lane.vz,
-        lane.wx, lane.wy, lane.wz, lane.tumbles,
-    )  # fmt: skip
 
 
 @wp.func

@@ -9,6 +9,7 @@ import warp as wp
 from warprock.kernels.dem.stack import Knobs
 from warprock.kernels.dem.stack_lanes import passes_left, time_past
 from warprock.kernels.dem_space.body import (
+    Footing,
     Footprint,
     Lane,
     Lever,
@@ -16,7 +17,6 @@ from warprock.kernels.dem_space.body import (
     add_force,
     add_point,
     find_lever,
-    frame_of,
     is_low,
     observe_body,
     observe_points,
@@ -80,6 +80,7 @@ def run_lanes(
     pace = rows(Pace)
     energy = rows(Energy)
     seen = rows(Seen)
+    footing = rows(Footing)
     # Of points; an odd number of rows, as in impulse_space/body_run.py.
     point = rows(Point, MOST_POINTS + 1)
     spring = rows(Spring, MOST_POINTS + 1)
@@ -88,13 +89,16 @@ def run_lanes(
     count, first = points.shape[0], pack * LANES
     for i in range(LANES):
         block = blocks[0, first + i]
-        frame = frame_of(lanes[first + i])
+        frame = lanes[first + i].frame
         s0, p0 = start_body(block, frame)
         state[i] = s0
         peaks[i] = p0
         low[i].since = NEVER
         pace[i].dt = lanes[first + i].time_step
         pace[i].creep = lanes[first + i].creep
+        footing[i] = Footing(
+            lanes[first + i].height, lanes[first + i].area, block.friction, block.half_width
+        )
         seen[i] = start_seen(lanes[first + i].uplift_time)
     for c in range(count):
         for i in range(LANES):
@@ -130,10 +134,10 @@ def run_lanes(
                     low[i].lowest = wp.where(there, smaller(lowest, r0.z), lowest)
             for c in range(count):
                 for i in range(LANES):
-                    touch = touch_of(lanes[first + i].height, state[i], spin[i], lever[c, i])
+                    touch = touch_of(footing[i].height, state[i], spin[i], lever[c, i])
                     bent, total, acts = spring[c, i], sums[i], load[i]
                     force = solve_point(
-                        knobs, pace[i], blocks[0, first + i].friction, lanes[first + i].area,
+                        knobs, pace[i], footing[i].friction, footing[i].area,
                         point[c, i].foot >= real(0.0), touch, bent,
                     )  # fmt: skip
                     spring[c, i] = bent
@@ -141,13 +145,12 @@ def run_lanes(
                     load[i] = acts
                     held = wp.where(pace[i].live == 1, HALF * force.energy, real(0.0))
                     energy[i].stored = energy[i].stored + held
-                    near = is_low(
-                        point[c, i], lever[c, i], low[i].lowest, blocks[0, first + i].half_width
-                    )
+                    wide = footing[i].half_width
+                    near = is_low(point[c, i], lever[c, i], low[i].lowest, wide)
                     add_point(point[c, i], near, touch, force.n, state[i], lever[c, i], total)
                     sums[i] = total
             for i in range(LANES):
-                frame = frame_of(lanes[first + i])
+                frame = lanes[first + i].frame
                 tops, sees = peaks[i], seen[i]
                 observe_points(pace[i], frame, sums[i], low[i].since, tops, sees)
                 jolt = Jolt(base[0, i].dv, base[1, i].dv, base[2, i].dv)
@@ -163,7 +166,7 @@ def run_lanes(
         if found.attitudes.shape[0] > 0:
             for i in range(LANES):
                 past = time_past(until, pace[i].steps, pace[i].dt, seen[i].mode)
-                was = pose_before(blocks[0, first + i], frame_of(lanes[first + i]), past, state[i])
+                was = pose_before(blocks[0, first + i], lanes[first + i].frame, past, state[i])
                 for c in range(4):
                     found.attitudes[sample, 0, c, first + i] = was[c]
                 for c in range(4, wp.where(found.places.shape[0] > 0, 7, 4)):
@@ -171,5 +174,5 @@ def run_lanes(
     for i in range(LANES):
         found.results[first + i] = result_of(seen[i], energy[i], pace[i].steps)
         s = state[i]
-        _a, _b, tz, tw = block_attitude(frame_of(lanes[first + i]), s.qx, s.qy, s.qz, s.qw)
+        _a, _b, tz, tw = block_attitude(lanes[first + i].frame, s.qx, s.qy, s.qz, s.qw)
         found.blocks[0, first + i] = block_result(tz, tw, peaks[i])

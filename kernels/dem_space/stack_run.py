@@ -127,8 +127,8 @@ def run_lanes(
                     seen[i] = sees
                 for p in range(pairs):
                     kind, q = int(points[3, p]), pairs * h + p
+                    pair = Pair(points[0, p], points[1, p], points[2, p])
                     for i in range(LANES):
-                        pair = Pair(points[0, p], points[1, p], points[2, p])
                         near, far, total = one[q, i], two[q, i], sums[kind, i]
                         solve_pair(knobs, contact[i], pace[i], pair, near, far, total)
                         one[q, i] = near

@@ -76,7 +76,7 @@ from warprock.kernels.event.held_state import (
     normal_rate,
     point_of,
     slide_of,
-    turned,
+    turn_point,
 )
 from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING, UNSOLVED
 from warprock.kernels.motion import Ground, Motion, knot_step, knot_time
@@ -173,7 +173,7 @@ def apply_velocities(block: Block, choice: Choice, points: int, slack: real, s: 
             near = near + (1 << k)
     s.slip = real(0.0)
     if choice.holds == 0 and (near & BASE) > 0:
-        at = turned(point_of(block, lower_of(near)), sine(s.theta), cosine(s.theta))
+        at = turn_point(point_of(block, lower_of(near)), sine(s.theta), cosine(s.theta))
         along = s.vx + s.omega * at.z
         if size(along) > slack:
             s.slip = sign_of(along)
@@ -194,7 +194,7 @@ def comes_back(block: Block, pull: Pull, s: State, points: int, a: real) -> Poin
     choice = choose(block, ask_rates(block, pull, s, near, a))
     for k in range(2, 4):
         speed = normal_rate(block, k, s)
-        at = turned(point_of(block, k), sine(s.theta), cosine(s.theta))
+        at = turn_point(point_of(block, k), sine(s.theta), cosine(s.theta))
         pulled = choice.rate[0] + choice.rate[2] * at.z - s.omega * s.omega * at.x
         pulled = block.wall * pulled
         if has(points, k) and speed > found.x:
@@ -203,7 +203,7 @@ def comes_back(block: Block, pull: Pull, s: State, points: int, a: real) -> Poin
 
 
 @wp.func
-def held_down(block: Block, pull: Pull, s: State, side: int, a: real) -> real:
+def flat_acceleration(block: Block, pull: Pull, s: State, side: int, a: real) -> real:
     """Angular acceleration that keeps a flat block from turning about the corner of a side."""
     ask = ask_rates(block, pull, s, side, a)
     ask.curve = real(0.0)
@@ -227,8 +227,8 @@ def settle(block: Block, pull: Pull, a: real, before: real, s: wp.ref[State]):
     """
     zero = real(0.0)
     after = size(s.omega)
-    there = held_down(block, pull, s, LEFT, a)
-    here = held_down(block, pull, s, RIGHT, a)
+    there = flat_acceleration(block, pull, s, LEFT, a)
+    here = flat_acceleration(block, pull, s, RIGHT, a)
     weaker = smaller(here, there)
     if weaker > zero and after * after <= TWO * weaker * block.rest_rotation:
         kept = after / larger(before, after)
@@ -418,7 +418,7 @@ def observe_rotation(block: Block, s: State, path: Path, tau: real, seen: wp.ref
 def move_on(block: Block, path: Path, tau: real, s: wp.ref[State]):
     """Takes a block to a time tau of its step; what does not slide or part has no drift."""
     foot = point_of(block, lower_of(s.closed))
-    before = turned(foot, sine(s.theta), cosine(s.theta))
+    before = turn_point(foot, sine(s.theta), cosine(s.theta))
     stood = s.x + before.x
     sticks = (s.closed & BASE) > 0 and s.slip == real(0.0)
     s.x = value_of(path.x, tau)
@@ -427,7 +427,7 @@ def move_on(block: Block, path: Path, tau: real, s: wp.ref[State]):
     s.vx = value_of(slope_of(path.x), tau)
     s.vz = value_of(slope_of(path.z), tau)
     s.omega = value_of(slope_of(path.theta), tau)
-    at = turned(foot, sine(s.theta), cosine(s.theta))
+    at = turn_point(foot, sine(s.theta), cosine(s.theta))
     if (s.closed & BASE) > 0:
         s.z = -at.z
         s.vz = s.omega * at.x
@@ -438,7 +438,7 @@ def move_on(block: Block, path: Path, tau: real, s: wp.ref[State]):
         k = int(3)
         if (s.closed & LOW) > 0:
             k = int(2)
-        at = turned(point_of(block, k), sine(s.theta), cosine(s.theta))
+        at = turn_point(point_of(block, k), sine(s.theta), cosine(s.theta))
         s.x = block.wall * block.half_width - at.x
         s.vx = -s.omega * at.z
 
@@ -450,7 +450,7 @@ def start_lane(block: Block, theta: real, omega: real, held: Held):
     rests = theta == zero and omega == zero
     side = sign_of(wp.where(theta == zero, omega, theta))
     foot = Point(side * block.half_width, -block.half_height)
-    at = turned(foot, sine(theta), cosine(theta))
+    at = turn_point(foot, sine(theta), cosine(theta))
     points = int(LEFT)
     mode = int(PIVOTING)
     if side > zero:
@@ -493,7 +493,7 @@ def happen(
         s.starts = 2
         s.fresh = 1
     if kind == STOPS:
-        at = turned(point_of(block, what), sine(s.theta), cosine(s.theta))
+        at = turn_point(point_of(block, what), sine(s.theta), cosine(s.theta))
         s.slip = real(0.0)
         s.vx = -s.omega * at.z
         s.fresh = 1

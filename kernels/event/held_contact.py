@@ -34,7 +34,7 @@ from warprock.kernels.event.held_state import (
     Point,
     has,
     point_of,
-    turned,
+    turn_point,
 )
 
 EPS = by_precision(1.0e-10, 1.0e-4)
@@ -152,14 +152,14 @@ def grip_of(block: Block, points: int, holds: int, slip: real) -> Grip:
 @wp.func
 def turning_rate(g: Grip, i: int, s: real, c: real) -> real:
     """Rate of a constraint as the block turns by a radian a second [m]."""
-    p = turned(Point(g.px[i], g.pz[i]), s, c)
+    p = turn_point(Point(g.px[i], g.pz[i]), s, c)
     return g.dx[i] * p.z - g.dz[i] * p.x
 
 
 @wp.func
 def turning_moment(g: Grip, i: int, s: real, c: real) -> real:
     """Moment of the force of a constraint about the centre of mass, over the force [m]."""
-    p = turned(Point(g.px[i], g.pz[i]), s, c)
+    p = turn_point(Point(g.px[i], g.pz[i]), s, c)
     return p.z * g.ex[i] - p.x * g.ez[i]
 
 
@@ -193,7 +193,7 @@ def forces_of(block: Block, g: Grip, a: Square, ask: Ask) -> Three:
     """The forces or impulses that bring the rates about."""
     lacks = Three()
     for i in range(g.count):
-        p = turned(Point(g.px[i], g.pz[i]), ask.s, ask.c)
+        p = turn_point(Point(g.px[i], g.pz[i]), ask.s, ask.c)
         spin = g.dx[i] * p.z - g.dz[i] * p.x
         lacks[i] = ask.curve * (g.dx[i] * p.x + g.dz[i] * p.z)
         lacks[i] = lacks[i] - g.dx[i] * ask.free[0] - g.dz[i] * ask.free[1] - spin * ask.free[2]
@@ -251,7 +251,7 @@ def parts(block: Block, g: Grip, rate: Three, ask: Ask) -> bool:
     slack = EPS * scale + TINY
     fits = bool(True)
     for k in range(4):
-        p = turned(point_of(block, k), ask.s, ask.c)
+        p = turn_point(point_of(block, k), ask.s, ask.c)
         if has(ask.near, k) and not has(g.points, k):
             moves = rate[1] - rate[2] * p.x - ask.curve * p.z
             if k > 1:
@@ -263,7 +263,7 @@ def parts(block: Block, g: Grip, rate: Three, ask: Ask) -> bool:
         k = int(0)
         if (g.points & RIGHT) > 0:
             k = int(1)
-        p = turned(point_of(block, k), ask.s, ask.c)
+        p = turn_point(point_of(block, k), ask.s, ask.c)
         along = rate[0] + rate[2] * p.z - ask.curve * p.x
         if not (g.slip * along >= -slack):
             fits = False

@@ -14,7 +14,7 @@ follows from lower ones, by the same matrix (held_contact.py) in all orders.
 import warp as wp
 
 from warprock.kernels.event.held_contact import Three, grip_of, mobility
-from warprock.kernels.event.held_state import ALL, BASE, Block, Point, State, turned
+from warprock.kernels.event.held_state import ALL, BASE, Block, Point, State, turn_point
 from warprock.kernels.series import DEGREE, Series, slope_of
 from warprock.kernels.ties import ELASTIC, Tie, TieState, force_of
 
@@ -130,7 +130,7 @@ def free_rates(block: Block, p: Pull, s: State, a: real) -> Three:
     along = p.c0 - p.k0 * s.x - p.k1 * cos - p.k2 * sin
     across = p.c1 - p.k1 * s.x - p.k11 * cos - p.k12 * sin
     above = p.c2 - p.k2 * s.x - p.k12 * cos - p.k22 * sin
-    lever = turned(Point(block.load_place, block.half_height), sin, cos)
+    lever = turn_point(Point(block.load_place, block.half_height), sin, cos)
     beside = lever.x
     if block.load_stays > 0:
         beside = block.load_place - s.x
@@ -198,14 +198,14 @@ def expand_path(block: Block, p: Pull, a: Series, s: State) -> Path:
                 cos, sin = cosines[i], sines[i]
                 force = Three(forces_0[j], forces_1[j], forces_2[j])
                 for k in range(g.count):
-                    lever = turned(Point(g.px[k], g.pz[k]), sin, cos)
+                    lever = turn_point(Point(g.px[k], g.pz[k]), sin, cos)
                     moment = moment + (lever.z * g.ex[k] - lever.x * g.ez[k]) * force[k]
             bx, bz, bo = along / block.mass - a[n], -down, moment / block.inertia
             order = real((n + 1) * (n + 2))
             lacks = Three()
             for k in range(g.count):
-                arm = turned(Point(g.px[k], g.pz[k]), sines[0], cosines[0])
-                rest = turned(Point(g.px[k], g.pz[k]), turned_s, turned_c)
+                arm = turn_point(Point(g.px[k], g.pz[k]), sines[0], cosines[0])
+                rest = turn_point(Point(g.px[k], g.pz[k]), turned_s, turned_c)
                 spin = g.dx[k] * arm.z - g.dz[k] * arm.x
                 moves = g.dx[k] * (bx + order * rest.x) + g.dz[k] * (bz + order * rest.z)
                 lacks[k] = -(moves + spin * bo)
@@ -214,7 +214,7 @@ def expand_path(block: Block, p: Pull, a: Series, s: State) -> Path:
             forces_1[n] = now[1]
             forces_2[n] = now[2]
             for k in range(g.count):
-                lever = turned(Point(g.px[k], g.pz[k]), sines[0], cosines[0])
+                lever = turn_point(Point(g.px[k], g.pz[k]), sines[0], cosines[0])
                 bx = bx + g.ex[k] * now[k] / block.mass
                 bz = bz + g.ez[k] * now[k] / block.mass
                 bo = bo + (lever.z * g.ex[k] - lever.x * g.ez[k]) * now[k] / block.inertia

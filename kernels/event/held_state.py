@@ -146,7 +146,7 @@ def point_of(block: Block, k: int) -> Point:
 
 
 @wp.func
-def turned(p: Point, s: real, c: real) -> Point:
+def turn_point(p: Point, s: real, c: real) -> Point:
     """A point of a block that leans, from the sine and the cosine of its rotation."""
     return Point(p.x * c + p.z * s, p.z * c - p.x * s)
 
@@ -192,7 +192,7 @@ def mirror_state(s: State, face: real) -> State:
 @wp.func
 def normal_gap(block: Block, k: int, s: State) -> real:
     """Distance of a contact point from the base, or from the wall [m]."""
-    p = turned(point_of(block, k), sine(s.theta), cosine(s.theta))
+    p = turn_point(point_of(block, k), sine(s.theta), cosine(s.theta))
     gap = s.z + p.z
     if k > 1:
         gap = block.half_width - block.wall * (s.x + p.x)
@@ -202,7 +202,7 @@ def normal_gap(block: Block, k: int, s: State) -> real:
 @wp.func
 def normal_rate(block: Block, k: int, s: State) -> real:
     """Velocity of a contact point away from the base, or from the wall [m/s]."""
-    p = turned(point_of(block, k), sine(s.theta), cosine(s.theta))
+    p = turn_point(point_of(block, k), sine(s.theta), cosine(s.theta))
     rate = s.vz - s.omega * p.x
     if k > 1:
         rate = -block.wall * (s.vx + s.omega * p.z)
@@ -213,5 +213,7 @@ def normal_rate(block: Block, k: int, s: State) -> real:
 def slide_of(block: Block, s: State) -> real:
     """Slide of the lower corner along the base [m]."""
     side = sign_of(s.theta)
-    p = turned(Point(side * block.half_width, -block.half_height), sine(s.theta), cosine(s.theta))
+    p = turn_point(
+        Point(side * block.half_width, -block.half_height), sine(s.theta), cosine(s.theta)
+    )
     return s.x + p.x - side * block.half_width

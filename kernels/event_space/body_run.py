@@ -48,19 +48,7 @@ class Lane:
     longest_step: real
     rest_gap: real
     step_limit: int
-    ax: real
-    ay: real
-    az: real
-    aw: real
-    reach: real
-    feet: real
-    vx: real
-    vy: real
-    vz: real
-    wx: real
-    wy: real
-    wz: real
-    tumbles: int
+    frame: Frame
 
 
 @wp.struct
@@ -184,10 +172,7 @@ def run_lanes(
     """Runs one lane a thread."""
     lane = wp.tid()
     block, own = blocks[0, lane], lanes[lane]
-    frame = Frame(
-        own.ax, own.ay, own.az, own.aw, own.reach, own.feet, own.vx, own.vy, own.vz, own.wx,
-        own.wy, own.wz, own.tumbles,
-    )  # fmt: skip
+    frame = own.frame
     motion = BaseMotion()
     motion.x = motions[0, lane]
     motion.y = motions[1, lane]

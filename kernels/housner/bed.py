@@ -263,7 +263,7 @@ def power(block: Block, pressed: int, way: Way, t: real) -> real:
 
 
 @wp.func
-def taken(block: Block, pressed: int, way: Way, tau: real) -> real:
+def damping_loss(block: Block, pressed: int, way: Way, tau: real) -> real:
     """Energy that the dampers take in a step of length tau [J], by Gauss's rule of six nodes."""
     found = real(0.0)
     if pressed != FREE and block.damping > found:
@@ -479,7 +479,7 @@ def advance(
         judged = judged_time(way.lean, real(1.0), block.fall_angle - s.lean, tau)
     if judged > real(0.0):
         seen.needed = larger(needed_in(way, judged), seen.needed)
-    seen.loss = seen.loss + taken(block, s.pressed, way, tau)
+    seen.loss = seen.loss + damping_loss(block, s.pressed, way, tau)
     s.lean = value_of(way.lean, tau)
     s.rate = value_of(rate, tau)
     s.depth = value_of(way.depth, tau)

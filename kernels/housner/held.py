@@ -202,7 +202,7 @@ def may_turn(block: Block, side: real) -> bool:
 
 
 @wp.func
-def held_down(block: Block, held: Restraints, side: real, a: real) -> real:
+def flat_acceleration(block: Block, held: Restraints, side: real, a: real) -> real:
     """Angular acceleration that keeps a flat block from turning to a side; NEVER at a wall."""
     found = NEVER
     if may_turn(block, side):
@@ -214,7 +214,9 @@ def held_down(block: Block, held: Restraints, side: real, a: real) -> real:
 def settles(block: Block, held: Restraints, omega: real, a: real, blur: real) -> bool:
     """Whether a flat block with a rate rests: its next swing is too small to count."""
     one, other = real(1.0), real(-1.0)
-    weaker = smaller(held_down(block, held, one, a), held_down(block, held, other, a))
+    weaker = smaller(
+        flat_acceleration(block, held, one, a), flat_acceleration(block, held, other, a)
+    )
     weaker = weaker + ROUND_OFF * block.frequency_squared * sine(block.slenderness_angle) + blur
     return weaker > real(0.0) and omega * omega <= real(2.0) * weaker * block.rest_rotation
 
@@ -241,8 +243,8 @@ def strike(
         s.mode = RESTING
         seen.rest_time = s.time
     elif settles(block, held, after, a, blur):
-        here = held_down(block, held, s.side, a)
-        there = held_down(block, held, -s.side, a)
+        here = flat_acceleration(block, held, s.side, a)
+        there = flat_acceleration(block, held, -s.side, a)
         tail = real(2.0) * size(after) / here / larger(real(1.0) - kept, real(1.0e-6))
         if block.wall == real(0.0):
             lost = larger(real(1.0) - kept * kept, real(1.0e-6))

@@ -87,7 +87,7 @@ def arm_of(held: Restraints, tie: Tie, side: real) -> real:
 
 
 @wp.func
-def moved(tie: Tie, arm: real, theta: real) -> real:
+def tie_shift(tie: Tie, arm: real, theta: real) -> real:
     """How far the point of a tie has moved along the base [m]."""
     s, c = sine(HALF * theta), cosine(HALF * theta)
     return real(2.0) * s * (tie.height * c - arm * s)
@@ -96,7 +96,7 @@ def moved(tie: Tie, arm: real, theta: real) -> real:
 @wp.func
 def elongation(held: Restraints, tie: Tie, side: real, theta: real) -> real:
     """Elongation of a tie from the state in which the block rests [m]."""
-    return -tie.side * moved(tie, arm_of(held, tie, side), theta)
+    return -tie.side * tie_shift(tie, arm_of(held, tie, side), theta)
 
 
 @wp.func

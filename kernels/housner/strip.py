@@ -279,7 +279,7 @@ def way_of(strip: Strip, side: real, lean: real, omega: real, pull: Series) -> W
 
 
 @wp.func
-def trusted(last: real, order: int) -> real:
+def trusted_step(last: real, order: int) -> real:
     """Step in which the last term of a series is small enough [s]: a fall has ever shorter ones."""
     return wp.pow(LAST_TERM / (size(last) + TINY), real(1.0) / real(order))
 
@@ -355,7 +355,7 @@ def needed_in(strip: Strip, side: real, way: Way, pull: Series, tau: real) -> re
 
 
 @wp.func
-def held_up(strip: Strip, side: real, a: real) -> real:
+def upright_acceleration(strip: Strip, side: real, a: real) -> real:
     """Angular acceleration that keeps an upright strip from bowing to a side [rad/s^2]."""
     n = mechanism_at(strip, side, real(0.0))
     return (n.restoring + side * a * n.pulled) / n.inertia
@@ -374,9 +374,12 @@ def blur_of(strip: Strip, side: real, slope: real, time: real) -> real:
 @wp.func
 def settles(strip: Strip, omega: real, a: real, blur: real) -> bool:
     """Whether an upright strip with a rate rests: its next swing is too small to count."""
-    one, other = held_up(strip, real(1.0), a), held_up(strip, real(-1.0), a)
-    still = smaller(held_up(strip, real(1.0), real(0.0)), held_up(strip, real(-1.0), real(0.0)))
-    weaker = smaller(one, other) + ROUND_OFF * still + blur
+    right, left, still = real(1.0), real(-1.0), real(0.0)
+    balance = smaller(
+        upright_acceleration(strip, right, still), upright_acceleration(strip, left, still)
+    )
+    one, other = upright_acceleration(strip, right, a), upright_acceleration(strip, left, a)
+    weaker = smaller(one, other) + ROUND_OFF * balance + blur
     return weaker > real(0.0) and omega * omega <= real(2.0) * weaker * strip.rest_rotation
 
 
@@ -395,8 +398,8 @@ def strike(strip: Strip, a: real, blur: real, s: wp.ref[State], seen: wp.ref[See
         s.mode = RESTING
         seen.rest_time = s.time
     elif settles(strip, after, a, blur):
-        here = held_up(strip, s.side, a)
-        there = held_up(strip, -s.side, a)
+        here = upright_acceleration(strip, s.side, a)
+        there = upright_acceleration(strip, -s.side, a)
         lost = larger(real(1.0) - kept * kept, real(1.0e-6))
         tail = real(2.0) * size(after) * (real(1.0) / here + kept / there) / lost
         after = real(0.0)
@@ -483,7 +486,7 @@ def rock(
     pull = side * pull_series(m, s.segment, s.time, ground)
     way = way_of(strip, side, lean, side * s.omega, pull)
     x = way.lean
-    h = smaller(h, smaller(trusted(x[DEGREE], DEGREE), trusted(way.turn[ORDERS], ORDERS)))
+    h = smaller(h, smaller(trusted_step(x[DEGREE], DEGREE), trusted_step(way.turn[ORDERS], ORDERS)))
     outwards = goes_out(real(1.0), x, h)
     if not outwards and lean <= zero:
         strike(strip, side * pull[0], blur_of(strip, side, pull[1], s.time), s, seen)

@@ -253,10 +253,7 @@ def test_a_tilting_table_brings_down_what_limit_analysis_says():
 
 
 def test_walls_that_slide_and_fall_have_an_answer():
-    """Random walls under strong pulses: at most one in 32 has a step that does not settle.
-
-    A block that is thrown out of its bond may meet others from their sides (OUTSIDE_MODEL).
-    """
+    """Random walls under strong pulses: at most one in 32 has a step that does not settle."""
     draw = np.random.default_rng(2)
     kinds = [
         built(patterns.wall(0.4, height, 5, 6, whole_first=False), friction)
@@ -265,9 +262,7 @@ def test_walls_that_slide_and_fall_have_an_answer():
         )
     ]
     found = run(kinds, sine(32, draw.uniform(0.2, 1.5, 32), 2.0, 1.0), 1.0)
-    sound = found["status"] == Status.OK
-    assert sound.sum() >= 29
-    assert (sound | (found["status"] == Status.OUTSIDE_MODEL)).sum() >= 31
+    assert (found["status"] == Status.OK).sum() >= 31
     assert (found["slid_joints"] > 0).sum() > 16
     # What steps leave, some micrometres a second, of what stands, and more of what is in motion.
     assert found["peak_penetration"].max() < 3e-4

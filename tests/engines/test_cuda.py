@@ -83,14 +83,20 @@ NUDGED = ("width", "height", "friction")
 
 REBUILT = ("housner: block, harmonic", "event: block, harmonic", "dem: block, harmonic")
 """Batches whose kernels the ordinary run builds twice; `thorough` does so for those of blocks under
-records, and the mark `gpu` for all."""
+records and for `REBUILT_LONG`, and the mark `gpu` for all."""
+REBUILT_LONG = (
+    "event: stack, record",
+    "event: block in space, record",
+    "impulse: stack, record",
+    "impulse: block in space, record",
+)
 
 
 def rebuilt_in(run: Run) -> pytest.MarkDecorator | tuple[()]:
     if run.name in REBUILT:
         return ()
-    often = run.kind is MotionKind.RECORD and run.scene in ("block", "stack", "block in space")
-    return pytest.mark.thorough if often else pytest.mark.gpu
+    often = run.kind is MotionKind.RECORD and run.scene == "block"
+    return pytest.mark.thorough if often or run.name in REBUILT_LONG else pytest.mark.gpu
 
 
 DIFFERENT_KINDS = (MotionKind.STILL, MotionKind.HARMONIC, MotionKind.RECORD)

@@ -10,15 +10,13 @@ it reaches the clearance, as it is for falls.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from warprock.analysis.groups import RECORD
-from warprock.analysis.hazard import Hazard
-from warprock.analysis.incremental import Ladder, Verdict
-from warprock.analysis.measures import Measure, Measures, run_measures
+from warprock.analysis.incremental import Verdict
+from warprock.analysis.measures import Measures, Question, run_measures
 from warprock.analysis.risk import Risk, assess
 from warprock.analysis.risk_functions import functions_of_capacities
 from warprock.analysis.verdict import lanes_run
@@ -75,45 +73,20 @@ class Brief:
         return int(inputs[RECORD].nunique()) if RECORD in inputs else len(inputs)
 
 
-def run_brief(
-    case: Case,
-    engine: str,
-    options: RunOptions,
-    hazard: Hazard,
-    *,
-    measures: Sequence[Measure],
-    ladder: Ladder,
-    target: float | None,
-    clearance: float,
-    most_outside: float,
-) -> Brief:
+def run_brief(case: Case, engine: str, options: RunOptions, question: Question) -> Brief:
     """Runs a block as it is and with measures, and for its slide.
 
     Args:
         case: The case: one block under several records, a lane each.
         engine: Name of the engine.
         options: How lanes are run.
-        hazard: The hazard.
-        measures: The measures; empty takes the usual ones.
-        ladder: Factors on the motions.
-        target: Rate that the least width and the least straps are looked for at; None looks for
-            none.
-        clearance: Slide whose rate is asked for [m]; NaN asks for none.
-        most_outside: Share of a rate that may come from beyond an end of the hazard.
+        question: What is asked of it.
 
     Raises:
         InputError: As of `run_measures`.
     """
-    found = run_measures(
-        case,
-        engine,
-        options,
-        hazard,
-        measures=measures,
-        ladder=ladder,
-        target=target,
-        most_outside=most_outside,
-    )
+    hazard, ladder, clearance = question.hazard, question.ladder, question.clearance
+    found = run_measures(case, engine, options, question)
     lane_set = expand_lanes(case)
     if not slides(engine):
         return Brief(found, lane_set, None)
@@ -148,7 +121,7 @@ def run_brief(
         axis=1,
     )
     (function,) = functions_of_capacities(table, hazard.measure, case.name, (), ())
-    risk = assess(dataclasses.replace(function, limit="sliding"), hazard, most_outside)
+    risk = assess(dataclasses.replace(function, limit="sliding"), hazard, question.most_outside)
     before = int((hit < first).sum())
     return Brief(found, lane_set, Slide(standing, clearance, before, risk))
 

@@ -35,6 +35,10 @@ from warprock.running.options import Progress
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
+MOST_BLOCKS = 500
+"""Blocks of an assembly: the programme takes some 15 s for 400 of a wall, and twice as many take
+six times as long."""
+
 MOST_KINDS = 10_000
 """Assemblies that differ in a case: of 30 blocks each takes 0.1 s."""
 
@@ -236,7 +240,8 @@ def run_limits(case: Case, progress: Progress | None = None) -> LoadLimits:
         progress: Called with the number of lanes that are done.
 
     Raises:
-        InputError: The case has no assembly, or more that differ than `MOST_KINDS`.
+        InputError: The case has no assembly, more that differ than `MOST_KINDS`, or one of more
+            than `MOST_BLOCKS` blocks.
     """
     if case.tables.assembly is None:
         allowed = "must be given: limit analysis is of many blocks with joints"
@@ -248,6 +253,10 @@ def run_limits(case: Case, progress: Progress | None = None) -> LoadLimits:
     if len(assemblies.kinds) > MOST_KINDS:
         got = Said(f"{len(assemblies.kinds):,} assemblies that differ")
         raise InputError(case.file, "sweep", got, f"must be at most {MOST_KINDS:,}")
+    blocks = max(kind.count for kind in assemblies.kinds)
+    if blocks > MOST_BLOCKS:
+        allowed = f"must be at most {MOST_BLOCKS} for limit analysis; `run` takes more"
+        raise InputError(case.file, "assembly", Said(f"{blocks:,} blocks"), allowed)
     lanes, found = np.bincount(assemblies.lane), []
     for place, kind in enumerate(assemblies.kinds):
         right, left = (collapse_load(kind, direction) for direction in (1.0, -1.0))

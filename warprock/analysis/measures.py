@@ -79,6 +79,28 @@ class Measure:
 
 
 @dataclasses.dataclass(frozen=True)
+class Question:
+    """What is asked of a block under a hazard.
+
+    Attributes:
+        hazard: The hazard.
+        ladder: Factors on the motions.
+        measures: The measures; empty takes the usual ones.
+        target: Rate that the least width and the least straps are looked for at; None looks for
+            none.
+        most_outside: Share of a rate that may come from beyond an end of the hazard.
+        clearance: Slide whose rate is asked for [m]; NaN asks for none.
+    """
+
+    hazard: Hazard
+    ladder: Ladder
+    measures: Sequence[Measure]
+    target: float | None
+    most_outside: float
+    clearance: float = np.nan
+
+
+@dataclasses.dataclass(frozen=True)
 class Effect:
     """What a measure does to a yearly rate.
 
@@ -245,33 +267,19 @@ def _straps(mass: float, height: float, share: float) -> dict[str, Any]:
     return {"tie": [{**tie, "side": side} for side in ("left", "right")]}
 
 
-def run_measures(
-    case: Case,
-    engine: str,
-    options: RunOptions,
-    hazard: Hazard,
-    *,
-    measures: Sequence[Measure],
-    ladder: Ladder,
-    target: float | None,
-    most_outside: float,
-) -> Measures:
+def run_measures(case: Case, engine: str, options: RunOptions, question: Question) -> Measures:
     """Runs a block with each measure, and finds what each does to its rate.
 
     Args:
         case: The case: one block under several records, a lane each.
         engine: Name of the engine.
         options: How lanes are run.
-        hazard: The hazard.
-        measures: The measures; empty takes the usual ones.
-        ladder: Factors on the motions.
-        target: Rate that the least width and the least straps are looked for at; None looks for
-            none.
-        most_outside: Share of a rate that may come from beyond an end of the hazard.
+        question: What is asked of it.
 
     Raises:
         InputError: The block has no rate as it is, or something cannot be used.
     """
+    target, measures = question.target, question.measures
     if target is not None and not (np.isfinite(target) and target > 0.0):
         raise InputError("--target", "", target, "must be a rate above 0 a year")
     if case.tables.motion is None:
@@ -279,7 +287,7 @@ def run_measures(
     tried = list(measures) or usual_measures(case, engine)
     for measure in measures:
         changed(case, measure.changes)
-    runner = _Runner(engine, options, hazard, ladder, most_outside)
+    runner = _Runner(engine, options, question)
     base = runner.rate(case)
     if not base.rate > 0.0:
         allowed = (
@@ -296,16 +304,10 @@ def run_measures(
 class _Runner:
     """Runs variants of a case one after another."""
 
-    def __init__(
-        self,
-        engine: str,
-        options: RunOptions,
-        hazard: Hazard,
-        ladder: Ladder,
-        most_outside: float,
-    ) -> None:
-        self.engine, self.options, self.hazard = engine, options, hazard
-        self.ladder, self.most_outside, self.done = ladder, most_outside, 0
+    def __init__(self, engine: str, options: RunOptions, question: Question) -> None:
+        self.engine, self.options, self.done = engine, options, 0
+        self.hazard, self.ladder = question.hazard, question.ladder
+        self.most_outside = question.most_outside
 
     def rate(self, case: Case) -> Risk:
         """The rate at which the lanes of a case fall."""

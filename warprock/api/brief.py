@@ -1,4 +1,4 @@
-"""Briefs: the function, and what the command of its name calls, too."""
+"""Briefs: the function, which the command of its name calls."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ import numpy as np
 
 from warprock import __version__
 from warprock.analysis.brief import Brief, run_brief
-from warprock.analysis.hazard import Hazard
-from warprock.analysis.incremental import Ladder
-from warprock.analysis.measures import own_measure
+from warprock.analysis.incremental import Ladder, read_ladder
+from warprock.analysis.measures import Question, own_measure
 from warprock.analysis.risk import chance_within
 from warprock.api.analyses.risk import File, read_asked
 from warprock.api.case import AnyCase
@@ -49,7 +48,6 @@ from warprock.report.brief import (
     print_page,
     render_brief,
 )
-from warprock.running.work import Work
 from warprock.units import Dimension, parse_quantity
 
 
@@ -120,14 +118,26 @@ def brief(
         >>> 0.0 < found.facts["brief"]["rate_per_year"] < 1.0
         True
     """
-    ladder = Ladder(from_, to, count, accuracy)
     with python_names():
-        ladder.judge()
-        power = None if k0 is None and k is None else (k0, k, at)
-        asked = read_asked(hazard, power, im)
-        far = read_clearance(clearance)
-    with working(case, engine, counted=False, factors=ladder.factors.tolist(), **how) as work:
-        return brief_of(work, asked, several(measure), target, far, ladder, max_outside)
+        require_within("--max-outside", max_outside, 0.0, 1.0)
+        question = Question(
+            read_asked(hazard, k0, k, at, im),
+            read_ladder(from_, to, count, accuracy),
+            [own_measure(text) for text in several(measure)],
+            target,
+            max_outside,
+            read_clearance(clearance),
+        )
+    factors = question.ladder.factors.tolist()
+    with working(case, engine, runs=0, factors=factors, **how) as work:
+        found = run_brief(work.case, work.engine, work.options, question)
+        return BriefFound(
+            f"{work.case.name}: brief with {work.engine}",
+            found,
+            functools.partial(_find, found, question.ladder),
+            functools.partial(_draw, found),
+            (1, functools.partial(plot_measures, found=found.measures)),
+        )
 
 
 def read_clearance(text: str | None) -> float:
@@ -166,37 +176,6 @@ class BriefFound(Found):
             else print_page(folder / BRIEF_PAGE, browser)
         )
         return files if self.unprinted else [*files, folder / BRIEF_PDF]
-
-
-def brief_of(
-    work: Work,
-    hazard: Hazard,
-    texts: Sequence[str],
-    target: float | None,
-    clearance: float,
-    ladder: Ladder,
-    most_outside: float,
-) -> BriefFound:
-    """Runs all that a brief asks for; arguments as of `brief`, the clearance in m."""
-    require_within("--max-outside", most_outside, 0.0, 1.0)
-    found = run_brief(
-        work.case,
-        work.engine,
-        work.options,
-        hazard,
-        measures=[own_measure(text) for text in texts],
-        ladder=ladder,
-        target=target,
-        clearance=clearance,
-        most_outside=most_outside,
-    )
-    return BriefFound(
-        f"{work.case.name}: brief with {work.engine}",
-        found,
-        functools.partial(_find, found, ladder),
-        functools.partial(_draw, found),
-        (1, functools.partial(plot_measures, found=found.measures)),
-    )
 
 
 def _draw(found: Brief, title: str) -> list[Drawing]:

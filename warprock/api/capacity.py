@@ -10,7 +10,6 @@ from warprock.api.case import AnyCase, any_case
 from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.arguments import at_the_door
-from warprock.case.case import Case
 from warprock.case.load import Overrides
 from warprock.figures.capacity import draw_beside, draw_capacity
 from warprock.figures.drawing import Drawing
@@ -48,19 +47,14 @@ def capacity(case: AnyCase, *, dynamics: bool = False, overrides: Overrides = ()
         [0.2, 0.1818]
     """
     with python_names():
-        return capacity_of(any_case(case, overrides).judged, dynamics)
-
-
-def capacity_of(case: Case, dynamics: bool) -> Found:
-    """What the blocks of a case bear, and what becomes of them if asked."""
-    found = run_statics(case)
-    beside = run_beside(found) if dynamics else None
-    return Found(
-        f"{case.name}: capacity by statics",
-        found,
-        functools.partial(find_capacity, found, beside),
-        functools.partial(_draw, found, beside),
-    )
+        found = run_statics(any_case(case, overrides).judged)
+        beside = run_beside(found) if dynamics else None
+        return Found(
+            f"{found.case.name}: capacity by statics",
+            found,
+            functools.partial(find_capacity, found, beside),
+            functools.partial(_draw, found, beside),
+        )
 
 
 def _draw(found: Statics, beside: Beside | None, title: str) -> list[Drawing]:

@@ -10,12 +10,10 @@ from warprock.api.found import Found, untitled
 from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
 from warprock.arguments import at_the_door, several
-from warprock.case.case import Case
 from warprock.case.load import Overrides
 from warprock.figures.poses import draw_poses
 from warprock.findings.comparison import find_comparison
 from warprock.report.chosen import played_of_comparison
-from warprock.running.options import Progress
 from warprock.tables.comparison import print_any_comparison
 from warprock.verification.checks import compare as compare_engines
 
@@ -57,25 +55,19 @@ def compare(
     """
     with python_names():
         work = any_case(case, overrides).judged
+        engines = several(engine)
         with shown(progress, work.name, None) as report:
-            return compare_of(work, several(engine), workers, report)
-
-
-def compare_of(
-    case: Case, engines: Sequence[str], workers: int | None, progress: Progress
-) -> Comparison:
-    """Runs engines on a case, and holds them against one another."""
-    found = compare_engines(case, list(engines), workers, progress)
-    draw = functools.partial(draw_poses, found) if "observed" in found else list
-    return Comparison(
-        f"{case.name}: {', '.join(engines)}",
-        found,
-        functools.partial(
-            find_comparison, case, found, functools.partial(print_any_comparison, case, found)
-        ),
-        functools.partial(untitled, draw),
-        play=functools.partial(played_of_comparison, case, found),
-    )
+            found = compare_engines(work, engines, workers, report)
+        printed = functools.partial(print_any_comparison, work, found)
+        return Comparison(
+            f"{work.name}: {', '.join(engines)}",
+            found,
+            functools.partial(find_comparison, work, found, printed),
+            functools.partial(
+                untitled, functools.partial(draw_poses, found) if "observed" in found else list
+            ),
+            play=functools.partial(played_of_comparison, work, found),
+        )
 
 
 class Comparison(Found):

@@ -87,41 +87,22 @@ def identify(
             "slenderness": slenderness,
             "frequency-parameter": frequency_parameter,
         }
-        return identify_of(history, texts, several(fit), column, unit)
-
-
-def identify_of(
-    history: pd.DataFrame | str | os.PathLike[str],
-    texts: Mapping[str, str | None],
-    fits: Sequence[str],
-    column: str | None,
-    unit: str | None,
-) -> Found:
-    """Identifies the block of a history.
-
-    Args:
-        history: A file or a table.
-        texts: Quantities as they are written, by option.
-        fits: What to find from durations.
-        column: The column of the rotation.
-        unit: Its unit.
-    """
-    for name in fits:
-        if name not in FITS:
-            raise InputError("--fit", "", name, f"must be one of {list_allowed(name, FITS)}")
-    asked = tuple(dict.fromkeys(fits))
-    angle, rate = _block(texts, asked)
-    if isinstance(history, pd.DataFrame):
-        source, read = "history", _of_frame(history, column, unit)
-    else:
-        source, read = str(history), read_rotations(history, column, unit)
-    found = identify_block(read.times, read.rotations, angle, rate, asked, source)
-    return Found(
-        f"{os.path.basename(source)}: a block from its free rocking",
-        found,
-        functools.partial(find_identified, found, source, read.column),
-        functools.partial(draw_identified, found, read.times, read.rotations),
-    )
+        for name in several(fit):
+            if name not in FITS:
+                raise InputError("--fit", "", name, f"must be one of {list_allowed(name, FITS)}")
+        asked = tuple(dict.fromkeys(several(fit)))
+        angle, rate = _block(texts, asked)
+        if isinstance(history, pd.DataFrame):
+            source, read = "history", _of_frame(history, column, unit)
+        else:
+            source, read = str(history), read_rotations(history, column, unit)
+        found = identify_block(read.times, read.rotations, angle, rate, asked, source)
+        return Found(
+            f"{os.path.basename(source)}: a block from its free rocking",
+            found,
+            functools.partial(find_identified, found, source, read.column),
+            functools.partial(draw_identified, found, read.times, read.rotations),
+        )
 
 
 def _block(

@@ -1,4 +1,4 @@
-"""Limit analysis: the function, and what the command of its name calls, too."""
+"""Limit analysis: the function, which the command of its name calls."""
 
 from __future__ import annotations
 
@@ -10,11 +10,9 @@ from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
 from warprock.arguments import at_the_door
-from warprock.case.case import Case
 from warprock.case.load import Overrides
 from warprock.figures.limit import draw_limit
 from warprock.findings.limit import find_limit
-from warprock.running.options import Progress
 
 
 @at_the_door
@@ -53,15 +51,10 @@ def limit(case: AnyCase, *, overrides: Overrides = (), progress: Shown = True) -
     with python_names():
         judged = any_case(case, overrides).judged
         with shown(progress, judged.name, judged.lane_count) as report:
-            return limit_of(judged, report)
-
-
-def limit_of(case: Case, progress: Progress | None = None) -> Found:
-    """Limit analysis of all lanes of a case."""
-    found = run_limits(case, progress)
-    return Found(
-        f"{case.name}: limit analysis",
-        found,
-        functools.partial(find_limit, found),
-        functools.partial(draw_limit, found),
-    )
+            found = run_limits(judged, report)
+        return Found(
+            f"{judged.name}: limit analysis",
+            found,
+            functools.partial(find_limit, found),
+            functools.partial(draw_limit, found),
+        )

@@ -1,4 +1,4 @@
-"""Measures: the function, and what the command of its name calls, too."""
+"""Measures: the function, which the command of its name calls."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import functools
 from collections.abc import Sequence
 from typing import Unpack
 
-from warprock.analysis.hazard import Hazard
-from warprock.analysis.incremental import Ladder
-from warprock.analysis.measures import own_measure, run_measures
+from warprock.analysis.incremental import read_ladder
+from warprock.analysis.measures import Question, own_measure, run_measures
 from warprock.api.analyses.risk import File, read_asked
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
@@ -17,7 +16,6 @@ from warprock.api.work import Column, HowHeld, Quantity, Share, listing_how, wor
 from warprock.arguments import at_the_door, require_within, several
 from warprock.figures.measures import draw_measures, plot_measures
 from warprock.findings.mitigation import find_measures
-from warprock.running.work import Work
 
 
 @listing_how
@@ -79,39 +77,22 @@ def measures(
         >>> bool(found.table["factor"].iloc[0] < 1.0)
         True
     """
-    ladder = Ladder(from_, to, count, accuracy)
     with python_names():
-        ladder.judge()
-        power = None if k0 is None and k is None else (k0, k, at)
-        asked = read_asked(hazard, power, im)
-    with working(case, engine, counted=False, factors=ladder.factors.tolist(), **how) as work:
-        return measures_of(work, asked, several(measure), target, ladder, max_outside)
-
-
-def measures_of(
-    work: Work,
-    hazard: Hazard,
-    texts: Sequence[str],
-    target: float | None,
-    ladder: Ladder,
-    most_outside: float,
-) -> Found:
-    """Runs a block with each measure; arguments as of `measures`."""
-    require_within("--max-outside", most_outside, 0.0, 1.0)
-    found = run_measures(
-        work.case,
-        work.engine,
-        work.options,
-        hazard,
-        measures=[own_measure(text) for text in texts],
-        ladder=ladder,
-        target=target,
-        most_outside=most_outside,
-    )
-    return Found(
-        f"{work.case.name}: measures with {work.engine}",
-        found,
-        functools.partial(find_measures, found, ladder),
-        functools.partial(draw_measures, found),
-        (1, functools.partial(plot_measures, found=found)),
-    )
+        require_within("--max-outside", max_outside, 0.0, 1.0)
+        question = Question(
+            read_asked(hazard, k0, k, at, im),
+            read_ladder(from_, to, count, accuracy),
+            [own_measure(text) for text in several(measure)],
+            target,
+            max_outside,
+        )
+    factors = question.ladder.factors.tolist()
+    with working(case, engine, runs=0, factors=factors, **how) as work:
+        found = run_measures(work.case, work.engine, work.options, question)
+        return Found(
+            f"{work.case.name}: measures with {work.engine}",
+            found,
+            functools.partial(find_measures, found, question.ladder),
+            functools.partial(draw_measures, found),
+            (1, functools.partial(plot_measures, found=found)),
+        )

@@ -1,12 +1,15 @@
-"""Errors in the words of Python: arguments are named where the command line names its options."""
+"""Who calls a function: in Python errors name arguments, on the command line its options."""
 
 from __future__ import annotations
 
 import contextlib
+import contextvars
+import dataclasses
 import re
 from collections.abc import Iterator
 
 from warprock.errors import InputError
+from warprock.running.engine_choice import EngineChoice
 
 _ARGUMENTS = {
     "-s": "overrides",
@@ -22,13 +25,46 @@ _PLACES = ("CASE", "TABLE", "MESH", "HISTORY")
 _OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")
 
 
+@dataclasses.dataclass
+class Call:
+    """A call of a function by the command of its name.
+
+    Attributes:
+        choice: The engine that the function took, and why; None before it took one.
+    """
+
+    choice: EngineChoice | None = None
+
+
+_CALL: contextvars.ContextVar[Call | None] = contextvars.ContextVar("call", default=None)
+
+
+@contextlib.contextmanager
+def called_by_command() -> Iterator[Call]:
+    """A function that is called in the block speaks of options, and tells which engine it took."""
+    call = Call()
+    token = _CALL.set(call)
+    try:
+        yield call
+    finally:
+        _CALL.reset(token)
+
+
+def calling_command() -> Call | None:
+    """The call of a command that runs now; None in Python."""
+    return _CALL.get()
+
+
 @contextlib.contextmanager
 def python_names() -> Iterator[None]:
-    """Errors about options of the command line become errors about arguments.
+    """Errors about options become errors about arguments, unless a command calls.
 
     Raises:
         InputError: Something cannot be used.
     """
+    if calling_command() is not None:
+        yield
+        return
     try:
         yield
     except InputError as error:

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from typing import Any
 
+from warprock.api.names import calling_command
 from warprock.running.compiling import saying_when_compiling
 from warprock.running.options import Progress
 from warprock.tables.terminal import lane_progress
@@ -29,7 +30,11 @@ def shown(progress: Shown, text: str, total: int | None) -> Iterator[Progress]:
     Yields:
         A function to call with the number of lanes finished so far.
     """
-    if callable(progress):
+    if calling_command() is not None:
+        # What takes long a command says itself.
+        with lane_progress(text, total) as report:
+            yield report
+    elif callable(progress):
         yield progress
     elif not progress:
         yield lambda _: None

@@ -16,7 +16,6 @@ from warprock.api.work import Column, HowHeld, listing_how, working
 from warprock.arguments import at_the_door, several
 from warprock.figures.validation import draw_validation
 from warprock.findings.validation import find_validation
-from warprock.running.work import Work
 from warprock.verification.validation import run_validation
 
 
@@ -73,24 +72,13 @@ def validate(
     if observed is not None:
         table = observed if isinstance(observed, pd.DataFrame) else pathlib.Path(observed)
     engines = several(engine)
-    with working(case, engines[0] if engines else None, counted=False, **how) as work:
-        return validation_of(work, engines or [work.engine], table, column, group)
-
-
-def validation_of(
-    work: Work,
-    engines: Sequence[str],
-    observed: pd.DataFrame | pathlib.Path | None,
-    column: str | None,
-    group: str | None,
-) -> Found:
-    """Runs the lanes of a case by engines, and holds them to observed outcomes."""
-    found = run_validation(
-        work.case, list(engines), observed, work.options, column=column, group=group
-    )
-    return Found(
-        f"{work.case.name}: held to {found.tests.source}",
-        found,
-        functools.partial(find_validation, found),
-        functools.partial(draw_validation, found),
-    )
+    with working(case, engines[0] if engines else None, runs=max(1, len(engines)), **how) as work:
+        found = run_validation(
+            work.case, engines or [work.engine], table, work.options, column=column, group=group
+        )
+        return Found(
+            f"{work.case.name}: held to {found.tests.source}",
+            found,
+            functools.partial(find_validation, found),
+            functools.partial(draw_validation, found),
+        )

@@ -1,4 +1,4 @@
-"""Verdicts: the function, and what the command of its name calls, too."""
+"""Verdicts: the function, which the command of its name calls."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from warprock.case.template import case_of_record
 from warprock.errors import InputError
 from warprock.figures.verdict import draw_verdict, plot_verdict
 from warprock.findings.verdict import find_verdict
-from warprock.running.work import Work
 
 
 @listing_how
@@ -73,19 +72,19 @@ def verdict(
             option = "--body" if body is not None else "--record"
             raise InputError(option, "", body or record, "must be left out where a case is given")
     spread = Spread(spread_size, spread_friction, spread_motion)
-    with working(asked, engine, counted=False, factors=[0.1, 1.0, 10.0], **how) as work:
-        return verdict_of(work, margin, neighbours, spread)
-
-
-def verdict_of(work: Work, margin: float, neighbours: int, spread: Spread) -> Found:
-    """Runs all that a verdict asks for."""
-    found = run_verdict(
-        work.case, work.engine, work.options, spread=spread, neighbours=neighbours, margin=margin
-    )
-    return Found(
-        f"{work.case.name}: verdict with {work.engine}",
-        found,
-        functools.partial(find_verdict, found),
-        functools.partial(draw_verdict, found),
-        (1, functools.partial(plot_verdict, found=found)),
-    )
+    with working(asked, engine, runs=0, factors=[0.1, 1.0, 10.0], **how) as work:
+        found = run_verdict(
+            work.case,
+            work.engine,
+            work.options,
+            spread=spread,
+            neighbours=neighbours,
+            margin=margin,
+        )
+        return Found(
+            f"{work.case.name}: verdict with {work.engine}",
+            found,
+            functools.partial(find_verdict, found),
+            functools.partial(draw_verdict, found),
+            (1, functools.partial(plot_verdict, found=found)),
+        )

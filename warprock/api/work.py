@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypedDict, TypeVar, cast
 
 from warprock.api.case import AnyCase, any_case
-from warprock.api.names import python_names
+from warprock.api.names import calling_command, python_names
 from warprock.api.progress import Shown, shown
 from warprock.arguments import at_the_door
 from warprock.case.load import Overrides
@@ -61,7 +61,7 @@ def working(
     device: str = "cpu",
     workers: int | None = None,
     progress: Shown = True,
-    counted: bool = True,
+    runs: int = 1,
     factors: Sequence[float] = (1.0,),
 ) -> Iterator[Work]:
     """Finds the case and its engine, and shows how far the block is.
@@ -75,7 +75,7 @@ def working(
         device: As in `run`.
         workers: As in `run`.
         progress: As in `run`.
-        counted: Whether as many lanes will run as the case has.
+        runs: How often all lanes will run; 0 where that is not known.
         factors: On the motion of the case: those at which it will run.
 
     Yields:
@@ -88,9 +88,12 @@ def working(
         found = any_case(case, overrides).judged
         named = None if engine is None else EngineChoice(engine, named=True)
         choice = named or choose_engine(found, factors)
-        with shown(progress, found.name, found.lane_count if counted else None) as report:
+        with shown(progress, found.name, runs * found.lane_count or None) as report:
             options = RunOptions(precision, device, workers, tolerance, report)
             yield Work(found, choice, options)
+    call = calling_command()
+    if call is not None:
+        call.choice = choice
 
 
 def listing_how(command: Command) -> Command:

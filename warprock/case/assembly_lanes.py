@@ -162,7 +162,7 @@ def _refuse_numbers(
         values.refuse(thick, f"{PLACE}.thickness", allowed)
     if table.pattern == WALL:
         blocks = (numbers["blocks"] + 0.5) * numbers["courses"]
-        allowed = f"must make at most {MOST_BLOCKS} blocks"
+        allowed = f"must make at most {MOST_BLOCKS:,} blocks"
         values.refuse(blocks > MOST_BLOCKS, f"{PLACE}.courses", allowed)
         _refuse_openings(values, table, numbers)
     if table.pattern == DRY_STONE:
@@ -291,7 +291,7 @@ def _drawn(case: Case, table: Assembly, own: Mapping[str, float], file: str) -> 
     drawing = _drawing(case, file)
     outlines = drawing.outlines
     if len(outlines) > MOST_BLOCKS:
-        got, allowed = Said(f"{len(outlines):,} blocks"), f"must be at most {MOST_BLOCKS}"
+        got, allowed = Said(f"{len(outlines):,} blocks"), f"must be at most {MOST_BLOCKS:,}"
         raise InputError(case.source_of(FILE_KEY), FILE_KEY, got, allowed)
     unit = own.get("file_unit", drawing.unit)
     if unit is None:

@@ -1,7 +1,7 @@
 """The commands of analyses of a case: each is made of its function in `warprock.api.analyses`.
 
-A file there, `NAME.py`, has the public function `NAME`, `NAME_of(work, ...)`, which both call, and
-`COUNTED`. An analysis whose command does more has a file of its own in this room.
+A file there, `NAME.py`, has the public function `NAME`, which its command calls. An analysis whose
+command does more has a file of its own in this room.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import click
 
 import warprock.api.analyses
 import warprock.cli
-from warprock.cli.analysis import case_work, finish, run_of
+from warprock.cli.analysis import call, finish, run_of
 from warprock.cli.options import case_options, estimate_options
 from warprock.cli.pages import on_case
 from warprock.cli.signatures import own_options, read_function
@@ -33,12 +33,10 @@ def analysis_command(name: str) -> click.Command:
     module = f"analyses/{name}"
     function = read_function(module, name)
 
-    def run(folder: pathlib.Path | None, as_json: bool, **asked: Any) -> None:
-        own = {argument.name: asked.pop(argument.name) for argument in function.arguments}
+    def run(case_name: str, folder: pathlib.Path | None, as_json: bool, **asked: Any) -> None:
         api = importlib.import_module(f"warprock.api.analyses.{name}")
-        with case_work(**asked, runs=int(api.COUNTED)) as work:
-            found = getattr(api, f"{name}_of")(work, **own)
-        then = _then(name, found, work.engine, folder, asked)
+        found, engine = call(getattr(api, name), case_name, **asked)
+        then = _then(name, found, engine, folder, case_name, asked["overrides"])
         finish(found, folder, as_json=as_json, then=then)
 
     command = own_options(module, name)(run)
@@ -49,15 +47,20 @@ def analysis_command(name: str) -> click.Command:
 
 
 def _then(
-    name: str, found: Found, engine: str, folder: pathlib.Path | None, asked: dict[str, Any]
+    name: str,
+    found: Found,
+    engine: str,
+    folder: pathlib.Path | None,
+    case_name: str,
+    overrides: tuple[str, ...],
 ) -> str:
     """The command to try next: the same for longer where lanes are undecided, or that of a run."""
     longer = found.facts.get("decided_after_s")
     if longer is None:
-        return run_of(engine, folder, **asked)
-    kept = [text for text in asked["overrides"] if not text.startswith("run.duration")]
+        return run_of(engine, folder, case_name, overrides)
+    kept = [text for text in overrides if not text.startswith("run.duration")]
     kept.append(f'run.duration="{longer:g} s"')
-    return on_case(name, asked["case_name"], kept, "-e", engine, "-o", str(folder))
+    return on_case(name, case_name, kept, "-e", engine, "-o", str(folder))
 
 
 def _names() -> list[str]:

@@ -1,73 +1,46 @@
 """What the commands of analyses share: the case and its options, the wait, and what comes of it.
 
-A command is the Python function of the same name: both call one function of `warprock.api`, which
-gives a `Found`; here it is shown and saved.
+A command calls the Python function of the same name, which gives a `Found`; here it is shown and
+saved.
 """
 
 from __future__ import annotations
 
-import contextlib
-import dataclasses
 import pathlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from warprock.cli.options import asked_options, engine_for, say_engine
+from warprock.cli.options import asked_options, say_engine
 from warprock.cli.pages import asked_command, leave, on_case
 
 if TYPE_CHECKING:
     from warprock.api.found import Found
-    from warprock.case.case import Case
-    from warprock.running.work import Work
 
 
-@contextlib.contextmanager
-def case_work(
-    case_name: str,
-    engine: str | None,
-    overrides: tuple[str, ...],
-    precision: str,
-    device: str,
-    workers: int | None,
-    tolerance: float | None = None,
-    estimate: bool = True,
-    factors: Sequence[float] = (1.0,),
-    runs: int = 0,
-    made: Case | None = None,
-) -> Iterator[Work]:
-    """The case that `case_options` and `estimate_options` ask for, and how far it is.
+def call(function: Callable[..., Found], given: Any, /, **asked: Any) -> tuple[Found, str]:
+    """What the function of a command finds, and the engine that ran; "" where none did.
 
-    Says which engine ran once the block is done.
+    Says which engine that is where a block was not run by the one that it has as a rule.
 
     Args:
-        case_name: The case asked for.
-        engine: Of `-e`; None where none is named.
-        overrides: Of `-s`.
-        precision: Of `--precision`.
-        device: Of `--device`.
-        workers: Of `--workers`.
-        tolerance: Of `--tolerance`; None where it was left out.
-        estimate: Whether errors are estimated at all.
-        factors: On the motion of the case: those at which it will run.
-        runs: How often all lanes will run; 0 where that is not known.
-        made: A case that is at hand, which the overrides change, in the place of the one asked for.
-
-    Yields:
-        The case, its engine, and how lanes are run, with the progress to report.
+        function: The public function of the same name.
+        given: The case, or the table.
+        **asked: The options of the command, by the names of the arguments.
 
     Raises:
-        InputError: The case cannot be read, or an option is out of bounds.
+        InputError: Something cannot be used.
     """
-    from warprock.case.load import changed, load_case
-    from warprock.running.work import Work
-    from warprock.tables.terminal import lane_progress
+    from warprock.api.names import called_by_command
 
-    case = load_case(case_name, overrides) if made is None else changed(made, overrides)
-    options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
-    choice = engine_for(case, engine, factors)
-    with lane_progress(case.name, runs * case.lane_count or None) as progress:
-        yield Work(case, choice, dataclasses.replace(options, progress=progress))
-    say_engine(choice)
+    held = {name: asked.pop(name) for name in ("tolerance", "estimate") if name in asked}
+    if held:
+        asked["tolerance"] = asked_options(**held).tolerance
+    with called_by_command() as done:
+        found = function(given, **asked)
+    if done.choice is None:
+        return found, ""
+    say_engine(done.choice)
+    return found, done.choice.engine
 
 
 def finish(
@@ -116,12 +89,7 @@ def finish(
 
 
 def run_of(
-    engine: str,
-    folder: pathlib.Path | None,
-    /,
-    case_name: str,
-    overrides: tuple[str, ...],
-    **_others: Any,
+    engine: str, folder: pathlib.Path | None, case_name: str, overrides: tuple[str, ...]
 ) -> str:
     """The command that runs the lanes of the case of an analysis, beside its folder.
 

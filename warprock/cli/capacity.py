@@ -6,7 +6,7 @@ import pathlib
 
 import click
 
-from warprock.cli.analysis import finish
+from warprock.cli.analysis import call, finish
 from warprock.cli.options import case_argument, json_option, output_option, set_option
 from warprock.cli.pages import on_case
 from warprock.cli.signatures import help_of, read_function
@@ -28,10 +28,9 @@ def capacity(
     dynamics: bool,
 ) -> None:
     """The command of `warprock.capacity`."""
-    from warprock.api.capacity import capacity_of
-    from warprock.case.load import load_case
+    from warprock.api import capacity as api
 
-    found = capacity_of(load_case(case_name, overrides), dynamics)
+    found, _engine = call(api.capacity, case_name, dynamics=dynamics, overrides=overrides)
     then = on_case("run", case_name, overrides, "-o", f"{folder}-run")
     finish(found, folder, as_json=as_json, then=then)
 

@@ -9,7 +9,7 @@ import shlex
 import click
 
 from warprock.cli import completion
-from warprock.cli.analysis import finish
+from warprock.cli.analysis import call, finish
 from warprock.cli.exits import EXIT_CHECK
 from warprock.cli.options import case_argument, json_option, output_option, set_option
 
@@ -65,13 +65,10 @@ def compare(
     (newton-xpbd, mujoco, bullet, blender, ...; `list` has them) run beside. Settings of one run
     come behind its name: `-e event@time_step=1e-3`.
     """
-    from warprock.api.comparison import compare_of
-    from warprock.case.load import load_case
-    from warprock.tables.terminal import lane_progress, print_json
+    from warprock.api import comparison as api
+    from warprock.tables.terminal import print_json
 
-    case = load_case(case_name, overrides)
-    with lane_progress(case.name, None) as progress:
-        found = compare_of(case, engines, None, progress)
+    found, _engine = call(api.compare, case_name, engine=engines, overrides=overrides)
     settings = [part for text in overrides for part in ("-s", text)]
     if as_json and folder is None:
         print_json(found.finding.json)

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from warprock.cli.analysis import finish
+from warprock.cli.analysis import call, finish
 from warprock.cli.options import json_option, output_option
 from warprock.cli.signatures import own_options, read_function
 
@@ -20,27 +20,12 @@ from warprock.cli.signatures import own_options, read_function
 @output_option
 @json_option
 def identify(
-    history: pathlib.Path,
-    fit: tuple[str, ...],
-    column: str | None,
-    unit: str | None,
-    folder: pathlib.Path | None,
-    as_json: bool,
-    width: str | None,
-    height: str | None,
-    slenderness: str | None,
-    frequency_parameter: str | None,
+    history: pathlib.Path, folder: pathlib.Path | None, as_json: bool, **asked: Any
 ) -> None:
     """The command of `warprock.identify`."""
-    from warprock.api.identification import identify_of
+    from warprock.api import identification as api
 
-    texts = {
-        "width": width,
-        "height": height,
-        "slenderness": slenderness,
-        "frequency-parameter": frequency_parameter,
-    }
-    found = identify_of(history, texts, fit, column, unit)
+    found, _engine = call(api.identify, history, **asked)
     finish(found, folder, as_json=as_json, then=_then(found.facts["identified"]))
 
 

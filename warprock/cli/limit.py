@@ -6,7 +6,7 @@ import pathlib
 
 import click
 
-from warprock.cli.analysis import finish
+from warprock.cli.analysis import call, finish
 from warprock.cli.options import case_argument, json_option, output_to, set_option
 from warprock.cli.pages import on_case
 from warprock.cli.signatures import read_function
@@ -21,13 +21,9 @@ def limit(
     case_name: str, overrides: tuple[str, ...], folder: pathlib.Path | None, as_json: bool
 ) -> None:
     """The command of `warprock.limit`."""
-    from warprock.api.limit import limit_of
-    from warprock.case.load import load_case
-    from warprock.tables.terminal import lane_progress
+    from warprock.api import limit as api
 
-    case = load_case(case_name, overrides)
-    with lane_progress(case.name, case.lane_count) as progress:
-        found = limit_of(case, progress)
+    found, _engine = call(api.limit, case_name, overrides=overrides)
     then = on_case("explain", case_name, overrides)
     finish(found, folder, as_json=as_json, then=then)
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import pathlib
+from typing import Any
 
 import click
 
-from warprock.cli.analysis import finish
+from warprock.cli.analysis import call, finish
 from warprock.cli.completion import files
 from warprock.cli.options import json_option, output_option
 from warprock.cli.signatures import own_options
@@ -18,13 +19,7 @@ from warprock.cli.signatures import own_options
 @output_option
 @json_option
 def predictors(
-    table: pathlib.Path,
-    im: tuple[str, ...],
-    limit: str,
-    max_doubt: float,
-    weights: str | None,
-    folder: pathlib.Path | None,
-    as_json: bool,
+    table: pathlib.Path, folder: pathlib.Path | None, as_json: bool, **asked: Any
 ) -> None:
     """Which intensity measures of TABLE predict best whether a limit state is reached.
 
@@ -33,11 +28,9 @@ def predictors(
     records that a fit has not seen. Each measure is tested beside each other one: it is sufficient
     where the other adds nothing. -o writes the best two as slices for OpenQuake and pelicun.
     """
-    from warprock.analysis.lane_tables import read_lanes
-    from warprock.api.analyses.predictors import predictors_of
-    from warprock.api.weights import weights_of
+    from warprock.api.analyses import predictors as api
 
-    found = predictors_of(read_lanes(table), str(table), im, limit, max_doubt, weights_of(weights))
+    found, _engine = call(api.predictors, table, **asked)
     finish(found, folder, as_json=as_json)
 
 

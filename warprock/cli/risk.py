@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from warprock.cli.analysis import finish
+from warprock.cli.analysis import call, finish
 from warprock.cli.completion import files, hazards
 from warprock.cli.options import json_option, output_option
 from warprock.cli.signatures import own_options
@@ -19,20 +19,7 @@ from warprock.cli.signatures import own_options
 @output_option
 @json_option
 def risk(
-    folders: tuple[str, ...],
-    hazard: str | None,
-    k0: float | None,
-    k: float | None,
-    at: str,
-    im: str | None,
-    limit: tuple[str, ...],
-    limit_slide: tuple[str, ...],
-    max_doubt: float,
-    weights: str | None,
-    max_outside: float,
-    folder: pathlib.Path | None,
-    as_json: bool,
-    **asked: Any,
+    folders: tuple[str, ...], folder: pathlib.Path | None, as_json: bool, **asked: Any
 ) -> None:
     """How often in a year blocks reach a limit state, under a hazard curve of yours.
 
@@ -42,20 +29,9 @@ def risk(
     medians and dispersions. The hazard is a file, or a power law: an intensity x is exceeded
     k0 (x / at)^-k times a year.
     """
-    from warprock.api.analyses.risk import named_in_turn, read_asked, risk_of
-    from warprock.api.weights import weights_of
+    from warprock.api.analyses import risk as api
 
-    power = None if k0 is None and k is None else (k0, k, at)
-    found = risk_of(
-        named_in_turn(folders),
-        read_asked(hazard, power, im),
-        limits=limit,
-        slides=limit_slide,
-        most_doubt=max_doubt,
-        weights=weights_of(weights),
-        most_outside=max_outside,
-        **asked,
-    )
+    found, _engine = call(api.risk, folders, **asked)
     finish(found, folder, as_json=as_json)
 
 

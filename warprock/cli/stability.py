@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import pathlib
+from typing import Any
 
 import click
 
-from warprock.cli.analysis import finish
+from warprock.cli.analysis import call, finish
 from warprock.cli.options import json_option, output_to, workers_option
 from warprock.cli.signatures import own_options, read_function
 
@@ -21,24 +22,11 @@ from warprock.cli.signatures import own_options, read_function
 )
 @workers_option
 @json_option
-def stability(
-    engines: tuple[str, ...],
-    map: tuple[str, ...],
-    points: int,
-    steps: int,
-    folder: pathlib.Path,
-    workers: int | None,
-    as_json: bool,
-) -> None:
+def stability(engines: tuple[str, ...], folder: pathlib.Path, as_json: bool, **asked: Any) -> None:
     """The command of `warprock.stability`."""
-    from warprock.api.stability import Atlas
-    from warprock.measure.atlas_lanes import AtlasSize
-    from warprock.running.options import RunOptions
-    from warprock.tables.terminal import lane_progress
+    from warprock.api import stability as api
 
-    asked = Atlas(engines, map, AtlasSize(points=points, steps=steps), folder)
-    with lane_progress("stability", asked.parts) as progress:
-        found = asked.run(RunOptions(workers=workers, progress=progress))
+    found, _engine = call(api.stability, engines, folder=folder, **asked)
     finish(found, folder, as_json=as_json, then=found.finding.then)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from warprock.cli.analysis import finish
+from warprock.cli.analysis import call, finish
 from warprock.cli.options import json_option, output_to
 from warprock.cli.signatures import own_options, read_function
 from warprock.errors import InputError
@@ -31,12 +31,9 @@ def trade(
     engines: tuple[str, ...], scene: tuple[str, ...], folder: pathlib.Path, as_json: bool
 ) -> None:
     """The command of `warprock.trade`."""
-    from warprock.api.trade import trade_entries, trade_of
-    from warprock.tables.terminal import lane_progress
+    from warprock.api import trade as api
 
-    entries = trade_entries(engines, scene)
-    with lane_progress("trade, rows", len(entries)) as progress:
-        found = trade_of(entries, folder, progress)
+    found, _engine = call(api.trade, engines, scene=scene, folder=folder)
     finish(found, folder, as_json=as_json, then=found.finding.then)
 
 

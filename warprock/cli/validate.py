@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from warprock.cli import completion
-from warprock.cli.analysis import case_work, finish
+from warprock.cli.analysis import call, finish
 from warprock.cli.options import (
     case_argument,
     estimate_options,
@@ -44,14 +44,10 @@ from warprock.cli.signatures import own_options
 @json_option
 def validate(
     case_name: str,
-    observed: pathlib.Path | None,
-    column: str | None,
-    group: str | None,
     engines: tuple[str, ...],
-    overrides: tuple[str, ...],
     folder: pathlib.Path | None,
     as_json: bool,
-    **how: Any,
+    **asked: Any,
 ) -> None:
     """Hold engines to observed outcomes: how many tests of a CASE do they say rightly?
 
@@ -63,11 +59,9 @@ def validate(
     Words of an outcome: overturned, fell, 1, true, yes, or stood, standing, 0, false, no; an empty
     cell was not seen. Columns such as peak_rotation_deg and peak_slide_mm are held against peaks.
     """
-    from warprock.api.validation import validation_of
+    from warprock.api import validation as api
 
-    first = engines[0] if engines else None
-    with case_work(case_name, first, overrides, **how, runs=max(1, len(engines))) as work:
-        found = validation_of(work, engines or [work.engine], observed, column, group)
+    found, _engine = call(api.validate, case_name, engine=engines, **asked)
     finish(found, folder, as_json=as_json, then=found.finding.then)
 
 

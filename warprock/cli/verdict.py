@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from warprock.cli import completion
-from warprock.cli.analysis import case_work, finish
+from warprock.cli.analysis import call, finish
 from warprock.cli.options import (
     engine_option,
     estimate_options,
@@ -18,7 +18,6 @@ from warprock.cli.options import (
     set_option,
 )
 from warprock.cli.signatures import own_options, read_function
-from warprock.errors import InputError
 
 
 @click.command(help=read_function("verdict", "verdict").text)
@@ -31,32 +30,12 @@ from warprock.errors import InputError
 @estimate_options
 @json_option
 def verdict(
-    case_name: str | None,
-    body: str | None,
-    record: str | None,
-    margin: float,
-    neighbours: int,
-    spread_size: float,
-    spread_friction: float,
-    spread_motion: float,
-    folder: pathlib.Path | None,
-    as_json: bool,
-    **asked: Any,
+    case_name: str | None, folder: pathlib.Path | None, as_json: bool, **asked: Any
 ) -> None:
     """The command of `warprock.verdict`."""
-    from warprock.analysis.verdict import Spread
-    from warprock.api.verdict import verdict_of
-    from warprock.case.template import case_of_record
+    from warprock.api import verdict as api
 
-    made = None
-    if case_name is None:
-        made = case_of_record(body, record)
-    elif body is not None or record is not None:
-        option = "--body" if body is not None else "--record"
-        raise InputError(option, "", body or record, "must be left out where a CASE is given")
-    with case_work(case_name or "", made=made, factors=(0.1, 1.0, 10.0), **asked) as work:
-        spread = Spread(spread_size, spread_friction, spread_motion)
-        found = verdict_of(work, margin, neighbours, spread)
+    found, _engine = call(api.verdict, case_name, **asked)
     finish(found, folder, as_json=as_json)
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Mapping
+from typing import Any
 
 from warprock.engines.base import AbstractEngine
 from warprock.errors import InputError
+from warprock.plugins import GROUP, Plugged, brought, load
 
-ENGINES: dict[str, str] = {
+_OWN = {
     "housner": "warprock.engines.housner:Housner",
     "impulse": "warprock.engines.impulse:Impulse",
     "event": "warprock.engines.event:Event",
@@ -17,7 +20,15 @@ ENGINES: dict[str, str] = {
     "two-block": "warprock.engines.two_block:TwoBlock",
     "assembly": "warprock.engines.assembly:Assembly",
 }
-"""Engine name -> "module:Class"."""
+
+
+def _place(name: str) -> str:
+    """Where the class of an engine is that another package brings."""
+    return brought()[name][0]
+
+
+ENGINES: Mapping[str, str] = Plugged(_OWN, _place)
+"""Engine name -> "module:Class": those of warprock, then those that other packages bring."""
 
 
 def engine_class(name: str) -> type[AbstractEngine]:
@@ -28,8 +39,25 @@ def engine_class(name: str) -> type[AbstractEngine]:
     """
     if name not in ENGINES:
         raise InputError("engine", "", name, f"allowed: {', '.join(ENGINES)}")
+    if name not in _OWN:
+        return _judged(name, load(name))
     module, _, class_name = ENGINES[name].partition(":")
     found: type[AbstractEngine] = getattr(importlib.import_module(module), class_name)
+    return found
+
+
+def _judged(name: str, found: Any) -> type[AbstractEngine]:
+    """The class of an engine that another package brings, if it keeps the contract."""
+    package = brought()[name][1]
+    if not (isinstance(found, type) and issubclass(found, AbstractEngine)):
+        raise InputError(package, GROUP, repr(found), "must be a class of AbstractEngine")
+    missing = sorted(found.__abstractmethods__) + [
+        each for each in ("name", "settings_type", "order") if not hasattr(found, each)
+    ]
+    if missing:
+        raise InputError(package, GROUP, found.__name__, f"must have {', '.join(missing)}")
+    if found.name != name:
+        raise InputError(package, GROUP, found.name, f"must be {name}, the name of its entry point")
     return found
 
 

@@ -11,7 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.assembly_packs import (
+    LARGE,
+    WIDEST,
+    around_rows,
     block_columns,
+    body_rows,
+    corner_rows,
     falls_by,
     graph_of,
     joint_columns,
@@ -19,28 +24,38 @@ from warprock.engines.assembly_packs import (
     joints_moved,
     pack_up,
     room_for,
+    room_for_pairs,
+    side_rows,
     sorts_of,
 )
-from warprock.engines.base import AbstractEngine
+from warprock.engines.assembly_team import Given, run_team
+from warprock.engines.base import KernelEngine
 from warprock.engines.decoding import lane_fields, respond, rest_start_times, time_or_nan
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
+from warprock.errors import InputError
 from warprock.kernels import assembly
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.instance import LANE_WIDTH, kernel_module
+from warprock.kernels.modes import OVERTURNED
 from warprock.model.assembly import Assemblies
 from warprock.model.assembly import Assembly as Laid
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
-from warprock.model.response import JointState, Response, SampleTimes, Status, take_lanes
+from warprock.model.response import (
+    JointState,
+    Response,
+    SampleTimes,
+    Status,
+    join_responses,
+    take_lanes,
+)
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
-WIDEST = ((100, 32), (400, 16), (1200, 8))
-"""Lanes of a pack by the joints that it has room for, so that what the sweeps read stays in the
-cache of a core; of larger ones `NARROWEST`."""
-NARROWEST = 4
+MORE_SWEEPS = 8
+"""Times the most sweeps of a step that a large lane may take: forces go through more blocks."""
 
 CREEP = 0.1
 """Speed up to which a corner counts as still, over gravity times step, as in kernels/parting.py."""
@@ -56,21 +71,24 @@ the lane gained more than its base supplied, too."""
 
 
 @dataclasses.dataclass(frozen=True)
-class Assembly(AbstractEngine):
+class Assembly(KernelEngine):
     """Many blocks with dry joints: Coulomb friction, plastic impacts, conjugate gradients.
 
     Steps of one length at the level of velocities (Moreau and Jean), first order in the step.
-    Contacts are the two ends of what the edges of a joint share, in every step anew; so blocks may
-    slide along one another and turn by any angle, but nothing else of them meets. What is fixed
-    goes on beyond its joints. A step is solved once a sweep changes nothing any more; a lane of
-    which a step needs more sweeps than the settings allow ends there (ITERATION_LIMIT).
+    Contacts are the two ends of what the edges of a joint share, in every step anew; and where
+    blocks come near one another that no joint connects, or that have left it, corners and edges of
+    their outlines, found anew, too. So blocks may slide along one another, turn by any angle, fall
+    and lie on one another as a heap. The ground is level and goes on to both sides: at the level of
+    the lowest blocks if these stand on something fixed there, else at that of the lowest corner.
+    A step is solved once a sweep changes nothing any more; a lane of which a step needs more sweeps
+    than the settings allow ends there (ITERATION_LIMIT), and one with more pairs of blocks side by
+    side than there is room for, too (EVENT_LIMIT).
 
-    A lane ends, too, once it has collapsed (outcome OVERTURNED): the centre of a block is lower
-    than at the start by half of the longest joint of the block, or a block has turned by a right
-    angle. It is at rest while no joint gapes and no corner moves. A lane that gained more energy
-    than its base supplied, or whose blocks went through one another, has the status UNSTABLE; one
-    of which a corner came below an edge from its side has OUTSIDE_MODEL: other contacts than those
-    of the joints would have met it there.
+    A lane has collapsed (outcome OVERTURNED) once the centre of a block is lower than at the start
+    by half of the longest joint of the block, or a block has turned by a right angle. It goes on
+    for `after_collapse`. It is at rest while no corner moves and no joint gapes, but for blocks
+    that lie or lean on others. A lane that gained more energy than its base supplied, or whose
+    blocks went through one another, has the status UNSTABLE.
     """
 
     name: ClassVar[str] = "assembly"
@@ -88,17 +106,23 @@ class Assembly(AbstractEngine):
         return f"{cls.name} runs assemblies of many blocks, and the case has no [assembly]"
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
-        """The kernel that runs a scene: the more joints, the fewer lanes a thread."""
+        """The kernel that runs a scene: the more joints, the fewer lanes a thread.
+
+        Of lanes of which only some are large it is that of the others.
+        """
         if isinstance(scene, Lanes):
-            contacts = 2 * _of(scene).most_joints
+            large, joints = bool(_large(scene).all()), _of(scene).most_joints
         else:
-            contacts = scene.contact_point_count
-        joints = room_for(contacts // 2)
-        widest = next((width for most, width in WIDEST if joints <= most), NARROWEST)
-        packed = self.target.kernel_form is Form.PACKED and not _are_unlike(scene)
-        lanes = widest if packed else 1
+            joints = scene.contact_point_count // 2
+            large = joints > LARGE
+        packed = self.target.kernel_form is Form.PACKED
+        if large and not self.on_springs:
+            return Kernel(assembly, "team_run", lanes=LANE_WIDTH if packed else 1)
+        room = room_for(min(joints, LARGE))
+        widest = next(width for most, width in WIDEST if room <= room_for(most))
+        lanes = widest if packed and not _are_unlike(scene) else 1
         return Kernel(
-            assembly, "assembly_run", lanes=lanes, points=2 * joints + 1, springs=self.on_springs
+            assembly, "assembly_run", lanes=lanes, points=2 * room + 1, springs=self.on_springs
         )
 
     def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
@@ -108,12 +132,24 @@ class Assembly(AbstractEngine):
             kernel.file,
             precision=self.target.precision,
             motion=motions.kind.value,
-            blocks=room_for(_of(lanes).most_parts),
+            # Every block has a joint.
+            blocks=room_for(min(_of(lanes).most_parts, LARGE + 1) + 1),
             lanes=kernel.lanes,
             points=kernel.points,
             springs=kernel.springs,
         )
         return module
+
+    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
+        """Compiles or loads the kernels of small lanes and of large ones."""
+        large = _large(lanes)
+        for some in (np.flatnonzero(~large), np.flatnonzero(large)):
+            if len(some):
+                super().warm_up(lanes.take(some), motions.take(some))
+
+    def shares(self, lanes: Lanes) -> bool:
+        """Whether half of the lanes or more are large ones."""
+        return 2 * int(_large(lanes).sum()) >= lanes.lane_count
 
     def alike_order(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.intp] | None:
         """By how hard their bases pull: lanes that move alike need as many sweeps."""
@@ -123,27 +159,54 @@ class Assembly(AbstractEngine):
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
-        """What the kernel takes, of lanes in packs; see `AbstractEngine.inputs`."""
-        import warp as wp
-
+        """What the kernel takes, of lanes in packs; see `KernelEngine.inputs`."""
         own, joints, steps = _of(lanes), module.POINTS // 2, self.longest_step(lanes, motions)
-        knobs = self.knobs(module)
-        each = steps[:: module.LANES]
-        knobs.time_steps = wp.array(each, dtype=module.real, device=self.target.device)
+        knobs = self._pace(module, steps[:: module.LANES])
         blocks, touching = self.columns(lanes, module.BLOCKS, joints)
         calm = np.repeat(self.calm(lanes, steps)[:, None], module.BLOCKS, axis=1)
         return {
             "blocks": blocks | {"calm": calm},
             "joints": touching,
-            "graph": graph_of(own, module.LANES, joints),
+            "laid": self._laid(module, own, joints),
             "knobs": knobs,
         }
+
+    def _pace(self, module: Any, steps: Array) -> Any:
+        """The kernel's settings with the time step of each pack."""
+        import warp as wp
+
+        knobs = self.knobs(module)
+        knobs.time_steps = wp.array(steps, dtype=module.real, device=self.target.device)
+        return knobs
+
+    def _laid(self, module: Any, own: Assemblies, joints: int) -> Any:
+        """The struct of where blocks are and may touch, of whole packs; see kernels/assembly."""
+        import warp as wp
+
+        device, lanes, pairs = self.target.device, len(own.lane), room_for_pairs(own)
+        meeting = {name: field.type.dtype for name, field in module.Laid.vars.items()}
+        rows = {
+            "graph": graph_of(own, module.LANES, joints),
+            "around": around_rows(own, meeting["around"]),
+            "corners": corner_rows(own, meeting["corners"]),
+            "sides": side_rows(own, meeting["sides"], joints),
+            "bodies": body_rows(own, meeting["bodies"]),
+        }
+        laid = module.Laid()
+        laid.spare = wp.zeros(lanes, dtype=int, device=device)
+        for name, values in rows.items():
+            setattr(laid, name, wp.array(values, dtype=meeting[name], device=device))
+        for name, contacts in (("pairs", 1), ("free", 2), ("touching", 1)):
+            shape = (lanes, 2 * contacts * pairs)
+            setattr(laid, name, wp.empty(shape, dtype=meeting[name], device=device))
+        return laid
 
     def knobs(self, module: Any) -> Any:
         """Settings as the kernel takes them, but for time steps."""
         knobs = module.Knobs()
         knobs.gravity = GRAVITY
         knobs.settled = self.settings.settled * GRAVITY * self.settings.time_step
+        knobs.after_collapse = self.after_collapse
         knobs.sweeps = self.settings.iterations
         return knobs
 
@@ -153,32 +216,83 @@ class Assembly(AbstractEngine):
         """Fields of the structs of blocks and joints, [lane, block] and [lane, joint] each."""
         return block_columns(_of(lanes), blocks), joint_columns(_of(lanes), joints)
 
+    @property
+    def after_collapse(self) -> float:
+        """How long a lane goes on after its collapse [s]."""
+        return float(self.settings.after_collapse)
+
     def calm(self, lanes: Lanes, steps: Array) -> Array:
         """Speed up to which a corner counts as still [m/s], shape [lane]."""
         return CREEP * GRAVITY * steps
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
-        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        """Runs a batch of lanes on the calling thread, large ones with others of its team.
+
+        See `AbstractEngine.run`.
+        """
+        large = _large(lanes)
+        if self.on_springs and large.any():
+            lane = int(np.argmax(large))
+            allowed = f"must be at most {LARGE:,} joints on springs"
+            raise InputError(self.name, f"lane {lane}", _of(lanes).of(lane).joints.count, allowed)
+        small = np.flatnonzero(~large)
+        groups = [small] if len(small) else []
+        groups += [np.array([lane]) for lane in np.flatnonzero(large)]
+        parts = [
+            (self._run_large if large[own[0]] else self._run_packed)(
+                lanes.take(own), motions.take(own), times
+            )
+            for own in groups
+        ]
+        together = parts[0] if len(parts) == 1 else join_responses(parts)
+        return take_lanes(together, np.argsort(np.concatenate(groups)))
+
+    def _run_packed(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         steps = self.longest_step(lanes, motions)
         order, where = pack_up(_of(lanes), steps, self.kernel_of(lanes).lanes)
         packed, moves = lanes.take(order), motions.take(order)
         module = self.module_of(packed, moves)
         inputs = self.inputs(module, packed, moves, times)
+        spare = np.ones(len(order), dtype=np.int32)
+        spare[where] = 0
+        inputs["laid"].spare.assign(spare)
         found = launch(module, self.target, moves, times, **inputs)
         fields = dict(self.fields(packed, moves, times, found)) | _histories(packed, found)
         return take_lanes(respond(self.name, packed, fields, times), where)
 
+    def _run_large(self, lane: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+        own, module = _of(lane), self.module_of(lane, motions)
+        kind, steps = own.of(0), self.longest_step(lane, motions)
+        own = Assemblies((kind,), np.zeros(1, dtype=np.intp))
+        knobs = self._pace(module, steps)
+        knobs.sweeps *= MORE_SWEEPS
+        blocks = block_columns(own, kind.count)
+        blocks["calm"] = np.repeat(self.calm(lane, steps)[:, None], kind.count, axis=1)
+        given = Given(
+            columns=(blocks, joint_columns(own, kind.joints.count)),
+            laid=self._laid(module, own, kind.joints.count),
+            knobs=knobs,
+        )
+        found = run_team(module, self.target, kind, given, motions, times)
+        fields = dict(self.fields(lane, motions, times, found)) | _histories(lane, found)
+        return respond(self.name, lane, fields, times)
+
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> Mapping[str, npt.NDArray[Any]]:
-        """Lane fields of a response; see `AbstractEngine.fields`."""
+        """Lane fields of a response; see `KernelEngine.fields`."""
         rows, own = found.lanes, _of(lanes)
         assert found.contacts is not None
         joints = joints_moved(own, found.contacts)
-        state = JointState.OPENED * joints.opened + JointState.SLID * joints.slid
-        rest_time = rest_start_times(
-            rows, times.times[-1] - 0.5 * self.longest_step(lanes, motions)
+        state = np.zeros((len(rows), max(joints.opened.shape[1], own.most_joints)), dtype=np.int64)
+        state[:, : joints.opened.shape[1]] = (
+            JointState.OPENED * joints.opened + JointState.SLID * joints.slid
         )
+        end = times.times[-1] - 0.5 * self.longest_step(lanes, motions)
+        # What has fallen rests, too, if its lane went on to the end.
+        goes_on = rows["collapse_time"] + self.after_collapse >= times.times[-1]
+        fallen = (rows["mode"] == OVERTURNED) & goes_on & (rows["moved"] < end)
+        rest_time = np.where(fallen, rows["moved"], rest_start_times(rows, end))
         bad = [
             (_unstable(own, rows), Status.UNSTABLE),
             (rows["astray"] > 0, Status.OUTSIDE_MODEL),
@@ -212,6 +326,12 @@ def _are_unlike(scene: SceneKind | Lanes) -> bool:
 def _of(lanes: Lanes) -> Assemblies:
     assert lanes.assembly is not None
     return lanes.assembly
+
+
+def _large(lanes: Lanes) -> npt.NDArray[np.bool_]:
+    """Which lanes have more than `LARGE` joints, shape [lane]."""
+    own = _of(lanes)
+    return np.array([kind.joints.count > LARGE for kind in own.kinds])[own.lane]
 
 
 def _loads(motions: GroundMotions, rows: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
@@ -257,8 +377,9 @@ def _histories(lanes: Lanes, found: Found) -> dict[str, npt.NDArray[Any]]:
     def of(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         return np.where(there, np.take_along_axis(values, taken, axis=1), 0.0)
 
-    turn = np.clip(-of(found.history), -0.5 * np.pi, 0.5 * np.pi)
-    fields = {"rotation": np.abs(turn).max(axis=1, keepdims=True)}
+    turn = -of(found.history)
+    most = np.clip(np.abs(turn), 0.0, 0.5 * np.pi)
+    fields = {"rotation": most.max(axis=1, keepdims=True)}
     if found.places is not None:
         x, z = (of(found.places[..., axis]) for axis in (0, 1))
         fields |= {"x": x, "z": z, "turn": turn}

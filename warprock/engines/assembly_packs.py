@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,15 @@ from warprock.model.assembly import Assemblies, Assembly
 
 Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
+Rows = npt.NDArray[np.void]
+
+WIDEST = ((100, 32), (400, 16), (1200, 8))
+"""Lanes of a pack by the joints that it has room for, so that what the sweeps read stays in the
+cache of a core."""
+
+LARGE = WIDEST[-1][0]
+"""Joints of a lane above which a team of threads runs it by itself (`team_run.py`): some 400 blocks
+of a wall. From 150 blocks on both ways cost about the same."""
 
 BEYOND = 1e3
 """Length by which the edges of what is fixed go on to either side, over the size of the assembly:
@@ -24,6 +34,17 @@ ground does not end where the blocks on it do."""
 
 PARTS_OF_AN_OCTAVE = 4
 """Sizes for which kernels are compiled, from one number of blocks or joints to its double."""
+
+FLUSH = 1e-6
+"""Distance up to which a corner lies on a joint, or a joint on the ground, over the size of the
+assembly: round-off of coordinates."""
+
+NONE = -1
+"""No edge, as in the kernel."""
+
+PAIRS_PER_BLOCK = 6
+"""Room for pairs of blocks that may touch soon, over the number of blocks: of those that touch in
+the plane there are fewer than three a block, and a list looks ahead."""
 
 EDGE = ("x", "z", "along_x", "along_z")
 
@@ -100,14 +121,13 @@ def _padded(values: Array, room: int) -> Array:
 
 def _blocks(kind: Assembly, room: int) -> dict[str, Array]:
     free = ~kind.fixed
-    offset = kind.corners - kind.centre[:, None]
     columns = {
         "inverse_mass": free / kind.mass,
         "inverse_inertia": free / (kind.mass * kind.gyration),
         "x": kind.centre[:, 0],
         "z": kind.centre[:, 1],
         "theta": np.zeros(kind.count),
-        "reach": np.hypot(offset[..., 0], offset[..., 1]).max(axis=1),
+        "reach": _reach(kind),
         "fall": falls_by(kind),
     }
     return {name: _padded(each, room) for name, each in columns.items()}
@@ -140,28 +160,143 @@ def _joints(kind: Assembly, room: int) -> dict[str, Array]:
     return columns
 
 
+@functools.lru_cache(maxsize=64)
+def _along(kind: Assembly, side: int) -> Array:
+    """Places of the corners of one block of every joint along its tangent, from its middle [m].
+
+    Returns:
+        Of the corners of the block's edge there, inf of others, shape [joint, corner].
+    """
+    here = kind.corners[kind.joints.blocks[:, side]] - kind.joints.ends.mean(axis=1)[:, None]
+    across = np.abs((here * kind.joints.normal[:, None]).sum(axis=2))
+    along = (here * kind.joints.tangent[:, None]).sum(axis=2)
+    # The edge's two corners are the two that are nearest to the line of the joint.
+    flush = across <= across.min(axis=1, keepdims=True) + _flush(kind)
+    return np.where(flush, along, np.inf)
+
+
 def _edges(kind: Assembly, side: int) -> Array:
     """The edge of one block of every joint, along the joint's tangent, from the block's centre [m].
 
-    Of what is fixed it goes on beyond the joint.
+    What is fixed goes on beyond the joint along the ground.
 
     Returns:
         Its two ends, shape [joint, 2, 2].
     """
     block = kind.joints.blocks[:, side]
     tangent, middle = kind.joints.tangent, kind.joints.ends.mean(axis=1)
-    corners = kind.corners[block]
-    here = corners - middle[:, None]
-    across = np.abs((here * kind.joints.normal[:, None]).sum(axis=2))
-    # The edge's two corners are the two that are nearest to the line of the joint.
-    along = (here * tangent[:, None]).sum(axis=2)
-    flush = across <= across.min(axis=1, keepdims=True) + max(1e-6 * _size(kind), kind.flush)
-    low = np.where(flush, along, np.inf).min(axis=1)
-    high = np.where(flush, along, -np.inf).max(axis=1)
-    beyond = np.where(kind.fixed[block], BEYOND * _size(kind), 0.0)
+    along = _along(kind, side)
+    low = along.min(axis=1)
+    high = np.where(along < np.inf, along, -np.inf).max(axis=1)
+    beyond = np.where(kind.fixed[block] & _on_ground(kind), BEYOND * _size(kind), 0.0)
     places = np.stack([low - beyond, high + beyond], axis=1)
     ends = middle[:, None] + places[..., None] * tangent[:, None]
     return np.asarray(ends - kind.centre[block][:, None])
+
+
+@functools.lru_cache(maxsize=64)
+def _on_ground(kind: Assembly) -> npt.NDArray[np.bool_]:
+    """Whether a joint lies on the ground, shape [joint]."""
+    level = np.abs(kind.joints.ends[..., 1] - kind.ground).max(axis=1)
+    return np.asarray(level <= _flush(kind))
+
+
+def room_for_pairs(assemblies: Assemblies) -> int:
+    """Pairs of blocks for which a lane has room."""
+    return PAIRS_PER_BLOCK * (assemblies.most_parts + 1)
+
+
+def around_rows(assemblies: Assemblies, struct: Any) -> Rows:
+    """Rows of the struct `Around` of meeting.py, shape [lane]."""
+    rows = np.zeros(len(assemblies.kinds), dtype=struct.numpy_dtype())
+    for row, kind in zip(rows, assemblies.kinds, strict=True):
+        row["scale"] = _reach(kind)[~kind.fixed].min()
+        row["friction"] = kind.friction
+    return np.asarray(rows[assemblies.lane])
+
+
+def corner_rows(assemblies: Assemblies, struct: Any) -> Rows:
+    """Rows of the struct `Corner`, of all blocks of a lane, shape [lane, corner]."""
+    most = max(kind.corners.shape[0] * kind.corners.shape[1] for kind in assemblies.kinds)
+    rows = np.zeros((len(assemblies.kinds), most), dtype=struct.numpy_dtype())
+    for row, kind in zip(rows, assemblies.kinds, strict=True):
+        own = _distinct(kind)
+        block, place = np.nonzero(own)
+        counts = own.sum(axis=1)
+        last = np.cumsum(counts) - 1
+        following = np.append(place[1:], 0)
+        following[last] = place[last - counts + 1]
+        start = kind.corners[block, place]
+        along = kind.corners[block, following] - start
+        length = np.hypot(along[:, 0], along[:, 1])
+        count = len(block)
+        row["x"][:count], row["z"][:count] = (start - kind.centre[block]).T
+        row["nx"][:count], row["nz"][:count] = along[:, 1] / length, -along[:, 0] / length
+        row["length"][:count] = length
+    return np.asarray(rows[assemblies.lane])
+
+
+@functools.lru_cache(maxsize=64)
+def _distinct(kind: Assembly) -> npt.NDArray[np.bool_]:
+    """Which corners are no repetition of the one before, shape [block, corner]."""
+    before = np.concatenate([kind.corners[:, -1:], kind.corners[:, :-1]], axis=1)
+    return np.asarray((kind.corners != before).any(axis=2))
+
+
+def side_rows(assemblies: Assemblies, struct: Any, room: int) -> Rows:
+    """Rows of the struct `Sides`, shape [lane, joint]."""
+    rows = np.zeros((len(assemblies.kinds), room), dtype=struct.numpy_dtype())
+    for row, kind in zip(rows, assemblies.kinds, strict=True):
+        for side, name in enumerate(("a", "b")):
+            row[name][: kind.joints.count] = _edge_starts(kind, side)
+    return np.asarray(rows[assemblies.lane])
+
+
+@functools.lru_cache(maxsize=64)
+def _edge_starts(kind: Assembly, side: int) -> Places:
+    """The corner at which the edge of a joint begins, among those that differ, shape [joint]."""
+    along, block = _along(kind, side), kind.joints.blocks[:, side]
+    # Counterclockwise, the edge of the first block, which lies to the left of the joint's tangent,
+    # runs along it, that of the second one against it.
+    sign = 1.0 if side == 0 else -1.0
+    own = _distinct(kind)[block]
+    start = np.where(own & (along < np.inf), sign * along, np.inf).argmin(axis=1)
+    number = np.cumsum(own, axis=1) - 1
+    return np.asarray(np.take_along_axis(number, start[:, None], axis=1)[:, 0])
+
+
+def body_rows(assemblies: Assemblies, struct: Any) -> Rows:
+    """Rows of the struct `Body`, the ground behind the blocks of a lane, shape [lane, block]."""
+    rows = np.zeros((len(assemblies.kinds), assemblies.most_parts + 1), struct.numpy_dtype())
+    for row, kind in zip(rows, assemblies.kinds, strict=True):
+        count, own = kind.count, _distinct(kind).sum(axis=1)
+        row["stands"] = NONE
+        grounded = _on_ground(kind)
+        for side in (0, 1):
+            stands = grounded & kind.fixed[kind.joints.blocks[:, 1 - side]]
+            places = kind.joints.blocks[stands, side]
+            row["stands"][places] = _edge_starts(kind, side)[stands]
+        row["first"][:count] = np.cumsum(own) - own
+        below = kind.fixed & (kind.corners[..., 1].max(axis=1) <= kind.ground + _flush(kind))
+        row["count"][:count] = np.where(below, 0, own)
+        row["reach"][:count] = _reach(kind)
+        row["mass"]["m"][:count] = ~kind.fixed / kind.mass
+        row["mass"]["j"][:count] = ~kind.fixed / (kind.mass * kind.gyration)
+        row["pose"]["z"][count] = kind.ground
+        row["pose"]["c"] = 1.0
+    return np.asarray(rows[assemblies.lane])
+
+
+@functools.lru_cache(maxsize=64)
+def _reach(kind: Assembly) -> Array:
+    """Distance of the farthest corner of a block from its centre [m], shape [block]."""
+    offset = kind.corners - kind.centre[:, None]
+    return np.asarray(np.hypot(offset[..., 0], offset[..., 1]).max(axis=1))
+
+
+def _flush(kind: Assembly) -> float:
+    """Distance up to which a corner lies on a joint, or a joint on the ground [m]."""
+    return max(FLUSH * _size(kind), kind.flush)
 
 
 @functools.lru_cache(maxsize=64)

@@ -143,6 +143,59 @@ class AbstractEngine(abc.ABC):
         """Why its model is not for a scene, besides what its attributes say; None if it is."""
         return None
 
+    def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
+        """Longest step that every lane may take [s], shape [lane], of an engine with an order."""
+        return np.full(lanes.lane_count, self.settings.time_step)
+
+    def step_of_settings(self, lanes: Lanes, motions: GroundMotions) -> float:
+        """Longest step that the settings ask for [s]; a lane may take shorter ones."""
+        return float(self.settings.time_step)
+
+    def reserve(self, lanes: Lanes) -> tuple[npt.NDArray[np.float64], str] | None:
+        """Safety ratio (available / required), above 1; None if not applicable.
+
+        Args:
+            lanes: The lanes.
+
+        Returns:
+            The ratio, shape [lane], and what it is.
+        """
+        return None
+
+    def shares(self, lanes: Lanes) -> bool:
+        """Whether several threads run one lane, so that lanes run one after another."""
+        return False
+
+    def alike_order(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.intp] | None:
+        """Order in which lanes of about the same cost lie side by side; None to leave them.
+
+        Lanes of a pack wait for one another. The result of a lane does not depend on its place.
+        """
+        return None
+
+    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
+        """Compiles or loads what lanes and motions need, once, on the calling thread."""
+        return
+
+    @abc.abstractmethod
+    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+        """Runs a batch of lanes on the calling thread.
+
+        Args:
+            lanes: Blocks and starts, shape [lane].
+            motions: Ground motions of the same lanes.
+            times: Duration and sampling.
+
+        Returns:
+            One value of every lane field a lane; `rotation` if histories were asked for. See
+            `decoding.respond`.
+        """
+
+
+@dataclasses.dataclass(frozen=True)
+class KernelEngine(AbstractEngine):
+    """An engine whose scheme is a file of kernels in `kernels/`: what they share."""
+
     @classmethod
     def kernel_lanes(cls, lanes: Lanes, motions: GroundMotions) -> Lanes:
         """Lanes as its kernels take them: boxes are bodies where the base moves upwards, too.
@@ -185,32 +238,6 @@ class AbstractEngine(abc.ABC):
 
         module = self.module_of(self.kernel_lanes(lanes, motions), motions)
         wp.load_module(module.__name__, device=self.target.device)
-
-    def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
-        """Longest step that every lane may take [s], shape [lane], of an engine with an order."""
-        return np.full(lanes.lane_count, self.settings.time_step)
-
-    def step_of_settings(self, lanes: Lanes, motions: GroundMotions) -> float:
-        """Longest step that the settings ask for [s]; a lane may take shorter ones."""
-        return float(self.settings.time_step)
-
-    def reserve(self, lanes: Lanes) -> tuple[npt.NDArray[np.float64], str] | None:
-        """Safety ratio (available / required), above 1; None if not applicable.
-
-        Args:
-            lanes: The lanes.
-
-        Returns:
-            The ratio, shape [lane], and what it is.
-        """
-        return None
-
-    def alike_order(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.intp] | None:
-        """Order in which lanes of about the same cost lie side by side; None to leave them.
-
-        Lanes of a pack wait for one another. The result of a lane does not depend on its place.
-        """
-        return None
 
     @abc.abstractmethod
     def inputs(

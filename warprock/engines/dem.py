@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines import dem_stack_bodies
-from warprock.engines.base import AbstractEngine
+from warprock.engines.assembly_packs import LARGE
+from warprock.engines.base import KernelEngine
 from warprock.engines.blocks import body_columns, speed_columns
 from warprock.engines.decoding import lane_fields, planar_fields, rest_start_times, spatial_fields
 from warprock.engines.dem_assembly import SprungAssembly
@@ -56,7 +57,7 @@ LEAST_CREEP = 1e-9
 
 @final
 @dataclasses.dataclass(frozen=True)
-class Dem(AbstractEngine):
+class Dem(KernelEngine):
     """Springs and dashpots over every interface, Mohr-Coulomb slip, central differences.
 
     First order in the step, whose dashpots are half a step late. Every lane has its own step: the
@@ -118,6 +119,12 @@ class Dem(AbstractEngine):
         """Why its model is not for a scene: a box on springs at its corners is thrown alone."""
         if scene.spatial and scene.moving and not (scene.thrown or scene.bodies):
             return f"dem lets blocks go from rest, or thrown, and the case {scene.moving}"
+        joints = scene.contact_point_count // 2
+        if scene.assembly and joints > LARGE:
+            return (
+                f"dem runs assemblies of at most {LARGE:,} joints, and the case has {joints:,}; "
+                "assembly runs it"
+            )
         return None
 
     @classmethod
@@ -204,7 +211,7 @@ class Dem(AbstractEngine):
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
-        """What the kernel takes; see `AbstractEngine.inputs`."""
+        """What the kernel takes; see `KernelEngine.inputs`."""
         lanes = on_corners(lanes)
         stacks, step = as_stacks(lanes), self.longest_step(lanes, motions)
         # A lane whose sizes are not finite takes one step to find that out.
@@ -250,7 +257,7 @@ class Dem(AbstractEngine):
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> dict[str, npt.NDArray[Any]]:
-        """Lane fields of a response; see `AbstractEngine.fields`."""
+        """Lane fields of a response; see `KernelEngine.fields`."""
         rows, step = found.lanes, self.longest_step(lanes, motions)
         if lanes.spatial:
             blocks = spatial_fields(lanes, found.blocks)

@@ -52,6 +52,11 @@ class SprungAssembly(Assembly):
         down = np.ceil(STEPS_AN_OCTAVE * np.log2(longest / np.minimum(limit, longest)))
         return np.asarray(longest * np.exp2(-down / STEPS_AN_OCTAVE))[own.lane]
 
+    @property
+    def after_collapse(self) -> float:
+        """A lane ends at its collapse: only joints have springs [s]."""
+        return 0.0
+
     def knobs(self, module: Any) -> Any:
         """Settings as the kernel takes them, but for time steps."""
         knobs, own = module.Knobs(), self.settings

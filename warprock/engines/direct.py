@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.base import AbstractEngine
+from warprock.engines.base import KernelEngine
 from warprock.engines.blocks import body_columns, find_load, stack_columns, start_on_corners
 from warprock.engines.decoding import lane_fields, planar_fields, rest_start_times
 from warprock.engines.launching import Found, Kernel
@@ -26,7 +26,7 @@ Array = npt.NDArray[np.float64]
 
 @final
 @dataclasses.dataclass(frozen=True)
-class Direct(AbstractEngine):
+class Direct(KernelEngine):
     """Springs and dashpots at the corners, backward Euler, contact impulses solved exactly.
 
     A single block by trying each way to touch, a stack by pivoting.
@@ -53,7 +53,7 @@ class Direct(AbstractEngine):
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
-        """What the kernel takes; see `AbstractEngine.inputs`."""
+        """What the kernel takes; see `KernelEngine.inputs`."""
         step, stiffness = self.settings.time_step, self.settings.contact_stiffness
         knobs = module.Knobs()
         knobs.time_step = step
@@ -73,7 +73,7 @@ class Direct(AbstractEngine):
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> dict[str, npt.NDArray[Any]]:
-        """Lane fields of a response; see `AbstractEngine.fields`."""
+        """Lane fields of a response; see `KernelEngine.fields`."""
         rows, step = found.lanes, self.settings.time_step
         # Of single blocks the kernel knows the energy of unit mass.
         mass = 1.0 if lanes.stacked else lanes.mass

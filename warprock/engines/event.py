@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.base import HELD_IN_PLACE, AbstractEngine
+from warprock.engines.base import HELD_IN_PLACE, KernelEngine
 from warprock.engines.blocks import speed_columns, start_columns
 from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.decoding import (
@@ -84,7 +84,7 @@ OF_ITS_OWN = -1.0
 
 @final
 @dataclasses.dataclass(frozen=True)
-class Event(AbstractEngine):
+class Event(KernelEngine):
     """Rigid corners, Coulomb friction, midpoint Moreau-Jean steps that end at impacts.
 
     `order` is the least that a run has, 2, through impacts; estimates that count on it err on the
@@ -250,7 +250,7 @@ class Event(AbstractEngine):
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
-        """What the kernel takes; see `AbstractEngine.inputs`."""
+        """What the kernel takes; see `KernelEngine.inputs`."""
         if lanes.hold is not None:
             return self._held_inputs(lanes, motions, times)
         knobs = module.Knobs()
@@ -305,7 +305,7 @@ class Event(AbstractEngine):
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> dict[str, npt.NDArray[Any]]:
-        """Lane fields of a response; see `AbstractEngine.fields`."""
+        """Lane fields of a response; see `KernelEngine.fields`."""
         rows, marks = found.lanes, []
         if lanes.spatial:
             blocks = spatial_fields(lanes, found.blocks)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.base import AbstractEngine
+from warprock.engines.base import KernelEngine
 from warprock.engines.blocks import start_columns
 from warprock.engines.decoding import asked_friction, lane_fields, planar_fields, time_or_nan
 from warprock.engines.held import held_fields, held_inputs, inertia_of, tie_rate
@@ -57,7 +57,7 @@ BED = ("ground",)
 
 @final
 @dataclasses.dataclass(frozen=True)
-class Housner(AbstractEngine):
+class Housner(KernelEngine):
     """Event-driven solution of Housner's equation (1963) by Taylor series, lane by lane.
 
     Events are located to round-off; there are no gaps, so nothing penetrates. Rest rule: after an
@@ -114,7 +114,7 @@ class Housner(AbstractEngine):
         return None
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
-        """The kernel that runs a scene; see `AbstractEngine.kernel_of`."""
+        """The kernel that runs a scene; see `KernelEngine.kernel_of`."""
         if scene.held == STRIP:
             return Kernel(housner, "strip_run")
         if scene.held == BED:
@@ -127,7 +127,7 @@ class Housner(AbstractEngine):
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
-        """What the kernel takes; see `AbstractEngine.inputs`."""
+        """What the kernel takes; see `KernelEngine.inputs`."""
         if lanes.body is not None:
             return self._body_inputs(lanes, motions, times)
         if lanes.held == STRIP:
@@ -227,7 +227,7 @@ class Housner(AbstractEngine):
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> dict[str, npt.NDArray[Any]]:
-        """Lane fields of a response; see `AbstractEngine.fields`."""
+        """Lane fields of a response; see `KernelEngine.fields`."""
         rows = found.lanes
         needed, slides = asked_friction(rows, lanes.friction, self.target.precision)
         # Of bodies the kernel has weighed every impact with the inertia about its own points.

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, final
 
 import numpy.typing as npt
 
-from warprock.engines.base import AbstractEngine
+from warprock.engines.base import KernelEngine
 from warprock.engines.blocks import planar_columns, speed_columns, stack_columns
 from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.decoding import lane_fields, planar_fields, rest_start_times, spatial_fields
@@ -27,7 +27,7 @@ from warprock.units import GRAVITY
 
 @final
 @dataclasses.dataclass(frozen=True)
-class Impulse(AbstractEngine):
+class Impulse(KernelEngine):
     """Hard contacts at two corners, Coulomb friction, warm-started projected Gauss-Seidel.
 
     Semi-implicit Euler at the time step of Eq. 9 of the paper, first order in it. A block rocks
@@ -85,7 +85,7 @@ class Impulse(AbstractEngine):
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
-        """What the kernel takes; see `AbstractEngine.inputs`."""
+        """What the kernel takes; see `KernelEngine.inputs`."""
         step = self.settings.time_step
         knobs = module.Knobs()
         knobs.time_step = step
@@ -125,7 +125,7 @@ class Impulse(AbstractEngine):
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> dict[str, npt.NDArray[Any]]:
-        """Lane fields of a response; see `AbstractEngine.fields`."""
+        """Lane fields of a response; see `KernelEngine.fields`."""
         rows, step = found.lanes, self.settings.time_step
         # Of single blocks the kernels know the energy of unit mass.
         mass = 1.0 if lanes.stacked else lanes.mass

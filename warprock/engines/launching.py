@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import threading
 from collections.abc import Mapping
 from types import ModuleType
 from typing import Any
@@ -40,6 +41,19 @@ class Form(enum.StrEnum):
 
 
 @dataclasses.dataclass(frozen=True)
+class Team:
+    """Threads that may work on one lane, where its kernel is made for several.
+
+    Attributes:
+        threads: How many.
+        stopped: Set once nobody waits for the lane any more.
+    """
+
+    threads: int = 1
+    stopped: threading.Event = dataclasses.field(default_factory=threading.Event, compare=False)
+
+
+@dataclasses.dataclass(frozen=True)
 class Target:
     """Where and how a kernel runs.
 
@@ -47,11 +61,13 @@ class Target:
         precision: "float64" or "float32".
         device: Name of a Warp device, such as "cpu" or "cuda:0".
         form: Form of the kernel; packed needs the CPU.
+        team: Threads for one lane of a large assembly.
     """
 
     precision: str = "float64"
     device: str = "cpu"
     form: Form | None = None
+    team: Team = dataclasses.field(default_factory=Team)
 
     def __post_init__(self) -> None:
         if self.precision not in BYTES:
@@ -179,7 +195,7 @@ def launch(
     lane_count, block_count = next(iter(blocks.values())).shape
     count = -(-lane_count // module.LANES) * module.LANES
     takes = {each.label: each.type for each in module.run_lanes.adj.args}
-    pool, motion_rows = _pool_and_rows(takes["motions"].dtype, motions, count)
+    pool, motion_rows = pool_and_rows(takes["motions"].dtype, motions, count)
     given = {"blocks": blocks, "motions": motion_rows, "pool": pool, "sample_times": times.times}
     in_space, real = isinstance(motions, SpatialMotions), getattr(wp, target.precision)
     sampled = times.count if times.interval is not None else 0
@@ -188,12 +204,12 @@ def launch(
     leaves = {name: field.type.dtype for name, field in module.Found.vars.items()}
     found.results = wp.empty(count, dtype=leaves["results"], device=device)
     found.blocks = wp.empty((block_count, count), dtype=leaves["blocks"], device=device)
-    seen = _samples((sampled, block_count, *((4,) if in_space else ()), count), real, device)
+    seen = samples_of((sampled, block_count, *((4,) if in_space else ()), count), real, device)
     setattr(found, "attitudes" if in_space else "rotations", seen)
     placed = hasattr(found, "places")
     if placed:
         wanted = sampled if times.places else 0
-        found.places = _samples((wanted, block_count, 3 if in_space else 2, count), real, device)
+        found.places = samples_of((wanted, block_count, 3 if in_space else 2, count), real, device)
     if hasattr(found, "sides"):
         found.sides = wp.zeros((2, count), dtype=real, device=device)
     if hasattr(found, "ties"):
@@ -212,8 +228,8 @@ def launch(
     )
     results = found.results.numpy()[:lane_count]
     per_block = found.blocks.numpy()[:, :lane_count].T
-    history = _lanes_first(seen, lane_count) if sampled else None
-    places = _lanes_first(found.places, lane_count) if placed and wanted else None
+    history = lanes_first(seen, lane_count) if sampled else None
+    places = lanes_first(found.places, lane_count) if placed and wanted else None
     sides = None
     if hasattr(found, "sides"):
         sides = found.sides.numpy()[:, :lane_count].T.astype(np.float64)
@@ -223,7 +239,7 @@ def launch(
     return Found(results, per_block, history, places, sides, contacts)
 
 
-def _samples(shape: tuple[int, ...], real: Any, device: str) -> Any:
+def samples_of(shape: tuple[int, ...], real: Any, device: str) -> Any:
     """An array of samples, [sample, block, ..., lane], for a kernel to fill; empty if of none."""
     import warp as wp
 
@@ -231,10 +247,10 @@ def _samples(shape: tuple[int, ...], real: Any, device: str) -> Any:
     return wp.full(own, value=np.inf, dtype=real, device=device)
 
 
-def _lanes_first(samples: Any, lane_count: int) -> Array:
+def lanes_first(samples: Any, lane_count: int) -> Array:
     """Samples of a kernel as [lane, block, sample, ...]."""
-    lanes_first = np.moveaxis(samples.numpy()[..., :lane_count], (-1, 1, 0), (0, 1, 2))
-    return np.ascontiguousarray(lanes_first, dtype=np.float64)
+    moved = np.moveaxis(samples.numpy()[..., :lane_count], (-1, 1, 0), (0, 1, 2))
+    return np.ascontiguousarray(moved, dtype=np.float64)
 
 
 def _argument(argument: Any, value: Any, count: int, device: str) -> Any:
@@ -257,11 +273,21 @@ def _argument(argument: Any, value: Any, count: int, device: str) -> Any:
 
 
 def struct_rows(struct: Any, columns: Columns, count: int) -> Rows:
-    """Rows of a Warp struct from its fields by name, padded to a count of lanes."""
+    """Rows of a Warp struct from its fields by name, padded to a count of lanes.
+
+    The fields of a struct within it are among the columns, too.
+    """
     rows = np.zeros(count, dtype=struct.numpy_dtype())
-    for name in rows.dtype.names or ():
-        rows[name] = pad(np.asarray(columns[name]), count)
+    _fill(rows, columns)
     return rows
+
+
+def _fill(rows: Rows, columns: Columns) -> None:
+    for name in rows.dtype.names or ():
+        if rows.dtype[name].names:
+            _fill(rows[name], columns)
+        else:
+            rows[name] = pad(np.asarray(columns[name]), len(rows))
 
 
 def block_rows(struct: Any, columns: Columns, count: int) -> Rows:
@@ -289,7 +315,7 @@ def strongest_ahead(values: Array, count: int) -> Array:
     return found
 
 
-def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Array, Rows]:
+def pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Array, Rows]:
     """Samples of the records of all directions, [row, sample], and rows of `Motion`.
 
     The rows of the pool are those of kernels/pool.py. Shape of the rows of motions: [direction,

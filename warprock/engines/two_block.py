@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.base import AbstractEngine
+from warprock.engines.base import KernelEngine
 from warprock.engines.decoding import lane_fields, planar_fields, time_or_nan
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.workload import step_limit
@@ -34,7 +34,7 @@ no headway."""
 
 @final
 @dataclasses.dataclass(frozen=True)
-class TwoBlock(AbstractEngine):
+class TwoBlock(KernelEngine):
     """Two stacked blocks that rock without sliding, event by event, by Taylor series.
 
     The planar model of Psycharis (1990), Spanos, Roussis and Politis (2001) and Kounadis (2015):
@@ -79,7 +79,7 @@ class TwoBlock(AbstractEngine):
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
-        """What the kernel takes; see `AbstractEngine.inputs`."""
+        """What the kernel takes; see `KernelEngine.inputs`."""
         knobs = module.Knobs()
         knobs.duration = times.duration
         return {
@@ -91,7 +91,7 @@ class TwoBlock(AbstractEngine):
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> dict[str, npt.NDArray[Any]]:
-        """Lane fields of a response; see `AbstractEngine.fields`."""
+        """Lane fields of a response; see `KernelEngine.fields`."""
         rows = found.lanes
         rest_time = np.where(rows["resting"] == 1, time_or_nan(rows["rest_time"]), np.nan)
         marks = [(rows["outside"] > 0, Status.OUTSIDE_MODEL)]

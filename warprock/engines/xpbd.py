@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.base import AbstractEngine
+from warprock.engines.base import KernelEngine
 from warprock.engines.blocks import planar_columns, stack_columns
 from warprock.engines.decoding import lane_fields, planar_fields, rest_start_times
 from warprock.engines.launching import Found, Kernel
@@ -24,7 +24,7 @@ from warprock.units import GRAVITY
 
 @final
 @dataclasses.dataclass(frozen=True)
-class Xpbd(AbstractEngine):
+class Xpbd(KernelEngine):
     """Contacts at the ends of every interface as position constraints with compliance (XPBD).
 
     First order in the time step of Eq. 9 of the paper. A stack is at rest while no end of its
@@ -48,7 +48,7 @@ class Xpbd(AbstractEngine):
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
-        """What the kernel takes; see `AbstractEngine.inputs`."""
+        """What the kernel takes; see `KernelEngine.inputs`."""
         stacks, step = as_stacks(lanes), self.settings.time_step
         knobs = module.Knobs()
         knobs.time_step = step
@@ -62,7 +62,7 @@ class Xpbd(AbstractEngine):
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
     ) -> dict[str, npt.NDArray[Any]]:
-        """Lane fields of a response; see `AbstractEngine.fields`."""
+        """Lane fields of a response; see `KernelEngine.fields`."""
         stacks, step = as_stacks(lanes), self.settings.time_step
         softness = self.settings.compliance
         hold = contacts_hold(stacks, 1.0 / softness if softness else np.inf)

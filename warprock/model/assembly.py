@@ -88,6 +88,7 @@ class Assembly:
         density: [kg/m^3].
         joints: Where they touch.
         flush: Distance up to which edges touch [m].
+        friction: Coefficient where blocks meet that no joint connects.
     """
 
     corners: Array
@@ -97,6 +98,7 @@ class Assembly:
     density: float
     joints: Joints
     flush: float
+    friction: float
 
     @property
     def count(self) -> int:
@@ -130,6 +132,18 @@ class Assembly:
     def mass(self) -> Array:
         """Mass of the blocks [kg], shape [block]."""
         return np.asarray(self.area * self.depth * self.density)
+
+    @functools.cached_property
+    def ground(self) -> float:
+        """Level of the ground [m].
+
+        That of the lowest blocks that can move, if they stand level on something fixed there; else
+        that of the lowest corner of all: abutments stand on the ground.
+        """
+        level, every = float(self.corners[~self.fixed][..., 1].min()), self.corners[..., 1]
+        held = self.fixed[self.joints.blocks].any(axis=1)
+        flat = np.abs(self.joints.ends[..., 1] - level).max(axis=1) <= self.flush
+        return level if (held & flat).any() else float(every.min())
 
     @property
     def size(self) -> Array:
@@ -203,7 +217,7 @@ def assemble(
         pieces: The blocks.
         depth: Across the plane [m].
         density: [kg/m^3].
-        friction: Coefficient of every joint.
+        friction: Coefficient of every joint, and of blocks that meet elsewhere.
         head_friction: That of head joints, which are nearer to upright than to level; None where
             it is the same.
         tolerance: Distance up to which edges of drawn blocks touch [m]; None where coordinates are
@@ -235,7 +249,7 @@ def assemble(
     own = friction if head_friction is None else head_friction
     joints = dataclasses.replace(joints, friction=np.where(upright, own, friction))
     _require_held(joints, names, corners, fixed)
-    return Assembly(corners, names, fixed, depth, density, joints, flush)
+    return Assembly(corners, names, fixed, depth, density, joints, flush, friction)
 
 
 def straightened(corners: Array, least: float) -> Array:
@@ -311,13 +325,16 @@ def _require_large(corners: Array, names: tuple[str, ...], flush: float) -> None
 def _near(corners: Array, flush: float) -> tuple[Places, Places]:
     """Pairs of blocks whose boxes touch; the first of a pair comes before the second."""
     low, high = corners.min(axis=1) - flush, corners.max(axis=1) + flush
-    order = np.argsort(low[:, 0], kind="stable")
-    ends = np.searchsorted(low[order, 0], high[order, 0], side="right")
+    # Along the axis on which fewer boxes lie over one another.
+    axis = int(np.argmax(np.ptp(low, axis=0) / (high - low).mean(axis=0)))
+    order = np.argsort(low[:, axis], kind="stable")
+    ends = np.searchsorted(low[order, axis], high[order, axis], side="right")
     count = ends - np.arange(1, len(order) + 1)
     here = np.repeat(np.arange(len(order)), count)
     there = np.arange(len(here)) - np.repeat(np.cumsum(count) - count, count) + here + 1
     a, b = order[here], order[there]
-    level = (low[a, 1] <= high[b, 1]) & (low[b, 1] <= high[a, 1])
+    other = 1 - axis
+    level = (low[a, other] <= high[b, other]) & (low[b, other] <= high[a, other])
     first, second = np.minimum(a, b)[level], np.maximum(a, b)[level]
     sort = np.lexsort((second, first))
     return first[sort], second[sort]

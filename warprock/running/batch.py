@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import collections
 import concurrent.futures
+import dataclasses
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
@@ -15,8 +16,8 @@ import numpy as np
 
 from warprock.arguments import at_the_door
 from warprock.engines import engine_class
-from warprock.engines.base import AbstractEngine
-from warprock.engines.launching import Form, Target
+from warprock.engines.base import AbstractEngine, KernelEngine
+from warprock.engines.launching import Form, Target, Team
 from warprock.engines.workload import MOST_STEPS, require_workload
 from warprock.errors import InputError
 from warprock.kernels.instance import LANE_WIDTH
@@ -122,7 +123,8 @@ def run_batch(
     """
     require_runnable(lanes, motions)
     count = lanes.lane_count
-    require_room(count * lanes.block_count, times)
+    blocks = lanes.block_count if lanes.assembly is None else 4 * lanes.assembly.most_blocks
+    require_room(count * blocks, times)
     _require_spread(workers, chunk_size)
     built = _build(engine, settings, Target(precision, device, form))
     require_workload(built, lanes, motions, times, most_steps=most_steps)
@@ -130,11 +132,17 @@ def run_batch(
     if built.target.on_cpu:
         time_step = getattr(built.settings, "time_step", 1.0 / STEPS_PER_SECOND_OF_MOTION)
         size = chunk_size or default_chunk_size(count, times.duration / time_step, threads)
+    if built.shares(lanes):
+        size, team = 1, Team(max(1, threads // count))
+        built = dataclasses.replace(built, target=dataclasses.replace(built.target, team=team))
     with _WARMING_UP, keeping_kernels():
         built.warm_up(lanes, motions)
     slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
     run_chunk = _chunk_runner(built, lanes, motions, times)
-    return join_responses(_run_all(run_chunk, slices, threads, progress))
+    try:
+        return join_responses(_run_all(run_chunk, slices, threads, progress))
+    finally:
+        built.target.team.stopped.set()
 
 
 def _build(engine: str, settings: Any, target: Target) -> AbstractEngine:
@@ -164,7 +172,11 @@ def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotion
 
     start_warp()
     with _WARMING_UP, keeping_kernels():
-        names = {engine.module_of(lanes, motions).__name__ for engine, lanes, motions in batches}
+        names = {
+            engine.module_of(lanes, motions).__name__
+            for engine, lanes, motions in batches
+            if isinstance(engine, KernelEngine)
+        }
         modules = [wp.get_module(name) for name in sorted(names)]
         modules.sort(key=lambda module: str(module.options["cpu_compiler_flags"]))
         left = collections.deque(modules)

@@ -15,12 +15,14 @@ from warprock.case.lanes import expand_lanes
 from warprock.case.round_base import round_base_note
 from warprock.case.template import Start
 from warprock.engines import ENGINES, engine_class
+from warprock.engines.base import KernelEngine
 from warprock.engines.launching import Target
 from warprock.errors import InputError
 from warprock.model.drift import drift_text
 from warprock.model.lanes import Lanes
 from warprock.model.scene import SceneKind
 from warprock.model.undecided import cut_text
+from warprock.plugins import brought
 from warprock.running.choices import engine_row
 from warprock.running.engine_choice import choose_engine
 from warprock.running.files import replacing, require_writable_file
@@ -202,9 +204,11 @@ def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
 def _kernel_text(case: Case, name: str, scene: SceneKind) -> str:
     """The kernel that an engine runs a case with, on a CPU and on any other device."""
     settings = case.engine_settings(name)
+    engine = engine_class(name)
+    if not issubclass(engine, KernelEngine):
+        return f"{engine.__module__}, of the package {brought()[name][1]}"
     here, there = (
-        engine_class(name)(settings, Target(device=device)).kernel_of(scene)
-        for device in ("cpu", "cuda:0")
+        engine(settings, Target(device=device)).kernel_of(scene) for device in ("cpu", "cuda:0")
     )
     found = f"kernels/{here.file}.py for a {scene.motion} base"
     if here == there:

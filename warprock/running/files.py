@@ -232,7 +232,8 @@ def _runs(process: int) -> bool:
 
 
 def _to_disk(path: pathlib.Path) -> None:
-    handle = os.open(path, os.O_RDONLY)
+    # Windows brings only what is open for writing to the disk.
+    handle = os.open(path, os.O_RDONLY if os.name == "posix" else os.O_RDWR)
     try:
         os.fsync(handle)
     finally:

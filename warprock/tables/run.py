@@ -51,13 +51,6 @@ OUTSIDE_PRESCRIBED = (
 """What is said where an engine with a time step cannot follow prescribed impacts."""
 
 
-OUTSIDE_ASSEMBLY = (
-    "outside_model: there a block turned or slid so far that it would have met others where they "
-    "did not touch at the start; it went through them"
-)
-"""What is said where blocks of an assembly met elsewhere than at their joints."""
-
-
 class Result(NamedTuple):
     """A result of a lane as `run` shows it.
 
@@ -267,8 +260,6 @@ def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
             say(out, note)
     if run.lane_set.scene.friction_note and has_time_step(run.settings):
         say(out, f"friction: {run.lane_set.scene.friction_note}")
-    if "joint_state" in response.fields and response.count(Status.OUTSIDE_MODEL):
-        say(out, OUTSIDE_ASSEMBLY)
     if "friction_needed" in response.fields and response.count(Status.OUTSIDE_MODEL):
         say(out, OUTSIDE_PRESCRIBED if has_time_step(run.settings) else OUTSIDE)
     say(out, f"wall time: {run.wall_time:.3g} s")

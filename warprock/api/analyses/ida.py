@@ -1,4 +1,4 @@
-"""Incremental dynamic analysis: the function, and what the command of its name calls, too."""
+"""Incremental dynamic analysis: the function, which the command of its name calls."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Unpack
 
 from warprock.analysis.capacities import INTENSITIES, capacities, require_columns
-from warprock.analysis.incremental import Ladder, plan_analysis, run_analysis
+from warprock.analysis.incremental import plan_analysis, read_ladder, run_analysis
 from warprock.analysis.lane_tables import measure_named
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
@@ -19,7 +19,6 @@ from warprock.arguments import at_the_door, several
 from warprock.figures.incremental import draw_analysis, plot_analysis
 from warprock.findings.incremental import find_analysis
 from warprock.report.chosen import played_of_analysis
-from warprock.running.work import Work
 
 
 @listing_how
@@ -72,32 +71,26 @@ def ida(
         >>> found.table["overturning_factor"].round(3).tolist()
         [1.299]
     """
-    ladder = Ladder(from_, to, count, accuracy)
     with python_names():
-        ladder.judge()
-    with working(case, engine, counted=False, factors=ladder.factors.tolist(), **how) as work:
-        return ida_of(
-            work, ladder, im, several(by), None if folder is None else pathlib.Path(folder)
+        ladder = read_ladder(from_, to, count, accuracy)
+    groups_by = several(by)
+    with working(case, engine, runs=0, factors=ladder.factors.tolist(), **how) as work:
+        case, options, intensity = work.case, work.options, measure_named(im, INTENSITIES)
+        plan = plan_analysis(case, work.engine, ladder, options)
+        require_columns(case, intensity, groups_by)
+        kept = None if folder is None else pathlib.Path(folder)
+        found = run_analysis(
+            case, plan, ladder, kept, workers=options.workers, progress=options.progress
         )
-
-
-def ida_of(
-    work: Work, ladder: Ladder, im: str, by: Sequence[str], folder: pathlib.Path | None
-) -> Found:
-    """Plans and runs an incremental dynamic analysis; stages are kept in the folder."""
-    case, options, intensity = work.case, work.options, measure_named(im, INTENSITIES)
-    plan = plan_analysis(case, work.engine, ladder, options)
-    require_columns(case, intensity, by)
-    found = run_analysis(
-        case, plan, ladder, folder, workers=options.workers, progress=options.progress
-    )
-    groups = capacities(found, intensity=intensity, by=by)
-    draw = functools.partial(plot_analysis, found=found, groups=groups, intensity=intensity)
-    return Found(
-        f"{case.name}: incremental dynamic analysis with {work.engine}",
-        found,
-        functools.partial(find_analysis, found, case, groups, intensity),
-        functools.partial(draw_analysis, found, groups, intensity),
-        (len(groups), draw),
-        functools.partial(played_of_analysis, case, work.engine, options.without_progress(), found),
-    )
+        groups = capacities(found, intensity=intensity, by=groups_by)
+        draw = functools.partial(plot_analysis, found=found, groups=groups, intensity=intensity)
+        return Found(
+            f"{case.name}: incremental dynamic analysis with {work.engine}",
+            found,
+            functools.partial(find_analysis, found, case, groups, intensity),
+            functools.partial(draw_analysis, found, groups, intensity),
+            (len(groups), draw),
+            functools.partial(
+                played_of_analysis, case, work.engine, options.without_progress(), found
+            ),
+        )

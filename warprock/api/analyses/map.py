@@ -1,4 +1,4 @@
-"""Overturning maps: the function, and what the command of its name calls, too."""
+"""Overturning maps: the function, which the command of its name calls."""
 
 from __future__ import annotations
 
@@ -14,10 +14,6 @@ from warprock.arguments import at_the_door
 from warprock.figures.overturning import draw_map, plot_map
 from warprock.findings.overturning import find_map
 from warprock.report.scenes import scenes_of
-from warprock.running.work import Work
-
-COUNTED = False
-"""Whether as many lanes run as the case has."""
 
 
 @listing_how
@@ -58,20 +54,15 @@ def map(
         >>> found.tables["boundaries"]["acceleration_ratio"].round(2).tolist()
         [1.23, 2.31, 2.35]
     """
-    with working(case, engine, counted=COUNTED, **how) as work:
-        return map_of(work, accuracy)
-
-
-def map_of(work: Work, accuracy: float) -> Found:
-    """Runs the grid of a map, and finds the boundaries between modes to an accuracy."""
-    require_accuracy(accuracy)
-    grid = run_grid(work.case, work.engine, work.options)
-    found = refine(grid, accuracy, progress=work.options.progress)
-    return Found(
-        f"{work.case.name}: overturning map with {work.engine}",
-        found,
-        functools.partial(find_map, found),
-        functools.partial(draw_map, found),
-        (len(found.groups), functools.partial(plot_map, found=found)),
-        functools.partial(scenes_of, found.run),
-    )
+    with working(case, engine, runs=0, **how) as work:
+        require_accuracy(accuracy)
+        grid = run_grid(work.case, work.engine, work.options)
+        found = refine(grid, accuracy, progress=work.options.progress)
+        return Found(
+            f"{work.case.name}: overturning map with {work.engine}",
+            found,
+            functools.partial(find_map, found),
+            functools.partial(draw_map, found),
+            (len(found.groups), functools.partial(plot_map, found=found)),
+            functools.partial(scenes_of, found.run),
+        )

@@ -1,4 +1,4 @@
-"""Yearly rates: the function, and what the command of its name calls, too."""
+"""Yearly rates: the function, which the command of its name calls."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from warprock.analysis.groups import Weights
 from warprock.analysis.hazard import Hazard
 from warprock.analysis.hazard_files import parse_age, read_hazard, read_power_law
 from warprock.analysis.lane_tables import read_lanes
@@ -37,9 +36,6 @@ Table = pd.DataFrame | Found | str | os.PathLike[str]
 """A lane table, what an analysis found, or the path of a Parquet file or of a folder."""
 File = pd.DataFrame | str | os.PathLike[str]
 """The path of a file, or its table."""
-
-COUNTED = False
-"""Whether as many lanes run as a case has: none does."""
 
 
 @at_the_door
@@ -109,100 +105,70 @@ def risk(
         ['fitted']
     """
     with python_names():
-        power = None if k0 is None and k is None else (k0, k, at)
-        asked = read_asked(hazard, power, im)
-        texts = [each if isinstance(each, str) else f"{each:g}" for each in several(limit)]
-        return risk_of(
-            _named(table),
-            asked,
-            limits=texts,
-            slides=several(limit_slide),
-            by=several(by),
-            most_doubt=max_doubt,
-            weights=weights_of(weights),
-            years=several(years),
-            survived=survived,
-            unlikely=unlikely,
-            most_outside=max_outside,
+        under = read_asked(hazard, k0, k, at, im)
+        limits = [each if isinstance(each, str) else f"{each:g}" for each in several(limit)]
+        slides, spans = several(limit_slide), several(years)
+        tables, weighed = _named(table), weights_of(weights)
+        require_within("--max-doubt", max_doubt, 0.0, 1.0)
+        require_within("--max-outside", max_outside, 0.0, 1.0)
+        require_within("--unlikely", unlikely, 1e-12, 1.0 - 1e-12)
+        for span in spans:
+            if not (np.isfinite(span) and span > 0.0):
+                raise InputError("--years", "", span, "must be a number of years above 0")
+        age = None if survived is None else parse_age("--survived", survived)
+        chosen = read_limits(limits or (() if slides else ("overturning",)), slides)
+        risks: list[Risk] = []
+        for name, one in tables.items():
+            rows, source = read_table(one)
+            if is_component_table(rows):
+                asked = [each.text for each in chosen] if limits or slides else []
+                functions = functions_of_components(rows, under, source, asked)
+            else:
+                functions = functions_of(
+                    rows,
+                    under,
+                    source=source,
+                    limits=chosen,
+                    by=several(by),
+                    most_doubt=max_doubt,
+                    weights=weighed,
+                )
+            for each in functions:
+                named = {"object": name, **each.name} if len(tables) > 1 else each.name
+                risks.append(assess(dataclasses.replace(each, name=named), under, max_outside))
+        return Found(
+            f"risk over {under.measure}",
+            risks,
+            functools.partial(find_risk, risks, spans or (1.0, 50.0), age, unlikely),
+            functools.partial(draw_risk, risks, age, unlikely),
+            (len(risks), functools.partial(plot_risk, risks=risks)),
         )
 
 
 def read_asked(
-    hazard: File | None,
-    power: tuple[float | None, float | None, str] | None,
-    im: str | None,
+    hazard: File | None, k0: float | None, k: float | None, at: str, im: str | None
 ) -> Hazard:
     """The hazard that is asked for: a file or a table, or a power law.
 
     Args:
         hazard: The file or the table; None where there is none.
-        power: k0, k and the intensity that k0 is of; None where no power law is asked for.
+        k0: Of a power law; None where none is asked for.
+        k: Likewise.
+        at: Intensity that k0 is of.
         im: Column of its intensity measure, or a name of it; None where that is not said.
 
     Raises:
         InputError: Both or neither are asked for, or one cannot be used.
     """
-    if power is None:
+    if k0 is None and k is None:
         if hazard is None:
             raise InputError("--hazard", "", None, "must be a file, or have --k0 and --k instead")
         return read_hazard(hazard, im)
     if hazard is not None:
-        raise InputError("--k0", "", power[0], "must be left out where --hazard is given")
-    k0, k, at = power
+        raise InputError("--k0", "", k0, "must be left out where --hazard is given")
     if k0 is None or k is None:
         raise InputError("--k0" if k0 is None else "--k", "", None, "must be given, too")
     return read_power_law(k0, k, at, im or "PGA")
-
-
-def risk_of(
-    tables: Mapping[str, Table],
-    hazard: Hazard,
-    *,
-    limits: Sequence[str],
-    slides: Sequence[str],
-    by: Sequence[str],
-    most_doubt: float,
-    weights: Weights | None,
-    years: Sequence[float],
-    survived: str | None,
-    unlikely: float,
-    most_outside: float,
-) -> Found:
-    """Yearly rates of some tables under a hazard; arguments as of `risk`, tables by name."""
-    require_within("--max-doubt", most_doubt, 0.0, 1.0)
-    require_within("--max-outside", most_outside, 0.0, 1.0)
-    require_within("--unlikely", unlikely, 1e-12, 1.0 - 1e-12)
-    for span in years:
-        if not (np.isfinite(span) and span > 0.0):
-            raise InputError("--years", "", span, "must be a number of years above 0")
-    age = None if survived is None else parse_age("--survived", survived)
-    chosen = read_limits(limits or (() if slides else ("overturning",)), slides)
-    risks: list[Risk] = []
-    for name, table in tables.items():
-        rows, source = read_table(table)
-        if is_component_table(rows):
-            asked = [each.text for each in chosen] if limits or slides else []
-            functions = functions_of_components(rows, hazard, source, asked)
-        else:
-            functions = functions_of(
-                rows,
-                hazard,
-                source=source,
-                limits=chosen,
-                by=by,
-                most_doubt=most_doubt,
-                weights=weights,
-            )
-        for each in functions:
-            named = {"object": name, **each.name} if len(tables) > 1 else each.name
-            risks.append(assess(dataclasses.replace(each, name=named), hazard, most_outside))
-    return Found(
-        f"risk over {hazard.measure}",
-        risks,
-        functools.partial(find_risk, risks, years or (1.0, 50.0), age, unlikely),
-        functools.partial(draw_risk, risks, age, unlikely),
-        (len(risks), functools.partial(plot_risk, risks=risks)),
-    )
 
 
 def _named(table: Table | Sequence[Table] | Mapping[str, Table]) -> dict[str, Table]:
@@ -212,13 +178,13 @@ def _named(table: Table | Sequence[Table] | Mapping[str, Table]) -> dict[str, Ta
     elif isinstance(table, pd.DataFrame | Found | str | os.PathLike):
         found = {"table": table}
     else:
-        found = named_in_turn(table)
+        found = _named_in_turn(table)
     if not found:
         raise InputError("table", "", "nothing", "must be at least one table")
     return found
 
 
-def named_in_turn(tables: Sequence[Table]) -> dict[str, Table]:
+def _named_in_turn(tables: Sequence[Table]) -> dict[str, Table]:
     """Tables by the names of their folders, or by number where these are not told apart."""
     names = [
         each.title if isinstance(each, Found) else

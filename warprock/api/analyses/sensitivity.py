@@ -1,4 +1,4 @@
-"""Sobol' indices: the function, and what the command of its name calls, too."""
+"""Sobol' indices: the function, which the command of its name calls."""
 
 from __future__ import annotations
 
@@ -13,10 +13,6 @@ from warprock.arguments import at_the_door, require_within
 from warprock.figures.sensitivity import draw_sensitivity, plot_sensitivity
 from warprock.findings.sensitivity import find_sensitivity
 from warprock.report.scenes import scenes_of
-from warprock.running.work import Work
-
-COUNTED = False
-"""Whether as many lanes run as the case has."""
 
 
 @listing_how
@@ -58,19 +54,14 @@ def sensitivity(
         >>> len(found.table)
         12
     """
-    with working(case, engine, counted=COUNTED, **how) as work:
-        return sensitivity_of(work, of, resamples)
-
-
-def sensitivity_of(work: Work, of: str, resamples: int) -> Found:
-    """Runs Saltelli's design of a case, and finds the indices."""
-    require_within("--resamples", resamples, 10, 10_000)
-    found = run_sensitivity(work.case, work.engine, work.options, of=of, resamples=resamples)
-    return Found(
-        f"{work.case.name}: Sobol' indices of {of} with {work.engine}",
-        found,
-        functools.partial(find_sensitivity, found),
-        functools.partial(draw_sensitivity, found),
-        (len(found.groups), functools.partial(plot_sensitivity, found=found)),
-        functools.partial(scenes_of, found.run),
-    )
+    with working(case, engine, runs=0, **how) as work:
+        require_within("--resamples", resamples, 10, 10_000)
+        found = run_sensitivity(work.case, work.engine, work.options, of=of, resamples=resamples)
+        return Found(
+            f"{work.case.name}: Sobol' indices of {of} with {work.engine}",
+            found,
+            functools.partial(find_sensitivity, found),
+            functools.partial(draw_sensitivity, found),
+            (len(found.groups), functools.partial(plot_sensitivity, found=found)),
+            functools.partial(scenes_of, found.run),
+        )

@@ -1,4 +1,4 @@
-"""Rocking spectra: the function, and what the command of its name calls, too."""
+"""Rocking spectra: the function, which the command of its name calls."""
 
 from __future__ import annotations
 
@@ -13,10 +13,6 @@ from warprock.arguments import at_the_door
 from warprock.figures.spectrum import draw_spectrum, plot_spectrum
 from warprock.findings.spectrum import find_spectrum
 from warprock.report.scenes import scenes_of
-from warprock.running.work import Work
-
-COUNTED = True
-"""Whether as many lanes run as the case has."""
 
 
 @listing_how
@@ -54,18 +50,13 @@ def spectrum(
         >>> found.table["period_s"].tolist()
         [2.0, 4.0]
     """
-    with working(case, engine, counted=COUNTED, **how) as work:
-        return spectrum_of(work)
-
-
-def spectrum_of(work: Work) -> Found:
-    """Runs all blocks of rocking spectra."""
-    found = run_spectrum(work.case, work.engine, work.options)
-    return Found(
-        f"{work.case.name}: rocking spectrum with {work.engine}",
-        found,
-        functools.partial(find_spectrum, found),
-        functools.partial(draw_spectrum, found),
-        (len(found.groups), functools.partial(plot_spectrum, found=found)),
-        functools.partial(scenes_of, found.run),
-    )
+    with working(case, engine, **how) as work:
+        found = run_spectrum(work.case, work.engine, work.options)
+        return Found(
+            f"{work.case.name}: rocking spectrum with {work.engine}",
+            found,
+            functools.partial(find_spectrum, found),
+            functools.partial(draw_spectrum, found),
+            (len(found.groups), functools.partial(plot_spectrum, found=found)),
+            functools.partial(scenes_of, found.run),
+        )
