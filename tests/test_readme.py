@@ -65,19 +65,18 @@ def test_ci_runs_the_readmes_test_command_and_then_programs_of_others(tmp_path: 
     test_command = re.findall(r"^```bash\n(.*?)\n```$", README, re.M | re.S)[1]
     wanted = [shlex.split(part) for part in test_command.split(" && ")]
     got = [[pathlib.PurePath(call.split()[0]).name, *call.split()[1:]] for call in calls]
-    assert got[-13:-10] == [[pathlib.PurePath(part[0]).name, *part[1:]] for part in wanted]
-    assert got[-10][1:] == ["-m", "pytest", "-m", "thorough"]
-    assert got[-9][-1] == ".[docs,mujoco,bullet,dask,fragility]"
+    assert got[-12:-9] == [[pathlib.PurePath(part[0]).name, *part[1:]] for part in wanted]
+    assert got[-9][1:] == ["-m", "pytest", "-m", "thorough"]
+    assert got[-8][-1] == ".[docs,mujoco,bullet,dask,fragility]"
     # Side by side: the manual, and what the extras bring.
     manual = ["sphinx-build", "-W", "--keep-going", "-q", "docs", "docs/_build"]
-    beside = got[-8:-1]
+    beside = got[-7:-1]
     assert manual in beside
     beside.remove(manual)
-    assert beside[0][-1] == ".[mujoco,bullet,dask,fragility]"
-    assert beside[1][1:] == ["-m", "venv", ".venv-readers"]
-    assert [each[1:4] for each in beside[2:4]] == [["-m", "pip", "install"]] * 2
-    assert beside[4][1:3] == ["-m", "pytest"]
-    assert beside[5][1:4] == ["-m", "tools.notebooks", "--run"]
+    assert beside[0][1:] == ["-m", "venv", ".venv-readers"]
+    assert [each[1:4] for each in beside[1:3]] == [["-m", "pip", "install"]] * 2
+    assert beside[3][1:3] == ["-m", "pytest"]
+    assert beside[4][1:4] == ["-m", "tools.notebooks", "--run"]
     assert got[-1][1:] == ["-m", "pytest", "-n", "0", "-m", "speed"]
     names = [" ".join(pathlib.PurePath(call).name.split()) for call in calls]
     assert {"ruff check", "ruff format --check", "mypy"} <= set(names)

@@ -230,10 +230,10 @@ class Lanes:
 class SpatialLanes(Lanes):
     """Blocks in space: x in the plane of rocking, y across it, z upwards.
 
-    A block starts turned by its yaw about the vertical and leaning, about the axis that lies in its
-    own bottom face, by its rotation towards its own +x and by its rotation across towards its own
-    +y; its lowest corner is `gap_start` above the place where it would stand if the block were
-    flat. Stacks start flat.
+    A block starts turned by its yaw about the vertical. It leans about an axis in its own bottom
+    face: by its rotation towards its own +x, by its rotation across towards its own +y. Its lowest
+    corner is `gap_start` above the place where it would stand if the block were flat. Stacks start
+    flat.
 
     A centre of mass beside the middle of the box moves the corners as seen from it; the moments of
     inertia about it remain those of the uniform box. Slenderness angles are those of the weaker

@@ -24,9 +24,9 @@ class Outcome(enum.IntEnum):
 
     A stack is at rest when all of its blocks are; it has overturned once one block has, and slid
     off once a block has left the face of the one below. An assembly has overturned, that is
-    collapsed, once the centre of a block is lower than at the start by half of the longest joint of
-    the block, or a block has turned by a right angle. ROCKING is all that still moves: a block
-    that slides without leaving its base, too.
+    collapsed, once one block has: it has turned by a right angle, or its centre has sunk by half of
+    its longest joint. ROCKING is all that still moves: a block that slides without leaving its
+    base, too.
 
     Example:
         >>> import warprock as wr

@@ -214,7 +214,7 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
     case = sampled_by(run.case, interval)
     response = run_lane(dataclasses.replace(run, case=case), lane)
     if run.lane_set.lanes.assembly is not None:
-        return _assembled(run, case, lane, response)
+        return _assembly_motion(run, case, lane, response)
     lanes = as_stacks(run.lane_set.lanes.take(np.array([lane])))
     spatial = run.lane_set.lanes.spatial
     shape = (lanes.block_count, len(response.times))
@@ -254,7 +254,7 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
         attitude=attitude,
         ratio=ratio,
         base=base,
-        acceleration=_pulled(run, lane, response.times),
+        acceleration=_base_acceleration(run, lane, response.times),
         outline=outline,
         parts=parts,
         ground=None if ground is None else base_places(ground, lane, response.times),
@@ -269,15 +269,15 @@ def _outcome(response: Response) -> str:
     return Outcome(int(response["outcome"][0])).name.lower().replace("_", " ")
 
 
-def _pulled(run: CaseRun, lane: int, times: Array) -> Array:
+def _base_acceleration(run: CaseRun, lane: int, times: Array) -> Array:
     """Acceleration of the base [m/s^2], shape [sample, 3]."""
-    pulled, motions = np.zeros((len(times), 3)), run.lane_set.motions
+    found, motions = np.zeros((len(times), 3)), run.lane_set.motions
     for axis, motion in zip(motions.axes, motions.components, strict=True):
-        pulled[:, "xyz".index(axis)] = motion.acceleration(times, lane)
-    return pulled
+        found[:, "xyz".index(axis)] = motion.acceleration(times, lane)
+    return found
 
 
-def _assembled(run: CaseRun, case: Case, lane: int, response: Response) -> SceneMotion:
+def _assembly_motion(run: CaseRun, case: Case, lane: int, response: Response) -> SceneMotion:
     """The motion of an assembly: blocks that can move first, as histories have them."""
     assert run.lane_set.lanes.assembly is not None
     kind = run.lane_set.lanes.assembly.of(lane)
@@ -303,7 +303,7 @@ def _assembled(run: CaseRun, case: Case, lane: int, response: Response) -> Scene
         attitude=quaternion(np.stack([nothing, turn, nothing], axis=-1)),
         ratio=np.degrees(turn),
         base=base,
-        acceleration=_pulled(run, lane, response.times),
+        acceleration=_base_acceleration(run, lane, response.times),
         outline=np.insert(outline, 1, 0.0, axis=-1),
         ground=None if ground is None else base_places(ground, lane, response.times),
         fixed=len(fixed),
