@@ -127,6 +127,8 @@ def _motion() -> dict[str, Any]:
             "did you mean left",
         ),
         ({**ARCH, "weak_joints": ["1, 2"], "weak_friction": 0.3}, {}, 'such as ["1.1 / 2.1"]'),
+        ({**ARCH, "joint_cohesion": "1 MPa"}, {}, "assembly.joint_tensile_strength: got nothing"),
+        ({**ARCH, "joint_tensile_strength": "0 MPa"}, {}, "strength of bonded joints"),
         ({**DRY, "seed": 1.5}, {}, "assembly.seed: got 1.5, must be a whole number"),
         ({**DRY, "stone_length": "9 m"}, {}, "must be at most assembly.wall_length"),
         ({**DRY, "stone_length": "1 cm"}, {}, "must make at most some 400 stones"),

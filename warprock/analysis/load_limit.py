@@ -250,6 +250,9 @@ def run_limits(case: Case, progress: Progress | None = None) -> LoadLimits:
     lane_set = expand_lanes(case)
     assemblies = lane_set.lanes.assembly
     assert assemblies is not None
+    if assemblies.bonded:
+        key, allowed = "assembly.joint_tensile_strength", "must be left out: joints are dry here"
+        raise InputError(case.source_of(key), key, Said("a value"), allowed)
     if len(assemblies.kinds) > MOST_KINDS:
         got = Said(f"{len(assemblies.kinds):,} assemblies that differ")
         raise InputError(case.file, "sweep", got, f"must be at most {MOST_KINDS:,}")

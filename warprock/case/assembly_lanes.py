@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 
 PLACE = Assembly.place
 FRICTION = "contact.friction"
+BONDS = ("joint_cohesion", "joint_tensile_strength")
+"""Keys that make joints bonded, together."""
 COUNTS = ("voussoirs", "blocks", "courses", "drums", "columns", "seed")
 """Keys that hold whole numbers."""
 
@@ -118,7 +120,7 @@ def _numbers(values: LaneValues, table: Assembly) -> dict[str, npt.NDArray[np.fl
     declared = Assembly.declared()
     swept = [
         name
-        for name in ("density", "depth", *keys.needs, *keys.may, "weak_friction")
+        for name in ("density", "depth", *keys.needs, *keys.may, "weak_friction", *BONDS)
         if isinstance(key := declared[name], NumberKey) and key.swept
     ]
     names = [name for name in swept if values.given(f"{PLACE}.{name}")]
@@ -152,6 +154,12 @@ def _refuse_numbers(
         key = f"{PLACE}.weak_joints"
         allowed = f"{Assembly.declared()['weak_joints'].allowed}, with weak_friction"
         raise InputError(values.case.source_of(key), key, NOTHING, allowed)
+    if (given := set(BONDS) & set(numbers)) and len(given) == 1:
+        (key,) = set(BONDS) - given
+        allowed = f"{Assembly.declared()[key].allowed}, with {given.pop()}"
+        raise InputError(
+            values.case.source_of(f"{PLACE}.{key}"), f"{PLACE}.{key}", NOTHING, allowed
+        )
     for name in COUNTS:
         if name in numbers:
             broken = numbers[name] != np.round(numbers[name])
@@ -214,6 +222,8 @@ def _assemble(case: Case, table: Assembly, own: Mapping[str, Any], file: str | N
         density=own["density"],
         friction=own[FRICTION],
         head_friction=own.get("head_friction"),
+        cohesion=own.get("joint_cohesion", 0.0),
+        tension=own.get("joint_tensile_strength", 0.0),
         tolerance=None if file is None else table.joint_tolerance,
     )
     return _weakened(case, table, own, found) if table.weak_joints else found

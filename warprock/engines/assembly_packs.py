@@ -151,7 +151,12 @@ def falls_by(kind: Assembly) -> Array:
 
 
 def _joints(kind: Assembly, room: int) -> dict[str, Array]:
-    columns: dict[str, Array] = {"friction": _padded(kind.joints.friction, room)}
+    area = joint_lengths(kind) * kind.depth
+    columns: dict[str, Array] = {
+        "friction": _padded(kind.joints.friction, room),
+        "cohesion": _padded(kind.joints.cohesion * area, room),
+        "tension": _padded(kind.joints.tension * area, room),
+    }
     for side, name in enumerate(("a", "b")):
         edge = _edges(kind, side)
         parts = np.concatenate([edge[:, 0], edge[:, 1] - edge[:, 0]], axis=1)
@@ -210,7 +215,7 @@ def around_rows(assemblies: Assemblies, struct: Any) -> Rows:
     """Rows of the struct `Around` of meeting.py, shape [lane]."""
     rows = np.zeros(len(assemblies.kinds), dtype=struct.numpy_dtype())
     for row, kind in zip(rows, assemblies.kinds, strict=True):
-        row["scale"] = _reach(kind)[~kind.fixed].min()
+        row["scale"] = least_reach(kind)
         row["friction"] = kind.friction
     return np.asarray(rows[assemblies.lane])
 
@@ -285,6 +290,11 @@ def body_rows(assemblies: Assemblies, struct: Any) -> Rows:
         row["pose"]["z"][count] = kind.ground
         row["pose"]["c"] = 1.0
     return np.asarray(rows[assemblies.lane])
+
+
+def least_reach(kind: Assembly) -> float:
+    """Half diagonal of the smallest block that can move [m]: of its farthest corner."""
+    return float(_reach(kind)[~kind.fixed].min())
 
 
 @functools.lru_cache(maxsize=64)

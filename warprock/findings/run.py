@@ -159,10 +159,16 @@ def assembly_sentences(facts: Facts, table: pd.DataFrame) -> list[str]:
     return told
 
 
+JOINT_VERBS = (("opened_between", "opened"), ("slid_between", "slid"), ("broken_between", "broke"))
+"""Columns of joints, and what these did."""
+
+
 def joint_words(table: pd.DataFrame, row: int) -> str:
-    """Which joints of a lane opened and slid."""
+    """Which joints of a lane opened, slid and broke."""
     parts = []
-    for column, verb in (("opened_between", "opened"), ("slid_between", "slid")):
+    for column, verb in JOINT_VERBS:
+        if column not in table:
+            continue
         names = [name for name in str(table[column].iloc[row]).split(APART) if name]
         if names:
             more = len(names) - NAMED
@@ -193,7 +199,7 @@ def limit_beside(run: CaseRun, table: pd.DataFrame) -> dict[str, Any]:
     if own is None or fell is None or "tilt_rate_deg_s" not in table or np.isnan(fell).all():
         return {}
     row = int(np.nanargmin(fell))
-    if own.of(row).count > MOST_BLOCKS:
+    if own.of(row).count > MOST_BLOCKS or own.bonded:
         return {}
     from warprock.analysis.load_limit import collapse_load
 
