@@ -60,5 +60,24 @@ def bench(
     print_json(found) if as_json else print_bench(found)
 
 
+@click.command("assembly")
+@json_option
+def bench_assembly(as_json: bool) -> None:
+    """Arches, drums and walls in MuJoCo and Bullet beside ours: collapse loads, errors, cost.
+
+    Collapse loads stand beside those of limit analysis; the error is that of the motion of a wall
+    of 33 blocks, in a second of a sine. Takes some five minutes.
+    """
+    from warprock.measure.assembly_bench import run_assembly_bench
+    from warprock.running.devices import start_warp
+    from warprock.tables.machine import print_assembly_bench
+    from warprock.tables.terminal import print_json
+
+    start_warp()
+    found = run_assembly_bench(report=lambda text: click.echo(text, err=True))
+    print_json(found) if as_json else print_assembly_bench(found)
+
+
+bench.add_command(bench_assembly)
 bench.add_command(bench_sweep)
 COMMANDS = (doctor, bench)
