@@ -74,6 +74,11 @@ class Joints:
         return len(self.blocks)
 
     @property
+    def lengths(self) -> Array:
+        """Their lengths [m], shape [joint]."""
+        return np.asarray(np.linalg.norm(self.ends[:, 1] - self.ends[:, 0], axis=1))
+
+    @property
     def tangent(self) -> Array:
         """Unit vector along every joint, shape [joint, 2]: its normal turned by -90 degrees."""
         return np.stack([self.normal[:, 1], -self.normal[:, 0]], axis=1)
@@ -154,6 +159,30 @@ class Assembly:
         """Width and height of the blocks that can move, together [m]."""
         return np.asarray(np.ptp(self.corners[~self.fixed].reshape(-1, 2), axis=0))
 
+    @functools.cached_property
+    def longest_joints(self) -> Array:
+        """Length of the longest joint of every block [m], shape [block]; 0 where it has none."""
+        found = np.zeros(self.count)
+        for side in (0, 1):
+            np.maximum.at(found, self.joints.blocks[:, side], self.joints.lengths)
+        return found
+
+    @functools.cached_property
+    def slenderness_angle(self) -> float:
+        """What measures rotations of its blocks: about the one at which it collapses [rad].
+
+        The angle whose tangent is the length of its joints over its height: of each block the
+        longest joint, of the blocks the median; and the largest distance of a corner from the
+        nearest joint with what is fixed. So it is that of a single block, but for the difference
+        between its height and its diagonal, of a column as a whole, and of an arch its thickness
+        over the distance from springing to crown.
+        """
+        free = ~self.fixed
+        feet = self.joints.ends[self.fixed[self.joints.blocks].any(axis=1)].mean(axis=1)
+        corners = self.corners[free].reshape(-1, 1, 2)
+        high = np.linalg.norm(corners - feet, axis=2).min(axis=1).max()
+        return float(np.arctan2(np.median(self.longest_joints[free]), high))
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Assemblies:
@@ -179,6 +208,11 @@ class Assemblies:
         used, place = np.unique(self.lane[lanes], return_inverse=True)
         kinds = tuple(self.kinds[kind] for kind in used)
         return Assemblies(kinds, place.reshape(-1), self._most)
+
+    @property
+    def slenderness_angle(self) -> Array:
+        """Of every lane's, shape [lane]; see `Assembly`."""
+        return np.array([kind.slenderness_angle for kind in self.kinds])[self.lane]
 
     @property
     def _most(self) -> tuple[int, int, int]:

@@ -159,8 +159,11 @@ class Lanes:
     def slenderness_angle(self) -> Array:
         """Critical angle of every block on a flat base [rad]; of bodies and strips the smaller one.
 
-        Of a strip of wall it is the turn of the lower body at the unstable balance.
+        Of a strip of wall it is the turn of the lower body at the unstable balance, of an assembly
+        that of `model.assembly.Assembly`.
         """
+        if self.assembly is not None:
+            return self.assembly.slenderness_angle
         if self.body is not None:
             return self._of_body(self.body.slenderness_angles.min(axis=1))
         if self.profiles is not None:
