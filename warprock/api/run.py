@@ -231,7 +231,8 @@ def run(
 ) -> Run:
     """Runs every lane of a case with one engine.
 
-    Without a tolerance, None, every lane runs once, and nothing says how far off it is.
+    Without a tolerance, None, every lane runs once, and nothing says how far off it is. Without a
+    precision lanes run in float64, or in what `cheapest` picks.
 
     Args:
         case: A `Case`, the tables of one, the name of a shipped one, or the path of a case file.
@@ -242,7 +243,7 @@ def run(
         cheapest: Picks the cheapest engine, settings and precision that met the tolerance in
             `warprock trade`, of the engine and in the precision that are named, and tests them on
             a sample of the lanes. No settings beside it.
-        precision: float64 or float32; without, float64, or what `cheapest` picks.
+        precision: float64 or float32.
         device: Warp device, such as cpu or cuda:0.
         workers: Worker threads; the cores at hand without. No number depends on it.
         progress: Whether to show how far it is, or a function that is called with the number of
