@@ -60,5 +60,26 @@ def bench(
     print_json(found) if as_json else print_bench(found)
 
 
+@click.command("assembly")
+@click.option("--blocks", type=int, multiple=True, help="10 to 10,000 without; repeat.")
+@workers_option
+@json_option
+def bench_assembly(blocks: tuple[int, ...], workers: int | None, as_json: bool) -> None:
+    """What a lane of an assembly costs by its number of blocks: walls that stand on a moving base.
+
+    Takes some minutes; a wall of 10,000 blocks most of them.
+    """
+    from warprock.measure.assembly_bench import BLOCKS, run_assembly_bench
+    from warprock.running.devices import start_warp
+    from warprock.tables import machine, terminal
+
+    start_warp()
+    rows = run_assembly_bench(
+        blocks or BLOCKS, workers=workers, report=lambda text: click.echo(text, err=True)
+    )
+    terminal.print_json({"rows": rows}) if as_json else machine.print_assembly_bench(rows)
+
+
 bench.add_command(bench_sweep)
+bench.add_command(bench_assembly)
 COMMANDS = (doctor, bench)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from warprock.findings.numbers import three
@@ -112,3 +112,10 @@ def print_device_bench(found: Mapping[str, Any]) -> None:
         f"{best['engine']} runs {three(best['lanes_per_s'])} lanes a second there.",
         "warprock run CASE --device NAME",
     )
+
+
+def print_assembly_bench(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Prints what `measure.assembly_bench.run_assembly_bench` measured."""
+    from warprock.tables.terminal import print_rows
+
+    print_rows("Walls by their number of blocks, measured here and now", rows)
