@@ -33,6 +33,7 @@ import pathlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    __version__: str
     from warprock.api.analyses.fragility import fragility as fragility
     from warprock.api.analyses.ida import ida as ida
     from warprock.api.analyses.map import map as map
@@ -98,8 +99,6 @@ if TYPE_CHECKING:
     from warprock.running.case_run import run_case as run_case
     from warprock.running.lane_table import lane_table as lane_table
     from warprock.running.results import write_run as write_run
-
-__version__ = "0.1.0"
 
 _HOME = {
     "ENGINES": "engines",
@@ -182,7 +181,20 @@ if not (_PACKAGE / "kernels").is_dir():
     __path__.append(str(_PACKAGE.parent))
 
 
+def _version() -> str:
+    """The version that is installed, which is made of the tags; of a mere checkout nothing."""
+    import importlib.metadata
+
+    try:
+        return importlib.metadata.version(__name__)
+    except importlib.metadata.PackageNotFoundError:
+        return "0+unknown"
+
+
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        globals()[name] = _version()
+        return globals()[name]
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -102,6 +102,7 @@ def run_lanes(
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time."""
     spring = rows(Spring, POINTS)
+    corner = rows(Corner, POINTS)
     own = rows(Own)
     mass = rows(Mass)
     pose = rows(Pose)
@@ -130,6 +131,9 @@ def run_lanes(
         peaks[i] = start_peaks(body.theta)
         pace[i].dt = body.time_step
         seen[i] = start_seen(body.uplift_time)
+    for p in range(points):
+        for i in range(LANES):
+            corner[p, i] = corners[p, first + i]
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         passes = int(0)
@@ -163,21 +167,17 @@ def run_lanes(
                 works = int(0)
                 for i in range(LANES):
                     depth = depth_of(
-                        corners[p, first + i].x, corners[p, first + i].z,
-                        corners[p, first + i].raised, pose[i].z, pose[i].s, step[i].lift,
+                        corner[p, i].x, corner[p, i].z, corner[p, i].raised, pose[i].z, pose[i].s,
+                        step[i].lift,
                     )  # fmt: skip
                     step[i].depth = depth
                     deep[i] = find_deepest(p, depth, deep[i])
                     works = works + has_work(depth, spring[p, i])
                 if works > 0:
                     for i in range(LANES):
-                        corner = Corner()
-                        corner.x = corners[p, first + i].x
-                        corner.z = corners[p, first + i].z
-                        corner.area = corners[p, first + i].area
                         one = spring[p, i]
                         more, pressed = press(
-                            knobs, pace[i], own[i].friction, corner, step[i].depth, pose[i],
+                            knobs, pace[i], own[i].friction, corner[p, i], step[i].depth, pose[i],
                             velocity[i], one,
                         )  # fmt: skip
                         spring[p, i] = one

@@ -31,6 +31,7 @@ from warprock.kernels.event_space.block_trial import State as BlockState
 from warprock.kernels.event_space.lane import BaseMotion, Limits
 from warprock.kernels.event_space.stack_contact import (
     CONE,
+    SWEEPS,
     Ints,
     Own,
     Pose,
@@ -59,11 +60,13 @@ from warprock.kernels.vectors import Vector
 
 STILL = by_precision(1.0e-10, 1.0e-4)
 """Velocity that counts as zero, as a part of the velocity that gravity gives in a step."""
-CLOSING = 40
-"""Largest number of sweeps that close gaps in a step; the next step closes the rest."""
-
 BINDING = 12
-"""Largest number of Newton rounds that project velocities on contacts in a step; likewise."""
+"""Largest number of Newton rounds that close gaps and project velocities in a step; the next step
+does the rest."""
+
+
+LEAST = real(1.0 / 256.0)
+"""A step whose contacts were not solved is halved down to this part of the longest step."""
 
 
 @wp.struct
@@ -92,12 +95,12 @@ def end_step(
     bodies = int(BLOCKS + 1)
     gravity = limits.gravity
     t = contacts_at_end(own, pose, look, held, stuck, True)
-    _p, shift, turn, _good = solve_by_sweeps(CLOSING, t, pose, Points(), zero, zero)
+    _p, shift, turn, _good = solve(BINDING, t, pose, Points(), zero, zero, zero, zero)
     for k in range(1, bodies):
         n.x[k] = n.x[k] + shift[k]
         n.q[k] = rotate_attitude(n.q[k], turn[k])
     t = contacts_at_end(own, pose, look, held, stuck, False)
-    _q, v, w, _bound = solve(BINDING, t, pose, Points(), n.v, n.w)
+    _q, v, w, _bound = solve(BINDING, t, pose, Points(), n.v, n.w, n.v, n.w)
     n.lost = n.lost - energy(own, gravity, n.x, n.q, v, w)
     struck = look.landed
     for axis in range(3):
@@ -109,7 +112,9 @@ def end_step(
         before = energy(own, gravity, n.x, n.q, v, w)
         for i in range(t.total):
             t.law[i] = CONE
-        _r, v1, w1, fits = solve(ROUNDS, t, pose, Points(), v, w)
+        _r, v1, w1, fits = solve(ROUNDS, t, pose, Points(), v, w, v, w)
+        if not fits:
+            _r, v1, w1, fits = solve_by_sweeps(SWEEPS, t, pose, Points(), v, w)
         n.lost = n.lost + before - energy(own, gravity, n.x, n.q, v1, w1)
         # The base's work on the blocks is at the mean of both velocities: see account.py.
         for k in range(1, bodies):
@@ -242,7 +247,11 @@ def step(own: Own, limits: Limits, motion: BaseMotion, end: real, s: State) -> S
     t = continue_contacts(own, s, pose0, pose, limits.rest_gap)
     for i in range(t.total):
         first[i] = HALF * d * s.force[16 * (t.body[i] - 1) + t.slot[i]]
-    p, vm, wm, good = solve(ROUNDS, t, pose, first, v, w)
+    p, vm, wm, good = solve(ROUNDS, t, pose, first, v, w, s.v, s.w)
+    if not good:
+        if d > LEAST * limits.longest_step:
+            return retry_step(s, HALF * d, d, near)
+        p, vm, wm, good = solve_by_sweeps(SWEEPS, t, pose, first, v, w)
     n = s
     n.force = Kept()
     for i in range(t.total):

@@ -72,13 +72,15 @@ class Own:
 
 @wp.struct
 class Pose:
-    """Pose of all bodies: centres of mass [m], axes and inverse inertia [1/(kg m^2)], by rows.
+    """Pose of all bodies, a matrix by rows.
 
-    It also holds the friction coefficient under each body and its inverse mass [1/kg].
+    Centres of mass [m], axes, inertia [kg m^2] and its inverse, the friction coefficient under each
+    body, and its inverse mass [1/kg].
     """
 
     x: Bodies
     axes: Axes
+    inertia: Axes
     ease: Axes
     friction: Numbers
     light: Numbers
@@ -124,8 +126,11 @@ def pose_of(own: Own, x: Bodies, q: Attitudes) -> Pose:
         pose.friction[k] = block.friction
         pose.light[k] = real(1.0) / block.mass
         j = weighted(r, block.inverse_x, block.inverse_y, block.inverse_z)
+        one = real(1.0)
+        inertia = weighted(r, one / block.inverse_x, one / block.inverse_y, one / block.inverse_z)
         for i in range(3):
             pose.axes[3 * k + i] = axis_of(r, i)
+            pose.inertia[3 * k + i] = axis_of(inertia, i) * block.mass
             pose.ease[3 * k + i] = axis_of(j, i) / block.mass
     return pose
 
@@ -172,14 +177,6 @@ def directions(axes: Axes, body: int, slot: int) -> Matrix:
             e[0] = x
             e[1] = wp.cross(normal, x)
     return e
-
-
-@wp.func
-def slip_at(t: Touches, pose: Pose, i: int, v: Bodies, w: Bodies) -> Vector:
-    """Velocity of a contact along its directions [m/s]."""
-    k = t.body[i]
-    e = directions(pose.axes, k, t.slot[i])
-    return e * relative_velocity(v[k], w[k], t.ru[i], v[k - 1], w[k - 1], t.rl[i])
 
 
 @wp.func
@@ -276,16 +273,6 @@ def solve_by_sweeps(sweeps: int, t: Touches, pose: Pose, first: Points, v: Bodie
         if step >= 0 and change <= SETTLED * SETTLED * whole:
             break
     return p, u, o, good
-
-
-@wp.func
-def effective_mass(t: Touches, pose: Pose, i: int) -> real:
-    """Effective mass of a contact against its normal impulse [kg]."""
-    k = t.body[i]
-    e = directions(pose.axes, k, t.slot[i])
-    up, low = rows_of(pose.ease, k), rows_of(pose.ease, k - 1)
-    gains = gains_of(pose.light[k] + pose.light[k - 1], e, up, low, t.ru[i], t.rl[i])
-    return gains[0]
 
 
 @wp.func

@@ -1,17 +1,25 @@
 """Coulomb's law at all contacts of a stack in space, by Newton's method.
 
 The impulse of a contact with velocity u is f = P(l - c (u + lift n)). P projects on the impulses
-that its law allows, l is a multiplier, and c is STIFF times the effective mass of the contact. lift
-is its gap; in the law CONE it is mu |u_t| for the cone and mu (|u_x| + |u_y|) for the box, mu the
-friction coefficient and u_t the slip. If l = f and lift is that of u, all laws hold (augmented
-Lagrangian, with the change of variable of De Saxce and Feng 1998).
+that its law allows, l is a multiplier, and c is a stiffness times the effective mass of the
+contact. lift is its gap; in the law CONE it is mu |u_t| for the cone and mu (|u_x| + |u_y|) for the
+box, mu the friction coefficient and u_t the slip. If l = f and lift is that of u, all laws hold
+(augmented Lagrangian, with the change of variable of De Saxce and Feng 1998).
 
-For given l and lift the velocities minimise a convex function: M (v - v_free) = sum G^T f. Newton's
-method solves this with the banded matrix M + c sum G^T P' G, six rows a block; a step that does not
-descend is halved. Then l is set to f and lift to that of u. This repeats until only round-off
-changes. Redundant contacts of a face do no harm.
+P is made of *pieces*. On all but one of them it is linear: a contact without impulse, one that
+sticks, one without friction. With every contact on such a piece, M (v - v_free) = sum G^T f is a
+linear system. Its matrix M + c sum G^T P' G has six rows a block and couples neighbours only; it is
+factored as L D L^T.
 
-If this does not converge, the sweeps of event_space/stack_contact.py finish the solve.
+Most solves continue the one of the step before: its impulses tell the pieces. `continue_pieces`
+solves that system with the stiffness FIRM until l no longer changes, each time with a change
+smaller by about that factor. Contacts that turn out to be on other linear pieces go there. If one
+comes to the curved piece, this ends without a solution.
+
+Else, for given l and lift the velocities minimise a convex function. Newton's method finds its
+least value; a step that does not descend is halved, and one within linear pieces is exact. Then l
+is set to f and lift to that of u. This repeats until only round-off changes. Redundant contacts of
+a face do no harm.
 """
 
 import warp as wp
@@ -24,28 +32,25 @@ from warprock.kernels.event_space.stack_contact import (
     HOLD_Y,
     KEEP,
     PUSH,
-    SWEEPS,
     Pose,
     Touches,
     directions,
-    effective_mass,
-    slip_at,
     solve_by_sweeps,
 )
 from warprock.kernels.shape_space.frame import relative_velocity
-from warprock.kernels.shape_space.stack import Bodies, PointNumbers, Points, rows_of
+from warprock.kernels.shape_space.stack import Bodies, PointInts, PointNumbers, Points, rows_of
 from warprock.kernels.vectors import Matrix, Vector
 
-ROWS = 6 * BLOCKS
-BAND = 12
-"""Rows of two neighbouring blocks: the band width of the matrix."""
 STIFF = by_precision(1.0e4, 1.0e2)
+FIRM = by_precision(1.0e7, 1.0e5)
+TURNS = 12
+"""Largest number of changes of l or of linear pieces."""
 ROUNDS = 200
-"""Largest number of rounds, each with one change of l."""
+"""Largest number of rounds of Newton's method, each with one change of l."""
 LEAP = 8
 """Lifts converge slowly, by a factor a round. Every so many rounds they are extrapolated..."""
-AHEAD = real(8.0)
-"""...by this multiple of their last change."""
+FARTHEST = real(1000.0)
+"""...by at most this multiple of their last change."""
 TRIES = 30
 """Largest number of Newton steps in a round."""
 HALVINGS = 8
@@ -62,9 +67,90 @@ SOUND = by_precision(1.0e-6, 1.0e-4)
 DUST = by_precision(1.0e-13, 1.0e-5)
 """Round-off of the convex function."""
 
-Long = wp.types.vector(length=ROWS, dtype=real)
-Wide = wp.types.matrix(shape=(ROWS, ROWS), dtype=real)
-Slopes = wp.types.matrix(shape=(3, 12), dtype=real)
+NONE = 0
+"""The piece of a contact without impulse."""
+ALL = 1
+"""That of one whose impulse has every part: it sticks."""
+NORMAL = 2
+"""That of one without friction."""
+NO_Y = 3
+"""That of one without friction along y..."""
+NO_X = 4
+"""...and x."""
+CURVED = 5
+"""The one on which P is not linear: friction at its bound."""
+
+GIVEN = 0
+"""A look at contacts on given pieces..."""
+ANEW = 1
+"""...on the pieces of their arguments..."""
+RENEW = 2
+"""...and, after that, with l set to f and lifts to those of the velocities."""
+
+SixRows = wp.types.matrix(shape=(6 * BLOCKS, 6), dtype=real)
+Sixes = wp.types.matrix(shape=(BLOCKS, 6), dtype=real)
+
+
+@wp.struct
+class System:
+    """What a solve is about.
+
+    Attributes:
+        t: The contacts.
+        pose: Where the bodies are.
+        stiff: Stiffness c of each contact [kg].
+        v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
+    """
+
+    t: Touches
+    pose: Pose
+    stiff: PointNumbers
+    v: Bodies
+    w: Bodies
+
+
+@wp.struct
+class Guess:
+    """Multipliers l [N s], lifts [m/s], pieces; velocities [m/s], angular velocities [rad/s]."""
+
+    asks: Points
+    lift: PointNumbers
+    pieces: PointInts
+    v: Bodies
+    w: Bodies
+
+
+@wp.struct
+class Slope:
+    """What a look at all contacts finds.
+
+    Attributes:
+        force, spin: The gradient M (v - v_free) - sum G^T f.
+        energy: The convex function [J].
+        change: How much l and lifts changed, as an energy [J].
+        same: Whether no contact went to another piece.
+        straight: Whether none is on the curved piece.
+    """
+
+    force: Bodies
+    spin: Bodies
+    energy: real
+    change: real
+    same: bool
+    straight: bool
+
+
+@wp.struct
+class Factor:
+    """L D L^T of the matrix, six rows a block.
+
+    Attributes:
+        own: Within a block: L below its diagonal, on it the inverse of D.
+        below: L between a block and the one below.
+    """
+
+    own: SixRows
+    below: SixRows
 
 
 @wp.func
@@ -136,191 +222,389 @@ def project_on_law(law: int, mu: real, z: Vector):
 
 
 @wp.func
-def requested_impulse(
-    t: Touches, pose: Pose, stiff: PointNumbers, asks: Points, v: Bodies, w: Bodies, i: int
-):
-    """Argument l - c (u + lift n) of the projection of contact i, and the contact's directions."""
-    k = t.body[i]
-    e = directions(pose.axes, k, t.slot[i])
-    u = e * relative_velocity(v[k], w[k], t.ru[i], v[k - 1], w[k - 1], t.rl[i])
-    u = u + Vector(real(0.0), real(0.0), t.gap[i])
-    return asks[i] - stiff[i] * u, e
+def piece_of(law: int, mu: real, z: Vector) -> int:
+    """The piece of the projection P on which an argument z lies."""
+    if law == HOLD:
+        return int(ALL)
+    if law == KEEP:
+        return int(NORMAL)
+    if law == PUSH:
+        return wp.where(z[2] > real(0.0), NORMAL, NONE)
+    if law == HOLD_X:
+        return int(NO_Y)
+    if law == HOLD_Y:
+        return int(NO_X)
+    piece = int(NONE)
+    if law == CONE:
+        pull = wp.sqrt(z[0] * z[0] + z[1] * z[1])
+        most = pull
+        if BOX:
+            pull = larger(wp.abs(z[0]), wp.abs(z[1]))
+            most = wp.abs(z[0]) + wp.abs(z[1])
+        piece = wp.where(z[2] + mu * most > real(0.0), CURVED, NONE)
+        piece = wp.where(pull <= mu * z[2], ALL, piece)
+    return piece
 
 
 @wp.func
-def lift_of(t: Touches, pose: Pose, v: Bodies, w: Bodies, i: int) -> real:
-    """The term `lift` of contact i, see the head of this file [m/s]."""
-    if t.law[i] != CONE:
-        return t.gap[i]
-    u = slip_at(t, pose, i, v, w)
+def project_on_piece(piece: int, law: int, mu: real, z: Vector) -> Vector:
+    """P(z), taken on one of its pieces."""
+    f = z
+    if piece == CURVED:
+        f, _slope = project_on_law(law, mu, z)
+    elif piece != ALL:
+        zero = real(0.0)
+        f = Vector(
+            wp.where(piece == NO_Y, z[0], zero), wp.where(piece == NO_X, z[1], zero),
+            wp.where(piece == NONE, zero, z[2]),
+        )  # fmt: skip
+    return f
+
+
+@wp.func
+def lift_of(law: int, mu: real, gap: real, u: Vector) -> real:
+    """The term `lift` of a contact, see the head of this file [m/s]."""
+    if law != CONE:
+        return gap
     if BOX:
-        return pose.friction[t.body[i]] * (wp.abs(u[0]) + wp.abs(u[1]))
-    return pose.friction[t.body[i]] * wp.sqrt(u[0] * u[0] + u[1] * u[1])
+        return mu * (wp.abs(u[0]) + wp.abs(u[1]))
+    return mu * wp.sqrt(u[0] * u[0] + u[1] * u[1])
 
 
-@wp.func
-def residual(
-    t: Touches, pose: Pose, stiff: PointNumbers, asks: Points,
-    v0: Bodies, w0: Bodies, v: Bodies, w: Bodies,
-):  # fmt: skip
-    """The gradient M (v - v_free) - sum G^T f, and the convex function itself [J]."""
-    force, spin, energy = Bodies(), Bodies(), real(0.0)
+@wp.func(inline=False)
+def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
+    """The gradient and the convex function at a guess; the guess gets what the mode says."""
+    # A field of a struct is read as a whole wherever it is indexed: once is enough.
+    body = s.t.body
+    slot = s.t.slot
+    law = s.t.law
+    ru = s.t.ru
+    rl = s.t.rl
+    axes = s.pose.axes
+    friction = s.pose.friction
+    stiff = s.stiff
+    asks = g.asks
+    lifts = g.lift
+    pieces = g.pieces
+    v = g.v
+    w = g.w
+    force, spin, energy, change = Bodies(), Bodies(), real(0.0), real(0.0)
+    same, straight = bool(True), bool(True)
     bodies = int(BLOCKS + 1)
-    for i in range(t.total):
-        k = t.body[i]
-        z, e = requested_impulse(t, pose, stiff, asks, v, w, i)
-        f, _slope = project_on_law(t.law[i], pose.friction[k], z)
-        energy += HALF * wp.length_sq(f) / stiff[i]
+    for i in range(s.t.total):
+        k, c, piece, lift = body[i], stiff[i], pieces[i], lifts[i]
+        mu, e = friction[k], directions(axes, k, slot[i])
+        u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
+        if mode == RENEW:
+            now = lift_of(law[i], mu, lift, u)
+            z = asks[i] - c * Vector(u[0], u[1], u[2] + lift)
+            piece = piece_of(law[i], mu, z)
+            f = project_on_piece(piece, law[i], mu, z)
+            more = now - lift
+            change += (wp.length_sq(f - asks[i]) / (c * c) + more * more) / s.pose.light[k]
+            lift = now
+            asks[i] = f
+            lifts[i] = lift
+        z = asks[i] - c * Vector(u[0], u[1], u[2] + lift)
+        if mode == ANEW:
+            piece = piece_of(law[i], mu, z)
+        same = same and piece == pieces[i]
+        straight = straight and piece != CURVED
+        pieces[i] = piece
+        f = project_on_piece(piece, law[i], mu, z)
+        energy += HALF * wp.length_sq(f) / c
         push = wp.transpose(e) * f
         force[k] = force[k] - push
-        spin[k] = spin[k] - wp.cross(t.ru[i], push)
+        spin[k] = spin[k] - wp.cross(ru[i], push)
         force[k - 1] = force[k - 1] + push
-        spin[k - 1] = spin[k - 1] + wp.cross(t.rl[i], push)
+        spin[k - 1] = spin[k - 1] + wp.cross(rl[i], push)
     for k in range(1, bodies):
-        dv, dw = v[k] - v0[k], w[k] - w0[k]
-        heavy = wp.inverse(rows_of(pose.ease, k)) * dw
-        force[k] = force[k] + dv / pose.light[k]
-        spin[k] = spin[k] + heavy
-        energy += HALF * (wp.dot(dv, dv) / pose.light[k] + wp.dot(heavy, dw))
-    return force, spin, energy
+        dv, dw, light = v[k] - s.v[k], w[k] - s.w[k], s.pose.light[k]
+        turn = rows_of(s.pose.inertia, k) * dw
+        force[k] = force[k] + dv / light
+        spin[k] = spin[k] + turn
+        energy += HALF * (wp.dot(dv, dv) / light + wp.dot(turn, dw))
+    g.asks = asks
+    g.lift = lifts
+    g.pieces = pieces
+    return Slope(force, spin, energy, change, same, straight)
 
 
 @wp.func
-def matrix(
-    t: Touches, pose: Pose, stiff: PointNumbers, asks: Points,
-    v: Bodies, w: Bodies,
-) -> Wide:  # fmt: skip
-    """M + c sum G^T P' G."""
-    a = Wide()
-    bodies = int(BLOCKS + 1)
-    for k in range(1, bodies):
-        heavy = wp.inverse(rows_of(pose.ease, k))
-        for i in range(3):
-            a[6 * k - 6 + i, 6 * k - 6 + i] = real(1.0) / pose.light[k]
-            for j in range(3):
-                a[6 * k - 3 + i, 6 * k - 3 + j] = heavy[i, j]
-    for i in range(t.total):
-        k = t.body[i]
-        z, e = requested_impulse(t, pose, stiff, asks, v, w, i)
-        _f, slope = project_on_law(t.law[i], pose.friction[k], z)
-        g = Slopes()
-        for d in range(3):
-            turn, back = wp.cross(t.ru[i], e[d]), wp.cross(t.rl[i], e[d])
-            for j in range(3):
-                g[d, j] = -e[d, j]
-                g[d, 3 + j] = -back[j]
-                g[d, 6 + j] = e[d, j]
-                g[d, 9 + j] = turn[j]
-        h = stiff[i] * (slope * g)
-        first = 6 * k - 12
-        least = wp.where(k == 1, 6, 0)
-        for m in range(least, 12):
-            column = Vector(g[0, m], g[1, m], g[2, m])
-            for n in range(least, 12):
-                more = column[0] * h[0, n] + column[1] * h[1, n] + column[2] * h[2, n]
-                a[first + m, first + n] = a[first + m, first + n] + more
-    return a
-
-
-@wp.func
-def solve_banded(system: Wide, right: Long) -> Long:
-    """The solution of the banded linear system, by elimination."""
-    a = system
-    x = right
-    rows = int(ROWS)
-    for j in range(rows):
-        last = wp.min(j + BAND, rows)
-        for i in range(j + 1, last):
-            part = a[i, j] / a[j, j]
-            if part != real(0.0):
-                for n in range(j, last):
-                    a[i, n] = a[i, n] - part * a[j, n]
-                x[i] = x[i] - part * x[j]
-    for back in range(rows):
-        j = rows - 1 - back
-        last = wp.min(j + BAND, rows)
-        total = x[j]
-        for n in range(j + 1, last):
-            total = total - a[j, n] * x[n]
-        x[j] = total / a[j, j]
-    return x
+def stiffness_of(s: wp.ref[System], g: wp.ref[Guess], i: int) -> Matrix:
+    """Stiffness of a contact in the axes of the base, c E^T P' E with its directions E [kg]."""
+    k = s.t.body[i]
+    e = directions(s.pose.axes, k, s.t.slot[i])
+    m = Matrix()
+    piece = g.pieces[i]
+    if piece == ALL:
+        m = wp.identity(n=3, dtype=real)
+    elif piece == NORMAL:
+        m = wp.outer(e[2], e[2])
+    elif piece == CURVED:
+        u = e * relative_velocity(g.v[k], g.w[k], s.t.ru[i], g.v[k - 1], g.w[k - 1], s.t.rl[i])
+        z = g.asks[i] - s.stiff[i] * Vector(u[0], u[1], u[2] + g.lift[i])
+        _f, slope = project_on_law(s.t.law[i], s.pose.friction[k], z)
+        m = wp.transpose(e) * (slope * e)
+    elif piece != NONE:
+        m = wp.outer(e[2], e[2])
+        m += wp.where(piece == NO_Y, wp.outer(e[0], e[0]), wp.outer(e[1], e[1]))
+    return s.stiff[i] * m
 
 
 @wp.func(inline=False)
-def newton_step(
-    t: Touches, pose: Pose, stiff: PointNumbers, asks: Points,
-    v0: Bodies, w0: Bodies, v: Bodies, w: Bodies,
-):  # fmt: skip
-    """Velocities after a Newton step; their change and size, as energies [J]."""
-    force, spin, energy = residual(t, pose, stiff, asks, v0, w0, v, w)
-    right = Long()
+def factor(s: wp.ref[System], g: wp.ref[Guess]) -> Factor:
+    """L D L^T of the matrix M + c sum G^T P' G at a guess with its pieces."""
+    a, b = SixRows(), SixRows()
+    body = s.t.body
+    ru = s.t.ru
+    rl = s.t.rl
+    light = s.pose.light
+    inertia = s.pose.inertia
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
         for i in range(3):
-            right[6 * k - 6 + i] = -force[k, i]
-            right[6 * k - 3 + i] = -spin[k, i]
-    found = solve_banded(matrix(t, pose, stiff, asks, v, w), right)
-    part = real(1.0)
-    v1, w1, change, whole = Bodies(), Bodies(), real(0.0), real(0.0)
-    for _again in range(HALVINGS):
-        change, whole = real(0.0), real(0.0)
-        for k in range(1, bodies):
-            dv, dw = Vector(), Vector()
+            a[6 * k - 6 + i, i] = real(1.0) / light[k]
+            for j in range(3):
+                a[6 * k - 3 + i, 3 + j] = inertia[3 * k + i, j]
+    for q in range(s.t.total):
+        if g.pieces[q] != NONE:
+            k = body[q]
+            m, up = stiffness_of(s, g, q), wp.skew(ru[q])
+            row, turn = 6 * k - 6, up * m
+            turns = turn * up
             for i in range(3):
-                dv[i] = part * found[6 * k - 6 + i]
-                dw[i] = part * found[6 * k - 3 + i]
-            v1[k] = v[k] + dv
-            w1[k] = w[k] + dw
-            reach = wp.length_sq(t.ru[0])
-            change += (wp.length_sq(dv) + reach * wp.length_sq(dw)) / pose.light[k]
-            whole += (wp.length_sq(v1[k]) + reach * wp.length_sq(w1[k])) / pose.light[k]
-            whole += (wp.length_sq(v0[k]) + reach * wp.length_sq(w0[k])) / pose.light[k]
-        _f, _s, now = residual(t, pose, stiff, asks, v0, w0, v1, w1)
-        if now <= energy + DUST * energy:
-            break
-        part = HALF * part
-    return v1, w1, change, whole
+                for j in range(3):
+                    a[row + i, j] = a[row + i, j] + m[i, j]
+                    a[row + 3 + i, j] = a[row + 3 + i, j] + turn[i, j]
+                    a[row + 3 + i, 3 + j] = a[row + 3 + i, 3 + j] - turns[i, j]
+            if k > 1:
+                low = wp.skew(rl[q])
+                back = low * m
+                backs, both, across = back * low, turn * low, m * low
+                for i in range(3):
+                    for j in range(3):
+                        a[row - 6 + i, j] = a[row - 6 + i, j] + m[i, j]
+                        a[row - 3 + i, j] = a[row - 3 + i, j] + back[i, j]
+                        a[row - 3 + i, 3 + j] = a[row - 3 + i, 3 + j] - backs[i, j]
+                        b[row + i, j] = b[row + i, j] - m[i, j]
+                        b[row + i, 3 + j] = b[row + i, 3 + j] + across[i, j]
+                        b[row + 3 + i, j] = b[row + 3 + i, j] - turn[i, j]
+                        b[row + 3 + i, 3 + j] = b[row + 3 + i, 3 + j] + both[i, j]
+    for k in range(BLOCKS):
+        row, low_row = 6 * k, 6 * k - 6
+        if k > 0:
+            for i in range(6):
+                for j in range(6):
+                    rest = b[row + i, j]
+                    for n in range(j):
+                        rest -= b[row + i, n] * a[low_row + j, n]
+                    b[row + i, j] = rest
+            for i in range(6):
+                for j in range(6):
+                    part = b[row + i, j] * a[low_row + j, j]
+                    for n in range(i, 6):
+                        a[row + n, i] = a[row + n, i] - part * b[row + n, j]
+                    b[row + i, j] = part
+        for j in range(6):
+            pivot = real(1.0) / a[row + j, j]
+            a[row + j, j] = pivot
+            for i in range(j + 1, 6):
+                part = a[row + i, j] * pivot
+                for n in range(i, 6):
+                    a[row + n, i] = a[row + n, i] - part * a[row + n, j]
+            for i in range(j + 1, 6):
+                a[row + i, j] = a[row + i, j] * pivot
+    return Factor(a, b)
 
 
 @wp.func(inline=False)
-def solve(rounds: int, t: Touches, pose: Pose, first: Points, v: Bodies, w: Bodies):
-    """Impulses of all contacts, and the velocities with them, as `solve_by_sweeps`.
+def descent(factored: wp.ref[Factor], slope: wp.ref[Slope]):
+    """The change of velocities and angular velocities in a whole Newton step."""
+    a = factored.own
+    b = factored.below
+    force = slope.force
+    spin = slope.spin
+    x, dv, dw = Sixes(), Bodies(), Bodies()
+    for k in range(BLOCKS):
+        for i in range(3):
+            x[k, i] = -force[k + 1, i]
+            x[k, 3 + i] = -spin[k + 1, i]
+        for i in range(6):
+            rest = x[k, i]
+            if k > 0:
+                for j in range(6):
+                    rest -= b[6 * k + i, j] * x[k - 1, j]
+            for j in range(i):
+                rest -= a[6 * k + i, j] * x[k, j]
+            x[k, i] = rest
+    for back in range(BLOCKS):
+        k = BLOCKS - 1 - back
+        for turn in range(6):
+            i = 5 - turn
+            rest = x[k, i] * a[6 * k + i, i]
+            if back > 0:
+                for j in range(6):
+                    rest -= b[6 * k + 6 + j, i] * x[k + 1, j]
+            for j in range(i + 1, 6):
+                rest -= a[6 * k + j, i] * x[k, j]
+            x[k, i] = rest
+        dv[k + 1] = Vector(x[k, 0], x[k, 1], x[k, 2])
+        dw[k + 1] = Vector(x[k, 3], x[k, 4], x[k, 5])
+    return dv, dw
 
-    With fewer rounds than ROUNDS the result is accepted as it is.
-    """
-    asks, u, o, good = solve_by_sweeps(FIRST, t, pose, first, v, w)
-    if t.total == 0 or good:
-        return asks, u, o, True
-    c = t
-    stiff, energy, done = PointNumbers(), real(0.0), bool(False)
-    for i in range(t.total):
-        stiff[i] = STIFF * effective_mass(t, pose, i)
-        c.gap[i] = lift_of(t, pose, u, o, i)
+
+@wp.func
+def size_of(s: wp.ref[System], g: wp.ref[Guess]) -> real:
+    """Twice the energies of all velocities, with those without contact, or about that [J]."""
+    whole, reach = real(0.0), wp.length_sq(s.t.ru[0])
+    bodies = int(BLOCKS + 1)
+    for k in range(1, bodies):
+        speeds = wp.length_sq(g.v[k]) + wp.length_sq(s.v[k])
+        turns = wp.length_sq(g.w[k]) + wp.length_sq(s.w[k])
+        whole += (speeds + reach * turns) / s.pose.light[k]
+    return whole
+
+
+@wp.func(inline=False)
+def continue_pieces(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
+    """Whether a guess becomes the solution, contacts on the pieces that its impulses tell."""
+    ru = s.t.ru
+    rl = s.t.rl
+    v = g.v
+    w = g.w
+    zero = real(0.0)
+    for i in range(s.t.total):
+        k, law, z = s.t.body[i], s.t.law[i], g.asks[i]
+        if law != CONE or z[2] <= zero:
+            # No impulse tells: by the velocity.
+            mu, e = s.pose.friction[k], directions(s.pose.axes, k, s.t.slot[i])
+            u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
+            lift = lift_of(law, mu, s.t.gap[i], u)
+            z = z - s.stiff[i] * Vector(u[0], u[1], u[2] + lift)
+            g.lift[i] = lift
+        piece = piece_of(law, s.pose.friction[k], z)
+        if piece == CURVED:
+            return False
+        g.pieces[i] = piece
+        g.lift[i] = wp.where(law == CONE and piece == ALL, zero, g.lift[i])
+    slope = look_at(s, g, GIVEN)
+    factored = factor(s, g)
+    before = zero
+    for _turn in range(TURNS):
+        dv, dw = descent(factored, slope)
+        g.v = g.v + dv
+        g.w = g.w + dw
+        slope = look_at(s, g, RENEW)
+        if not slope.straight:
+            return False
+        bound = ENOUGH * ENOUGH * size_of(s, g)
+        # Changes shrink by the same factor each time: the next one would be round-off.
+        if slope.same:
+            if slope.change <= bound or slope.change * slope.change <= bound * before:
+                return True
+            before = slope.change
+        else:
+            factored = factor(s, g)
+            before = zero
+    return False
+
+
+@wp.func(inline=False)
+def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
+    """Whether as many rounds at most make a guess the solution."""
+    done, whole, ready = bool(False), real(0.0), bool(False)
+    factored, on, before, reach = Factor(), PointInts(), PointNumbers(), wp.length_sq(s.t.ru[0])
+    bodies = int(BLOCKS + 1)
     for turn in range(rounds):
         fits = bool(False)
+        slope = look_at(s, g, ANEW)
         for _try in range(TRIES):
-            u1, o1, more, whole = newton_step(c, pose, stiff, asks, v, w, u, o)
-            u = u1
-            o = o1
-            energy = whole
-            if more <= ALIKE * ALIKE * energy:
+            same = ready
+            for i in range(s.t.total):
+                same = same and g.pieces[i] == on[i]
+            if not (slope.straight and same):
+                factored = factor(s, g)
+                ready = True
+                on = g.pieces
+            dv, dw = descent(factored, slope)
+            v0 = g.v
+            w0 = g.w
+            energy = slope.energy
+            straight = slope.straight
+            part, exact = real(1.0), bool(False)
+            for again in range(HALVINGS):
+                g.v = v0 + part * dv
+                g.w = w0 + part * dw
+                slope = look_at(s, g, ANEW)
+                exact = straight and again == 0
+                for i in range(s.t.total):
+                    exact = exact and g.pieces[i] == on[i]
+                if exact or slope.energy <= energy + DUST * energy:
+                    break
+                part = HALF * part
+            change = real(0.0)
+            for k in range(1, bodies):
+                turns = reach * wp.length_sq(part * dw[k])
+                change += (wp.length_sq(part * dv[k]) + turns) / s.pose.light[k]
+            whole = size_of(s, g)
+            if exact or change <= ALIKE * ALIKE * whole:
                 fits = True
                 break
-        change = real(0.0)
-        for i in range(t.total):
-            z, _e = requested_impulse(c, pose, stiff, asks, u, o, i)
-            f, _slope = project_on_law(c.law[i], pose.friction[t.body[i]], z)
-            lift = lift_of(t, pose, u, o, i)
-            more = lift - c.gap[i]
-            if turn % LEAP == LEAP - 1 and rounds == ROUNDS:
-                lift = wp.where(t.law[i] == CONE, larger(lift + AHEAD * more, real(0.0)), lift)
-            broken = wp.length_sq(f - asks[i]) / (stiff[i] * stiff[i]) + more * more
-            change += broken / pose.light[t.body[i]]
-            asks[i] = f
-            c.gap[i] = lift
-        done = fits and change <= SOUND * SOUND * energy
-        if fits and change <= ENOUGH * ENOUGH * energy:
+        last = g.lift
+        slope = look_at(s, g, RENEW)
+        more = g.lift - last
+        if turn % LEAP == LEAP - 1 and rounds == ROUNDS:
+            # Changes that shrink are a geometric series (Aitken); where they grow, they lead away.
+            ratio, one = wp.dot(more, before) / larger(wp.dot(before, before), TINY), real(1.0)
+            ahead = real(FARTHEST)
+            if ratio < one:
+                ahead = smaller(ratio / (one - ratio), FARTHEST)
+            for i in range(s.t.total):
+                reached = larger(g.lift[i] + ahead * more[i], real(0.0))
+                g.lift[i] = wp.where(s.t.law[i] == CONE, reached, g.lift[i])
+        before = more
+        done = fits and slope.change <= SOUND * SOUND * whole
+        if fits and slope.change <= ENOUGH * ENOUGH * whole:
             break
-    if not done and rounds == ROUNDS:
-        asks, u, o, done = solve_by_sweeps(SWEEPS, t, pose, first, v, w)
-    return asks, u, o, done
+    return done
+
+
+@wp.func(inline=False)
+def solve(
+    rounds: int, t: Touches, pose: Pose, first: Points, v: Bodies, w: Bodies, near_v: Bodies,
+    near_w: Bodies,
+):  # fmt: skip
+    """Impulses of all contacts, and the velocities with them, as `solve_by_sweeps`.
+
+    `near_v` and `near_w` are velocities close to those asked for. With fewer rounds than ROUNDS the
+    result is accepted as it is.
+    """
+    if t.total == 0:
+        return first, v, w, True
+    s = System(t, pose, PointNumbers(), v, w)
+    g = Guess(first, t.gap, PointInts(), near_v, near_w)
+    for i in range(t.total):
+        k = t.body[i]
+        n = directions(pose.axes, k, t.slot[i])[2]
+        up, low = wp.cross(t.ru[i], n), wp.cross(t.rl[i], n)
+        turns = wp.dot(up, rows_of(pose.ease, k) * up)
+        turns += wp.dot(low, rows_of(pose.ease, k - 1) * low)
+        s.stiff[i] = FIRM / (pose.light[k] + pose.light[k - 1] + turns)
+    good = continue_pieces(s, g)
+    if good:
+        return g.asks, g.v, g.w, True
+    asks, u, o, good = solve_by_sweeps(FIRST, t, pose, first, v, w)
+    if good:
+        return asks, u, o, True
+    for i in range(t.total):
+        k = t.body[i]
+        e = directions(pose.axes, k, t.slot[i])
+        at = e * relative_velocity(u[k], o[k], t.ru[i], u[k - 1], o[k - 1], t.rl[i])
+        g.lift[i] = lift_of(t.law[i], pose.friction[k], t.gap[i], at)
+        s.stiff[i] = s.stiff[i] * (STIFF / FIRM)
+    g.asks = asks
+    g.v = u
+    g.w = o
+    good = solve_by_newton(rounds, s, g)
+    return g.asks, g.v, g.w, good

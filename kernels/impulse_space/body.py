@@ -126,13 +126,13 @@ def add_to_stance(
 
 @wp.func
 def observe_point(
-    knobs: Knobs, gap: real, frame: Frame, foot: real, u: Velocity, n: real, apart: wp.ref[real],
+    knobs: Knobs, gap: real, reach: real, foot: real, u: Velocity, n: real, apart: wp.ref[real],
     gaps: wp.ref[Gaps],
 ):  # fmt: skip
     """As `observe_contact` of impulse_space/block.py, for a point: only feet count as lifted."""
     lifted = real(gaps.lifted)
     gaps.lifted = real(0.0)
-    observe_contact(knobs, gap, frame.reach, u, n, apart, gaps)
+    observe_contact(knobs, gap, reach, u, n, apart, gaps)
     gaps.lifted = lifted + wp.where(foot > real(0.0), gaps.lifted, real(0.0))
 
 

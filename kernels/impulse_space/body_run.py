@@ -106,7 +106,7 @@ def run_lanes(
     part = rows(Impulse, ROWS)
     gains = rows(Gains, ROWS)
     held, apart, busy, base, dv = Marks(), Marks(), Counts(), Three(), Three()
-    mu, since, way, good = R(), R(), R(), R()
+    mu, since, way, good, reach, half_width = R(), R(), R(), R(), R(), R()
     count, corners = int(0), points.shape[0]
     for i in range(LANES):
         block = blocks[0, first + i]
@@ -115,6 +115,8 @@ def run_lanes(
         now = turns_of_body(block, frame, s.qx, s.qy, s.qz, s.qw)
         state[i] = s
         mu[i] = block.friction
+        reach[i] = frame.reach
+        half_width[i] = block.half_width
         inverse[i] = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
         seen[i] = start_lane(block, frame)
         peaks[i] = start_peaks(now.along, now.across, now.tilt)
@@ -156,19 +158,11 @@ def run_lanes(
                     n = impulse[c, i].n
                     lever = Triple(contact[c, i].x, contact[c, i].y, contact[c, i].h)
                     at_point = find_contact(knobs, gap, lever, free[i])
-                    width = blocks[0, first + i].half_width
-                    low = touches_as_lowest(gap, gaps[i].lowest, width)
+                    low = touches_as_lowest(gap, gaps[i].lowest, half_width[i])
                     stood, shows = stance[i], gaps[i]
                     add_to_stance(n > zero, low, at_point, point[c, i], state[i], stood)
                     observe_point(
-                        knobs,
-                        gap,
-                        frames[first + i],
-                        point[c, i].foot,
-                        free[i],
-                        n,
-                        apart[c, i],
-                        shows,
+                        knobs, gap, reach[i], point[c, i].foot, free[i], n, apart[c, i], shows
                     )
                     stance[i] = stood
                     gaps[i] = shows
@@ -197,7 +191,7 @@ def run_lanes(
                         sums[i] = whole
                 for i in range(LANES):
                     stops, carries = find_motion(
-                        frames[first + i].reach, free[i], state[i], turn[i], inverse[i], sums[i]
+                        reach[i], free[i], state[i], turn[i], inverse[i], sums[i]
                     )
                     trial[i] = stops
                     bed[i] = carries
@@ -219,15 +213,9 @@ def run_lanes(
             for c in range(corners):
                 for i in range(LANES):
                     part[c, i] = share_impulse(
-                        knobs,
-                        mu[i],
-                        held[c, i],
-                        contact[c, i],
-                        trial[i],
-                        bed[i],
-                        turning[i],
+                        knobs, mu[i], held[c, i], contact[c, i], trial[i], bed[i], turning[i],
                         good[i],
-                    )
+                    )  # fmt: skip
             for i in range(LANES):
                 free[i] = wp.where(good[i] > zero, trial[i], free[i])
             for c in range(corners):

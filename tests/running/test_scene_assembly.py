@@ -23,8 +23,28 @@ CASE = {
 }
 
 
-def test_a_scene_shows_all_blocks_of_a_collapse():
-    run = wr.run(wr.Case.from_dict(CASE), progress=False)
+@pytest.fixture(scope="module")
+def run():
+    return wr.run(wr.Case.from_dict(CASE), progress=False)
+
+
+def test_a_collapse_is_told_beside_limit_analysis(run):
+    """Oppenheim (1992) has 0.37: the arch falls at the tilt whose tangent is the load."""
+    text = " ".join(run.finding.sentences)
+    assert (
+        "By limit analysis a steady sideways load of 0.374 of the weight (a tilt of 20.5 deg)"
+        in text
+    )
+    assert "joints opened between 1 / left abutment, 3 / 4, 5 / 6, 7 / right abutment" in text
+    # Its errors are estimated, in parts of its own slenderness angle.
+    assert run.table["slenderness_angle_rad"][0] == pytest.approx(0.129, abs=1e-3)
+    assert run.table["peak_rotation_error_rad"].notna().all()
+    drawn = {each.name: each for each in run.figures()}
+    assert "4 joints opened, none slid" in drawn["mechanism"].title
+    assert "load factor 0.374" in drawn["mechanism"].alt
+
+
+def test_a_scene_shows_all_blocks_of_a_collapse(run):
     kind = run.found.lane_set.lanes.assembly.of(0)
     motion = scene_motion(run.found, 0, 0.1)
     assert motion.fixed == 2
@@ -51,7 +71,9 @@ def test_explain_says_how_large_and_how_long_a_large_run_is():
     said = " ".join(explain_case(wr.Case.from_dict(wall(28)).judged)["scene"]["laid"])
     assert "run by all threads together, in some 9 MB" in said
     assert "some 1 core minutes" in said
-    assert "core minutes" not in " ".join(explain_case(wr.Case.from_dict(CASE).judged)["scene"]["laid"])
+    assert "core minutes" not in " ".join(
+        explain_case(wr.Case.from_dict(CASE).judged)["scene"]["laid"]
+    )
 
 
 def test_limit_analysis_declines_what_is_large():

@@ -188,7 +188,7 @@ def _component(values: LaneValues, table: str) -> Motions:
         columns |= of_records
     else:
         motions, peak = family.follow(values, table, start)
-        for name in family.shown:
+        for name in filter(lambda each: values.given(f"{table}.{each}"), family.shown):
             columns |= _column(values, table, name)
         columns |= computed("stop", motions.end)
     columns |= key_column("motion.start", start)

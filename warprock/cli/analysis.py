@@ -52,6 +52,7 @@ def finish(
     always: bool = False,
     output: str = "results",
     first: Sequence[pathlib.Path] = (),
+    plays: bool = True,
 ) -> None:
     """Writes what a command found where a folder is given, and prints it.
 
@@ -63,6 +64,7 @@ def finish(
         always: Whether to try that next where there is no folder, too.
         output: The folder that a command to try next writes to where there is none.
         first: What the command has written before, which stays whatever comes after it.
+        plays: Whether the page plays its lanes; that of a folder with a run plays those already.
     """
     from warprock.tables.finding import print_finding
     from warprock.tables.terminal import print_end, print_json, print_written
@@ -74,7 +76,7 @@ def finish(
             folder,
             written,
             drawings=drawings,
-            scenes=found.scenes(),
+            scenes=found.scenes() if plays else None,
             beside=finding.beside,
             stays=finding.stays,
         )

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Mapping
 from typing import Any
 
 import click
 
-from warprock.cli.analysis import finish
+from warprock.cli.analysis import call, finish
 from warprock.cli.completion import files
 from warprock.cli.options import json_option, output_option
 from warprock.cli.pages import on_case
@@ -22,15 +21,7 @@ from warprock.errors import InputError
 @output_option
 @json_option
 def fragility(
-    table: pathlib.Path,
-    im: str,
-    limit: tuple[str, ...],
-    limit_slide: tuple[str, ...],
-    by: tuple[str, ...],
-    max_doubt: float,
-    weights: str | None,
-    folder: pathlib.Path | None,
-    as_json: bool,
+    table: pathlib.Path, folder: pathlib.Path | None, as_json: bool, **asked: Any
 ) -> None:
     """Fragility functions from TABLE, the lane table of a run or of a merged sweep, or its folder.
 
@@ -43,23 +34,12 @@ def fragility(
     it counts by its finest run, and bands reach around those in which all such lanes reached the
     limit, or none.
     """
-    from warprock.analysis.lane_tables import read_lanes
-    from warprock.api.analyses.fragility import fragility_of
-    from warprock.api.weights import weights_of
+    from warprock.api.analyses import fragility as api
 
+    found, _engine = call(api.fragility, table, **asked)
     source = table if table.is_dir() else table.parent
-
-    def play(intensity: str) -> Mapping[str, Any] | None:
-        from warprock.report.replays import played_beside
-
-        beside = folder is not None and folder.resolve() == source.resolve()
-        return None if beside else played_beside(lanes, table, intensity)
-
-    lanes = read_lanes(table)
-    found = fragility_of(
-        lanes, str(table), im, limit, limit_slide, by, max_doubt, play, weights_of(weights)
-    )
-    finish(found, folder, as_json=as_json, then=_then(source, folder))
+    beside = folder is not None and folder.resolve() == source.resolve()
+    finish(found, folder, as_json=as_json, then=_then(source, folder), plays=not beside)
 
 
 def _then(source: pathlib.Path, folder: pathlib.Path | None) -> str:

@@ -61,25 +61,45 @@ def bench(
 
 
 @click.command("assembly")
+@json_option
+def bench_assembly(as_json: bool) -> None:
+    """Arches, drums and walls in MuJoCo and Bullet beside ours: collapse loads, errors, cost.
+
+    Collapse loads stand beside those of limit analysis; the error is that of the motion of a wall
+    of 33 blocks, in a second of a sine. Takes some five minutes.
+    """
+    from warprock.measure.assembly_bench import run_assembly_bench
+    from warprock.running.devices import start_warp
+    from warprock.tables.machine import print_assembly_bench
+    from warprock.tables.terminal import print_json
+
+    start_warp()
+    found = run_assembly_bench(report=lambda text: click.echo(text, err=True))
+    print_json(found) if as_json else print_assembly_bench(found)
+
+
+@click.command("blocks")
 @click.option("--blocks", type=int, multiple=True, help="10 to 10,000 without; repeat.")
 @workers_option
 @json_option
-def bench_assembly(blocks: tuple[int, ...], workers: int | None, as_json: bool) -> None:
+def bench_blocks(blocks: tuple[int, ...], workers: int | None, as_json: bool) -> None:
     """What a lane of an assembly costs by its number of blocks: walls that stand on a moving base.
 
     Takes some minutes; a wall of 10,000 blocks most of them.
     """
-    from warprock.measure.assembly_bench import BLOCKS, run_assembly_bench
+    from warprock.measure.blocks_bench import BLOCKS, run_blocks_bench
     from warprock.running.devices import start_warp
-    from warprock.tables import machine, terminal
+    from warprock.tables.machine import print_blocks_bench
+    from warprock.tables.terminal import print_json
 
     start_warp()
-    rows = run_assembly_bench(
+    rows = run_blocks_bench(
         blocks or BLOCKS, workers=workers, report=lambda text: click.echo(text, err=True)
     )
-    terminal.print_json({"rows": rows}) if as_json else machine.print_assembly_bench(rows)
+    print_json({"rows": rows}) if as_json else print_blocks_bench(rows)
 
 
-bench.add_command(bench_sweep)
 bench.add_command(bench_assembly)
+bench.add_command(bench_blocks)
+bench.add_command(bench_sweep)
 COMMANDS = (doctor, bench)

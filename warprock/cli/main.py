@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from warprock import __version__
+import warprock
 from warprock.cli import completion
 from warprock.cli.analysis import finish
 from warprock.cli.exits import EXIT_INTERRUPTED
@@ -51,8 +51,22 @@ if TYPE_CHECKING:
     from warprock.running.case_run import CaseRun
 
 
+def _say_version(ctx: click.Context, _option: click.Parameter, asked: bool) -> None:
+    """Prints the version, which is looked up only here."""
+    if asked and not ctx.resilient_parsing:
+        click.echo(f"warprock, version {warprock.__version__}")
+        ctx.exit()
+
+
 @click.group(cls=Main, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__, prog_name="warprock")
+@click.option(
+    "--version",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_say_version,
+    help="Show the version and exit.",
+)
 def main() -> None:
     """Rocking of rigid blocks under ground motion, many inputs at once.
 

@@ -21,7 +21,13 @@ _OWN = {
     "assembly": "warprock.engines.assembly:Assembly",
 }
 
-ENGINES: Mapping[str, str] = Plugged(_OWN, lambda name: brought()[name][0])
+
+def _place(name: str) -> str:
+    """Where the class of an engine is that another package brings."""
+    return brought()[name][0]
+
+
+ENGINES: Mapping[str, str] = Plugged(_OWN, _place)
 """Engine name -> "module:Class": those of warprock, then those that other packages bring."""
 
 

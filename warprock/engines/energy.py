@@ -6,11 +6,10 @@ All are above the state in which every block is flat, in the frame of the base [
 supplied is told by the account of an engine in the plane; in space there is a bound that is known
 before a run. In the frame of its base the energy E of a lane changes by the work of the base,
 -a . sum(m v) with the acceleration a of the base, and by that of the contacts, which can only take.
-As long as no block lies below its flat place sum(m v^2) / 2 is at most E, so that
-|d sqrt(E) / dt| <= sqrt(M / 2) |a| with the mass M of all blocks, and E never exceeds
-(sqrt(E at the start) + sqrt(M / 2) S)^2, S the total variation of the base velocity. It is the
-looser the longer the base moves: what contacts give a block that a long record shakes passes unseen
-up to that.
+As long as no block lies below its flat place, sum(m v^2) / 2 is at most E. With the mass M of all
+blocks |d sqrt(E) / dt| <= sqrt(M / 2) |a|. So E never exceeds (sqrt(E at the start) +
+sqrt(M / 2) S)^2, where S is the total variation of the base velocity. The longer the base moves,
+the looser is this bound: energy that contacts give in a long record passes unseen below it.
 """
 
 from __future__ import annotations
@@ -179,8 +178,8 @@ TILTS, DIRECTIONS = 12, 96
 def energy_to_tilt_bodies(body: Bodies, tilt: Array) -> Array:
     """Least energy above the flat state of bodies whose axes lean by an angle [J], shape [lane].
 
-    On its way there the axis passes all smaller tilts, and at each the centre of mass is at least
-    as high as its lowest point asks for in the direction in which that is least.
+    On its way there the axis passes all smaller tilts. At each of them the lowest point of the body
+    says how high its centre of mass is at least, in the direction in which that is least.
     """
     points, rest = body.points_in_block_axes, body.centre_height
     lean, needed = np.minimum(np.abs(tilt), 0.5 * np.pi), np.zeros_like(rest)

@@ -90,9 +90,9 @@ class Event(KernelEngine):
     `order` is the least that a run has, 2, through impacts; estimates that count on it err on the
     safe side. In space stacks and bodies are of first order where they slide.
 
-    Rest rule: after an impact on its other corner a block rests if its next swing would stay below
-    `rest_rotation_ratio` times the slenderness angle on either side, in a stack in the plane below
-    a hundredth of that. At rest it lifts or slides as the contact law says.
+    Rest rule: a block rests after an impact on its other corner if its next swing would stay below
+    `rest_rotation_ratio` times the slenderness angle, to either side. In a stack in the plane the
+    bound is a hundredth of that. At rest it lifts or slides as the contact law says.
 
     `peak_penetration` is what the end of a step puts back on the base: drift, of third order in the
     step, and landings that the step misses by a part of its length.

@@ -65,12 +65,12 @@ class Housner(KernelEngine):
     slenderness angle on either side; it lifts again when |base acceleration| exceeds
     g tan(slenderness angle) or the base velocity steps.
 
-    A lane has the status OUTSIDE_MODEL where the block would have slid, its friction being less
-    than |force along| / (force upwards) of its contact at some moment, or where the base would have
-    had to pull it; impulses at impacts and velocity steps count as forces do. Its numbers are those
-    of Housner's equation all the same. Not judged is the end of a fall: once a block leans beyond
-    its balance by more than the friction angle (at most 45 degrees) and turns outwards, it falls
-    whatever its contact does.
+    A lane has the status OUTSIDE_MODEL where the block would have slid: at some moment the friction
+    is less than |force along| / (force upwards) of its contact. So it has where the base would have
+    had to pull the block. Impulses at impacts and velocity steps count as forces do. Its numbers
+    are those of Housner's equation all the same. The end of a fall is not judged: once a block
+    leans beyond its balance by more than the friction angle (at most 45 degrees) and turns
+    outwards, it falls whatever its contact does.
 
     A block on compliant ground (kernels/housner/bed.py) counts as at rest while its whole face is
     pressed; its impacts are what returns to that.

@@ -20,7 +20,7 @@ from warprock.findings.sheets import heading, sheet_of
 from warprock.findings.validation_sheets import counts_sentence, left_out, markdown_lines, sections
 from warprock.model.response import USABLE
 from warprock.running.provenance import case_facts, duration_facts, surroundings
-from warprock.running.run_file import CASE, COUNTS, banded
+from warprock.running.run_file import CASE, COUNTS, with_band
 from warprock.verification.measured import (
     measured_quantities,
     measured_rows,
@@ -113,7 +113,7 @@ VALIDATION = Kind(
                 "second_only_right": int,
                 "p_value": float,
                 "tests": int,
-                **banded("brier_difference"),
+                **with_band("brier_difference"),
             }
         ],
         "medians": [
@@ -122,7 +122,7 @@ VALIDATION = Kind(
                 "over_observed": (float, None),
                 "intensity": str,
                 "verdict": str,
-                **banded("median", "dispersion"),
+                **with_band("median", "dispersion"),
             }
         ],
         "scores": [
@@ -131,7 +131,7 @@ VALIDATION = Kind(
                 "threshold": (float, None),
                 **dict.fromkeys(("tests", "hits", "misses", "false_alarms"), int),
                 "correct_rejections": int,
-                **banded("accuracy", "balanced_accuracy", "auc", "brier"),
+                **with_band("accuracy", "balanced_accuracy", "auc", "brier"),
             }
         ],
         "by_status": [{"engine": str, "status": str, "lanes": int, "right": (float, None)}],

@@ -5,8 +5,9 @@ that can touch flat ground at all, the lower convex hull, from -x to +x. With a 
 from the centre of mass the body is in balance above it at the rotation atan(x / h), and its centre
 is then as high as that point is far from it: over the farthest point of a side it falls.
 
-With a radius of gyration k, an impact in which a body that turns about the point o comes to turn
-about the point n (both from the centre of mass) keeps the angular momentum about n, and so the part
+In an impact a body that turns about the point o comes to turn about the point n, both as seen from
+the centre of mass. Its angular momentum about n stays. With a radius of gyration k it keeps the
+part
 
     eta = (k^2 + o . n) / (k^2 + n . n)
 

@@ -159,8 +159,11 @@ class Lanes:
     def slenderness_angle(self) -> Array:
         """Critical angle of every block on a flat base [rad]; of bodies and strips the smaller one.
 
-        Of a strip of wall it is the turn of the lower body at the unstable balance.
+        Of a strip of wall it is the turn of the lower body at the unstable balance, of an assembly
+        that of `model.assembly.Assembly`.
         """
+        if self.assembly is not None:
+            return self.assembly.slenderness_angle
         if self.body is not None:
             return self._of_body(self.body.slenderness_angles.min(axis=1))
         if self.profiles is not None:
@@ -230,10 +233,10 @@ class Lanes:
 class SpatialLanes(Lanes):
     """Blocks in space: x in the plane of rocking, y across it, z upwards.
 
-    A block starts turned by its yaw about the vertical and leaning, about the axis that lies in its
-    own bottom face, by its rotation towards its own +x and by its rotation across towards its own
-    +y; its lowest corner is `gap_start` above the place where it would stand if the block were
-    flat. Stacks start flat.
+    A block starts turned by its yaw about the vertical. It leans about an axis in its own bottom
+    face: by its rotation towards its own +x, by its rotation across towards its own +y. Its lowest
+    corner is `gap_start` above the place where it would stand if the block were flat. Stacks start
+    flat.
 
     A centre of mass beside the middle of the box moves the corners as seen from it; the moments of
     inertia about it remain those of the uniform box. Slenderness angles are those of the weaker

@@ -1,7 +1,7 @@
 """Friction at which the law of a rigid contact has several solutions, or none: Painleve's paradox.
 
 A homogeneous rectangle of mass 1, half sizes b and h and inertia (b^2 + h^2) / 3 touches its base
-at one corner, the line from which to the centre of mass leans by phi against the vertical: by the
+at one corner. The line from there to the centre of mass leans by phi against the vertical: by the
 slenderness angle while it stands, by less the more it is turned. Normal and tangential impulse n, f
 change the velocity of the corner by (kn n + k f, k n + kt f) with
 
@@ -18,9 +18,9 @@ and several once the block turns so fast that the corner would rise without cont
 slides the other way has one solution; but sweeps from contact to contact (projected Gauss-Seidel)
 do not come to it: their error grows by mu |k| / kn a sweep.
 
-So a lane has one answer only below the limit, or where no corner slides: a slide of zero is what
-sticking leaves at a velocity step, too, and the slide without impulse ends where it begins, for
-under the weight of the block nothing but an impulse that stops it can follow.
+So a lane has one answer only below the limit, or where no corner slides. A slide of zero decides
+nothing. Sticking leaves it at a velocity step, and so does a slide without impulse: it ends where
+it begins, since under the weight of the block only an impulse that stops it can follow.
 
 References:
     Painleve (1895), Comptes Rendus 121; Genot and Brogliato (1999), Eur. J. Mech. A/Solids 18.

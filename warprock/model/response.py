@@ -24,9 +24,9 @@ class Outcome(enum.IntEnum):
 
     A stack is at rest when all of its blocks are; it has overturned once one block has, and slid
     off once a block has left the face of the one below. An assembly has overturned, that is
-    collapsed, once the centre of a block is lower than at the start by half of the longest joint of
-    the block, or a block has turned by a right angle. ROCKING is all that still moves: a block
-    that slides without leaving its base, too.
+    collapsed, once one block has: it has turned by a right angle, or its centre has sunk by half of
+    its longest joint. ROCKING is all that still moves: a block that slides without leaving its
+    base, too.
 
     Example:
         >>> import warprock as wr
@@ -84,6 +84,7 @@ class JointState(enum.IntFlag):
 
     OPENED = 1
     SLID = 2
+    BROKEN = 4
 
 
 @dataclasses.dataclass(frozen=True)
@@ -195,6 +196,8 @@ FIELDS: dict[str, Field] = {
         Field("peak_opening", ("lane",), "m", "Widest gap of a joint between the ends it shares"),
         Field("opened_joints", ("lane",), "-", "Joints that opened"),
         Field("slid_joints", ("lane",), "-", "Joints that slid"),
+        Field("broken_joints", ("lane",), "-", "Bonded joints that broke"),
+        Field("joint_break_time", ("lane",), "s", "Time at which the first of them broke"),
         Field("collapse_time", ("lane",), "s", "Time at which a block of an assembly had fallen"),
         Field(
             "collapse_load",
@@ -338,6 +341,8 @@ ASSEMBLY_FIELDS: tuple[str, ...] = (
     "peak_opening",
     "opened_joints",
     "slid_joints",
+    "broken_joints",
+    "joint_break_time",
     "collapse_time",
     "collapse_load",
     "solver_residual",

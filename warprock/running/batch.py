@@ -110,10 +110,10 @@ def run_batch(
         progress: Called with the lanes finished so far.
 
     Raises:
-        InputError: Unknown engine or device, settings of another engine, no lanes, lanes that
-            cannot be run (see `require_runnable`) or need too many steps, fewer than one worker or
-            lane of a chunk, histories too large to be held, or a kernel that is not built yet while
-            its folder cannot be written to.
+        InputError: The engine or the device is unknown, or the settings are of another engine.
+            There are no lanes, or some cannot be run (see `require_runnable`) or need too many
+            steps. There is less than one worker, or less than one lane in a chunk. Histories are
+            too large to be held. A kernel is not built yet, and its folder cannot be written to.
 
     Example:
         >>> import warprock as wr

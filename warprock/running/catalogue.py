@@ -160,7 +160,7 @@ def _laid(case: Case, lanes: Lanes) -> list[str]:
 
 STEP_COST, POWER = 7.4e-9, 1.8
 """CPU time of a step of a wall that stands: so many seconds times its joints to this power, from 22
-to 29,850 joints within a factor of two (`warprock bench assembly`)."""
+to 29,850 joints within a factor of two (`warprock bench blocks`)."""
 
 BYTES_A_JOINT = 4_000
 """Memory of a large lane over its joints: about 120 MB for 10,000 blocks."""

@@ -96,7 +96,7 @@ RUN = {**OF_CASE, "precision": str, "device": str}
 ROWS = [{...: (str, float, bool, None, [object])}]
 
 
-def banded(*names: str) -> dict[str, Shape]:
+def with_band(*names: str) -> dict[str, Shape]:
     """Numbers, each with the ends of its band."""
     return {f"{name}{end}": (float, None) for name in names for end in ("", "_p05", "_p95")}
 

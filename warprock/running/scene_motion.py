@@ -66,6 +66,8 @@ class SceneMotion:
             None without a support, where the base is the ground.
         fixed: How many blocks of an assembly, the last ones, move with the base; 0 of all other
             lanes. The ratios of an assembly are rotations in degrees.
+        floor: Level of the ground on which an assembly falls, which moves with its base [m].
+        goes_on: Whether an assembly that collapsed was followed to the end of its run.
     """
 
     name: str
@@ -82,6 +84,8 @@ class SceneMotion:
     parts: tuple[Part, ...] = ()
     ground: Array | None = None
     fixed: int = 0
+    floor: float = 0.0
+    goes_on: bool = False
 
     @property
     def tall(self) -> float:
@@ -97,7 +101,7 @@ class SceneMotion:
 
         Blocks then stay where they were, in the air, too: what follows is not modelled.
         """
-        if len(self.sizes) == 1 or self.outcome not in ("overturned", "slid off"):
+        if self.goes_on or len(self.sizes) == 1 or self.outcome not in ("overturned", "slid off"):
             return None
         return float(self.times[last_move(self.ratio)])
 
@@ -214,7 +218,7 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
     case = sampled_by(run.case, interval)
     response = run_lane(dataclasses.replace(run, case=case), lane)
     if run.lane_set.lanes.assembly is not None:
-        return _assembled(run, case, lane, response)
+        return _assembly_motion(run, case, lane, response)
     lanes = as_stacks(run.lane_set.lanes.take(np.array([lane])))
     spatial = run.lane_set.lanes.spatial
     shape = (lanes.block_count, len(response.times))
@@ -254,7 +258,7 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
         attitude=attitude,
         ratio=ratio,
         base=base,
-        acceleration=_pulled(run, lane, response.times),
+        acceleration=_base_acceleration(run, lane, response.times),
         outline=outline,
         parts=parts,
         ground=None if ground is None else base_places(ground, lane, response.times),
@@ -269,15 +273,15 @@ def _outcome(response: Response) -> str:
     return Outcome(int(response["outcome"][0])).name.lower().replace("_", " ")
 
 
-def _pulled(run: CaseRun, lane: int, times: Array) -> Array:
+def _base_acceleration(run: CaseRun, lane: int, times: Array) -> Array:
     """Acceleration of the base [m/s^2], shape [sample, 3]."""
-    pulled, motions = np.zeros((len(times), 3)), run.lane_set.motions
+    found, motions = np.zeros((len(times), 3)), run.lane_set.motions
     for axis, motion in zip(motions.axes, motions.components, strict=True):
-        pulled[:, "xyz".index(axis)] = motion.acceleration(times, lane)
-    return pulled
+        found[:, "xyz".index(axis)] = motion.acceleration(times, lane)
+    return found
 
 
-def _assembled(run: CaseRun, case: Case, lane: int, response: Response) -> SceneMotion:
+def _assembly_motion(run: CaseRun, case: Case, lane: int, response: Response) -> SceneMotion:
     """The motion of an assembly: blocks that can move first, as histories have them."""
     assert run.lane_set.lanes.assembly is not None
     kind = run.lane_set.lanes.assembly.of(lane)
@@ -303,11 +307,19 @@ def _assembled(run: CaseRun, case: Case, lane: int, response: Response) -> Scene
         attitude=quaternion(np.stack([nothing, turn, nothing], axis=-1)),
         ratio=np.degrees(turn),
         base=base,
-        acceleration=_pulled(run, lane, response.times),
+        acceleration=_base_acceleration(run, lane, response.times),
         outline=np.insert(outline, 1, 0.0, axis=-1),
         ground=None if ground is None else base_places(ground, lane, response.times),
         fixed=len(fixed),
+        floor=kind.ground,
+        goes_on=_goes_on(run, response),
     )
+
+
+def _goes_on(run: CaseRun, response: Response) -> bool:
+    """Whether the lane of a run was followed to its end after its collapse."""
+    after = getattr(run.settings, "after_collapse", 0.0)
+    return bool(response["collapse_time"][0] + after >= response.times[-1])
 
 
 def _two_bodies(lanes: Lanes, rotation: Array, base: Array) -> tuple[Array, Array, Array, Array]:

@@ -149,14 +149,14 @@ def _wall(hold: Hold, size: tuple[float, float]) -> Iterator[Part]:
         return
     near = 0.5 * size[0] * float(hold.wall[0])
     far = near + float(hold.wall[0]) * _thickness(size)
-    yield _fixed(Look.WALL, [(near, 0.0), (far, 0.0), (far, size[1]), (near, size[1])])
+    yield _standing_part(Look.WALL, [(near, 0.0), (far, 0.0), (far, size[1]), (near, size[1])])
 
 
 def _thickness(size: tuple[float, float]) -> float:
     return max(size[0], THICK * size[1])
 
 
-def _fixed(look: Look, points: list[tuple[float, float]]) -> Part:
+def _standing_part(look: Look, points: list[tuple[float, float]]) -> Part:
     """A part that stands on the base."""
     return Part(look, (BASE,) * len(points), np.array(points))
 
@@ -180,11 +180,11 @@ def _ties(
         yield Part(Look.TIE, (BLOCK, BASE), np.array(points), states[tie])
         if walled:
             half = 0.04 * size[1]
-            yield _fixed(Look.ANCHOR, [(end, height - half), (end, height + half)])
+            yield _standing_part(Look.ANCHOR, [(end, height - half), (end, height + half)])
         else:
             highest[end] = max(height, highest.get(end, 0.0))
     for end, height in highest.items():
-        yield _fixed(Look.ANCHOR, [(end, 0.0), (end, height + 0.04 * size[1])])
+        yield _standing_part(Look.ANCHOR, [(end, 0.0), (end, height + 0.04 * size[1])])
 
 
 def _load(load: TopLoad, size: tuple[float, float], pose: Array) -> Iterator[Part]:

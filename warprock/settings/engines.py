@@ -322,7 +322,7 @@ class AssemblySettings:
             1,
             1_000_000,
         ),
-    ] = 2000
+    ] = 10_000
     after_collapse: Annotated[
         float,
         SettingKey(
@@ -354,7 +354,14 @@ _OWN: dict[str, type[Any]] = {
     "assembly": AssemblySettings,
 }
 
-SETTINGS: Mapping[str, type[Any]] = Plugged(_OWN, lambda name: load(name).settings_type)
+
+def _brought_settings(name: str) -> type[Any]:
+    """The settings of an engine that another package brings."""
+    found: type[Any] = load(name).settings_type
+    return found
+
+
+SETTINGS: Mapping[str, type[Any]] = Plugged(_OWN, _brought_settings)
 """Engine name -> settings dataclass, of engines that other packages bring, too."""
 
 

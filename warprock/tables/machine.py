@@ -114,8 +114,26 @@ def print_device_bench(found: Mapping[str, Any]) -> None:
     )
 
 
-def print_assembly_bench(rows: Sequence[Mapping[str, Any]]) -> None:
+def print_assembly_bench(found: Mapping[str, Any]) -> None:
     """Prints what `measure.assembly_bench.run_assembly_bench` measured."""
-    from warprock.tables.terminal import print_rows
+    print_rows("Assemblies, measured here and now", found["rows"])
+    known = ", ".join(
+        f"{scene} {low:.4g}" + ("" if low == high else f" to {high:.4g}")
+        for scene, (low, high) in found["expected"].items()
+    )
+    out = wide_stdout()
+    out.print(f"Collapse loads by limit analysis [g]: {known}.", soft_wrap=True)
+    for each in found["missing"]:
+        out.print(each, soft_wrap=True)
+    said = "No program ran beside ours."
+    if found["cheaper"]:
+        times = (
+            f"{three(value)} times cheaper than {name}" for name, value in found["cheaper"].items()
+        )
+        said = f"At no more error a lane of assembly is at least {' and '.join(times)}."
+    print_end(said, "warprock compare CASE -e assembly -e mujoco -e bullet")
 
+
+def print_blocks_bench(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Prints what `measure.blocks_bench.run_blocks_bench` measured."""
     print_rows("Walls by their number of blocks, measured here and now", rows)

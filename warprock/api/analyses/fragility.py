@@ -1,17 +1,16 @@
-"""Fragility functions: the function, and what the command of its name calls, too."""
+"""Fragility functions: the function, which the command of its name calls."""
 
 from __future__ import annotations
 
 import functools
 import os
 import pathlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
 
 from warprock.analysis.fragility import fragility_curves
-from warprock.analysis.groups import Weights
 from warprock.analysis.lane_tables import measure_named, read_lanes
 from warprock.analysis.limits import DEFAULT_LIMITS, read_limits
 from warprock.api.found import Found
@@ -74,66 +73,29 @@ def fragility(
         True
     """
     with python_names():
-        lanes, source = _lanes_of(table)
-        texts = [each if isinstance(each, str) else f"{each:g}" for each in several(limit)]
-        play = functools.partial(_played_of_table, table, lanes)
-        return fragility_of(
+        lanes, source = lanes_of(table)
+        limits = [each if isinstance(each, str) else f"{each:g}" for each in several(limit)]
+        slides = several(limit_slide)
+        require_within("--max-doubt", max_doubt, 0.0, 1.0)
+        chosen = read_limits(limits or (() if slides else DEFAULT_LIMITS), slides)
+        im = measure_named(im, lanes.columns.astype(str))
+        curves = fragility_curves(
             lanes,
-            source,
-            im,
-            texts,
-            several(limit_slide),
-            several(by),
-            max_doubt,
-            play,
-            weights_of(weights),
+            source=source,
+            intensity=im,
+            limits=chosen,
+            by=several(by),
+            most_doubt=max_doubt,
+            weights=weights_of(weights),
         )
-
-
-def fragility_of(
-    lanes: pd.DataFrame,
-    source: str,
-    im: str,
-    limits: Sequence[str],
-    slides: Sequence[str],
-    by: Sequence[str],
-    most_doubt: float,
-    play: Callable[[str], Mapping[str, Any] | None],
-    weights: Weights | None = None,
-) -> Found:
-    """Fits fragility functions to a lane table.
-
-    Args:
-        lanes: The lane table.
-        source: What errors name as its source.
-        im: Column of the intensity measure, or one of its names.
-        limits: Limit states as texts; where these and the slides are empty, the usual ones.
-        slides: Limit states that are a peak slide.
-        by: Columns that make groups of lanes.
-        most_doubt: Share of a group's lanes that may be left out or in doubt [-].
-        play: Lanes to play, of the column of the intensity measure; None where there are none.
-        weights: Weights by record, or the column that has them; None where all weigh the same.
-    """
-    require_within("--max-doubt", most_doubt, 0.0, 1.0)
-    chosen = read_limits(limits or (() if slides else DEFAULT_LIMITS), slides)
-    im = measure_named(im, lanes.columns.astype(str))
-    curves = fragility_curves(
-        lanes,
-        source=source,
-        intensity=im,
-        limits=chosen,
-        by=by,
-        most_doubt=most_doubt,
-        weights=weights,
-    )
-    return Found(
-        f"fragility over {im}",
-        curves,
-        functools.partial(find_fragility, lanes, curves, source, im),
-        functools.partial(draw_curves, curves, im),
-        (len(groups_of(curves)), functools.partial(plot_curves, curves=curves, intensity=im)),
-        functools.partial(play, im),
-    )
+        return Found(
+            f"fragility over {im}",
+            curves,
+            functools.partial(find_fragility, lanes, curves, source, im),
+            functools.partial(draw_curves, curves, im),
+            (len(groups_of(curves)), functools.partial(plot_curves, curves=curves, intensity=im)),
+            functools.partial(_played_of_table, table, lanes, im),
+        )
 
 
 def _played_of_table(table: Table, lanes: pd.DataFrame, intensity: str) -> Mapping[str, Any] | None:
@@ -145,7 +107,7 @@ def _played_of_table(table: Table, lanes: pd.DataFrame, intensity: str) -> Mappi
     return played_beside(lanes, pathlib.Path(table), intensity)
 
 
-def _lanes_of(table: Table) -> tuple[pd.DataFrame, str]:
+def lanes_of(table: Table) -> tuple[pd.DataFrame, str]:
     """A lane table, and what errors name as its source."""
     if isinstance(table, Found):
         return table.table, table.title

@@ -1,18 +1,14 @@
-"""Predictors: the function, and what the command of its name calls, too."""
+"""Predictors: the function, which the command of its name calls."""
 
 from __future__ import annotations
 
 import functools
-import os
-import pathlib
 from collections.abc import Sequence
 
-import pandas as pd
-
-from warprock.analysis.groups import Weights
-from warprock.analysis.lane_tables import measure_named, read_lanes
+from warprock.analysis.lane_tables import measure_named
 from warprock.analysis.limits import read_limits
 from warprock.analysis.predictors import RATIO, compare_measures
+from warprock.api.analyses.fragility import Table, lanes_of
 from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.weights import AnyWeights, weights_of
@@ -20,9 +16,6 @@ from warprock.api.work import Column, Share
 from warprock.arguments import at_the_door, require_within, several
 from warprock.figures.predictors import draw_predictors, plot_losses
 from warprock.findings.predictors import find_predictors
-
-Table = pd.DataFrame | Found | str | os.PathLike[str]
-"""A lane table, what a run or a sweep found, or the path of a Parquet file or of its folder."""
 
 
 @at_the_door
@@ -72,44 +65,23 @@ def predictors(
         ['peak_velocity_m_s', 'peak_acceleration_m_s2']
     """
     with python_names():
-        lanes, source = _lanes_of(table)
+        lanes, source = lanes_of(table)
         text = limit if isinstance(limit, str) else f"{limit:g}"
-        return predictors_of(lanes, source, several(im), text, max_doubt, weights_of(weights))
-
-
-def predictors_of(
-    lanes: pd.DataFrame,
-    source: str,
-    measures: Sequence[str],
-    limit: str,
-    most_doubt: float,
-    weights: Weights | None,
-) -> Found:
-    """Compares measures over a lane table; arguments as of `predictors`."""
-    require_within("--max-doubt", most_doubt, 0.0, 1.0)
-    (chosen,) = read_limits([limit], ())
-    columns = [*lanes.columns.astype(str), RATIO]
-    found = compare_measures(
-        lanes,
-        source=source,
-        measures=[measure_named(name, columns) for name in measures],
-        limit=chosen,
-        most_doubt=most_doubt,
-        weights=weights,
-    )
-    return Found(
-        f"predictors of {chosen.name}",
-        found,
-        functools.partial(find_predictors, found, source),
-        functools.partial(draw_predictors, found),
-        (1, functools.partial(plot_losses, found=found)),
-    )
-
-
-def _lanes_of(table: Table) -> tuple[pd.DataFrame, str]:
-    """A lane table, and what errors name as its source."""
-    if isinstance(table, Found):
-        return table.table, table.title
-    if isinstance(table, pd.DataFrame):
-        return table, "table"
-    return read_lanes(pathlib.Path(table)), os.fspath(table)
+        require_within("--max-doubt", max_doubt, 0.0, 1.0)
+        (chosen,) = read_limits([text], ())
+        columns = [*lanes.columns.astype(str), RATIO]
+        found = compare_measures(
+            lanes,
+            source=source,
+            measures=[measure_named(name, columns) for name in several(im)],
+            limit=chosen,
+            most_doubt=max_doubt,
+            weights=weights_of(weights),
+        )
+        return Found(
+            f"predictors of {chosen.name}",
+            found,
+            functools.partial(find_predictors, found, source),
+            functools.partial(draw_predictors, found),
+            (1, functools.partial(plot_losses, found=found)),
+        )
