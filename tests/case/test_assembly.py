@@ -10,6 +10,7 @@ import pytest
 import warprock as wr
 from tests.shared.commands import invoke
 from warprock.engines import ENGINES
+from warprock.units import GRAVITY
 
 ARCH = {
     "pattern": "arch",
@@ -90,6 +91,16 @@ def test_walls_of_dry_stone_are_drawn_from_their_seed():
     assert again.corners.tolist() == kinds[6].corners.tolist()
     alike = wr.expand_lanes(case({**DRY, "variation": 0.0})).lanes.assembly.of(0)
     assert alike.count == 1 + 3 * 5 + 3 * 6
+
+
+def test_motions_are_measured_by_what_tips_a_block_as_high():
+    """So that `map`, `spectrum` and fragility take an assembly as they take a block."""
+    found = wr.expand_lanes(case(ARCH, motion=_motion()))
+    kind, row = found.lanes.assembly.of(0), found.inputs.iloc[0]
+    assert row["slenderness_angle_rad"] == kind.slenderness_angle
+    # p of a block: p^2 = 3 g / (4 R), 2 R its diagonal.
+    assert row["frequency_parameter_rad_s"] ** 2 == pytest.approx(1.5 * GRAVITY / kind.reach)
+    assert row["normalised_acceleration"] == pytest.approx(0.1 / np.tan(kind.slenderness_angle))
 
 
 def _motion() -> dict[str, Any]:

@@ -14,7 +14,7 @@ from warprock.model import patterns
 from warprock.model.response import Outcome, SampleTimes, Status
 from warprock.programs.assembly_scene import prisms, touching
 from warprock.programs.table import require_scenes, run_program
-from warprock.settings.programs import BulletSettings, MujocoSettings
+from warprock.settings.programs import BulletSettings, MujocoSettings, NewtonXpbdSettings
 
 DRUMS = built(patterns.column(1.0, 0.5, 4), 0.8)
 PROGRAMS = {
@@ -47,6 +47,18 @@ def test_what_falls_is_told_when():
     found = run_program("mujoco", lanes, pushes([1.0], 0.1, 2.0), SampleTimes(2.0), settings)
     assert found.response["outcome"][0] == Outcome.OVERTURNED
     assert 0.5 < found.response["collapse_time"][0] < 2.0
+
+
+@pytest.mark.thorough
+def test_newton_is_given_the_same_blocks():
+    """XPBD lets columns lean below their limit load; well above it they fall away."""
+    lanes, settings = assembly_lanes([DRUMS] * 2), NewtonXpbdSettings(steps_per_second=500)
+    motions = pushes([0.0, 1.0], 0.2, 0.8)
+    found = run_program("newton-xpbd", lanes, motions, SampleTimes(0.8), settings).response
+    assert (found["status"] == Status.OK).all()
+    still, pushed = found["peak_displacement"]
+    assert still < 0.02
+    assert pushed > 0.1
 
 
 def test_a_block_is_the_prism_of_its_polygon():

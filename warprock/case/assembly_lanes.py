@@ -111,6 +111,7 @@ def assembly_columns(values: LaneValues, lanes: Lanes) -> dict[str, object]:
         columns |= {"assembly_file": values.column(f"{PLACE}.file")}
     kinds, lane = lanes.assembly.kinds, lanes.assembly.lane
     columns |= computed("slenderness_angle", lanes.slenderness_angle)
+    columns |= computed("frequency_parameter", lanes.frequency_parameter)
     columns |= computed("blocks", np.array([int((~kind.fixed).sum()) for kind in kinds])[lane])
     return columns | computed("joints", np.array([kind.joints.count for kind in kinds])[lane])
 

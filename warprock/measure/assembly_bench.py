@@ -53,7 +53,7 @@ SAMPLE = 0.01
 """Time between two looks at the motion [s]."""
 FINER = 8
 
-STEPS = (4e-3, 2e-3, 1e-3)
+STEPS = (1.6e-2, 4e-3, 1e-3)
 RATES = (500.0, 1000.0, 2000.0)
 """Time steps of ours [s], and steps a second of the programs."""
 

@@ -177,11 +177,14 @@ class Assembly:
         between its height and its diagonal, of a column as a whole, and of an arch its thickness
         over the distance from springing to crown.
         """
-        free = ~self.fixed
+        return float(np.arctan2(np.median(self.longest_joints[~self.fixed]), self.reach))
+
+    @functools.cached_property
+    def reach(self) -> float:
+        """The largest distance of a corner from the nearest joint with what is fixed [m]."""
         feet = self.joints.ends[self.fixed[self.joints.blocks].any(axis=1)].mean(axis=1)
-        corners = self.corners[free].reshape(-1, 1, 2)
-        high = np.linalg.norm(corners - feet, axis=2).min(axis=1).max()
-        return float(np.arctan2(np.median(self.longest_joints[free]), high))
+        corners = self.corners[~self.fixed].reshape(-1, 1, 2)
+        return float(np.linalg.norm(corners - feet, axis=2).min(axis=1).max())
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -213,6 +216,11 @@ class Assemblies:
     def slenderness_angle(self) -> Array:
         """Of every lane's, shape [lane]; see `Assembly`."""
         return np.array([kind.slenderness_angle for kind in self.kinds])[self.lane]
+
+    @property
+    def reach(self) -> Array:
+        """Of every lane's [m], shape [lane]; see `Assembly`."""
+        return np.array([kind.reach for kind in self.kinds])[self.lane]
 
     @property
     def _most(self) -> tuple[int, int, int]:

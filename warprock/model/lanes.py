@@ -14,6 +14,7 @@ from warprock.model.bodies import Bodies
 from warprock.model.hold import Hold
 from warprock.model.profiles import Profiles
 from warprock.model.release import Release
+from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
@@ -183,7 +184,12 @@ class Lanes:
 
     @property
     def frequency_parameter(self) -> Array:
-        """Frequency parameter of single blocks [rad/s], of a body about its nearer end."""
+        """Frequency parameter of single blocks [rad/s], of a body about its nearer end.
+
+        Of an assembly that of a block whose diagonal is the assembly's reach.
+        """
+        if self.assembly is not None:
+            return np.sqrt(0.75 * GRAVITY / (0.5 * self.assembly.reach))
         if self.body is not None:
             return self.body.frequency_parameter
         of_block = rocking.frequency_parameter(self.width, self.height)

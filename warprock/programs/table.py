@@ -56,7 +56,13 @@ class Program:
 
 
 def _newton(text: str) -> Program:
-    return Program("warprock.programs.newton", ("newton",), 'pip install "warprock"', text)
+    return Program(
+        "warprock.programs.newton",
+        ("newton",),
+        'pip install "warprock"',
+        text,
+        assemblies=True,
+    )
 
 
 PROGRAMS: dict[str, Program] = {
@@ -90,6 +96,7 @@ PROGRAMS: dict[str, Program] = {
         ("newton", "mujoco_warp"),
         'pip install "newton[sim]"',
         "Newton's SolverMuJoCo: MuJoCo's contacts on Warp.",
+        assemblies=True,
     ),
     "newton-vbd": _newton("Newton's SolverVBD: vertex block descent with an augmented Lagrangian."),
     "newton-semi-implicit": _newton("Newton's SolverSemiImplicit: springs in contacts, explicit."),
