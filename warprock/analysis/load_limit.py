@@ -43,7 +43,7 @@ from warprock.running.options import Progress
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
-MOST_BLOCKS = 500
+MOST_JUDGED = 500
 """Blocks of an assembly: the programme takes some 15 s for 400 of a wall, and twice as many take
 six times as long."""
 
@@ -325,7 +325,7 @@ def run_limits(case: Case, progress: Progress | None = None) -> LoadLimits:
 
     Raises:
         InputError: The case has no assembly, more that differ than `MOST_KINDS`, or one of more
-            than `MOST_BLOCKS` blocks.
+            than `MOST_JUDGED` blocks.
     """
     if case.tables.assembly is None:
         allowed = "must be given: limit analysis is of many blocks with joints"
@@ -341,8 +341,8 @@ def run_limits(case: Case, progress: Progress | None = None) -> LoadLimits:
         got = Said(f"{len(assemblies.kinds):,} assemblies that differ")
         raise InputError(case.file, "sweep", got, f"must be at most {MOST_KINDS:,}")
     blocks = max(kind.count for kind in assemblies.kinds)
-    if blocks > MOST_BLOCKS:
-        allowed = f"must be at most {MOST_BLOCKS} for limit analysis; `run` takes more"
+    if blocks > MOST_JUDGED:
+        allowed = f"must be at most {MOST_JUDGED} for limit analysis; `run` takes more"
         raise InputError(case.file, "assembly", Said(f"{blocks:,} blocks"), allowed)
     lanes, found = np.bincount(assemblies.lane), []
     for place, kind in enumerate(assemblies.kinds):

@@ -37,8 +37,10 @@ NUMBERS = 160_000
 """Numbers that a page holds at most; where all lanes would need more, some are chosen."""
 DIGITS = 20_000
 """Steps into which the largest value of a quantity is divided."""
-LEAST = 200
-"""Samples that an assembly of very many blocks has nevertheless."""
+LEAST, FEWEST = 200, 30
+"""Samples that an assembly of many blocks has nevertheless, and one of very many."""
+MANY_NUMBERS = 900_000
+"""Numbers that a page holds of one assembly at most, where `FEWEST` samples are not more."""
 INTERVAL = 0.01
 """Time between samples where the case says nothing of it [s]."""
 
@@ -215,7 +217,8 @@ def scene(
     fixed = None if beside is None else beside.fixed
     samples = SAMPLES
     if fixed is not None and outlines is not None:
-        samples = max(min(SAMPLES, NUMBERS // (3 * len(outlines))), LEAST)
+        each = 3 * len(outlines)
+        samples = max(min(SAMPLES, NUMBERS // each), min(LEAST, MANY_NUMBERS // each), FEWEST)
     stride = -(-(len(history) - 1) // samples) if len(history) > samples + 1 else 1
     shown = history.iloc[::stride].reset_index(drop=True)
     blocks = [f"_{k}" for k in range(1, 10) if f"width_{k}_m" in row] or [""]
@@ -333,6 +336,9 @@ def _assembled(
 ) -> list[dict[str, Any]]:
     """The blocks of an assembly: their sizes and motions, those that move with the base last."""
     parts, moving, still = [], len(outlines) - len(fixed), np.zeros(len(history))
+    # Each column of a DataFrame has a copy of all its attributes, and there are thousands of them.
+    history = history.copy(deep=False)
+    history.attrs = {}
     for k, outline in enumerate(outlines):
         width, _, height = np.ptp(np.array(outline), axis=0).tolist()
         # No rotation of a single block says how near an assembly is to its collapse.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from warprock.findings.numbers import three
@@ -55,3 +55,8 @@ def print_assembly_bench(found: Mapping[str, Any]) -> None:
         )
         said = f"At no more error a lane of assembly is at least {' and '.join(times)}."
     print_end(said, "warprock compare CASE -e assembly -e mujoco -e bullet")
+
+
+def print_blocks_bench(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Prints what `measure.blocks_bench.run_blocks_bench` measured."""
+    print_rows("Walls by their number of blocks, measured here and now", rows)
