@@ -93,6 +93,7 @@ PARAMETERS = (
     "PRESCRIBED",
     "THROWN",
     "SPRINGS",
+    "BONDS",
 )
 """Names that the loader sets in a kernel file: the arguments of `kernel_module`, in capitals."""
 
@@ -174,6 +175,7 @@ def kernel_module(
     prescribed: bool = False,
     thrown: bool = False,
     springs: bool = False,
+    bonds: bool = False,
 ) -> ModuleType:
     """The instance of a kernel file for a precision, a kind of ground motion and a stack.
 
@@ -192,13 +194,14 @@ def kernel_module(
         prescribed: Whether the lanes prescribe their angular restitution.
         thrown: Whether blocks in space start in motion, or bounce.
         springs: Whether the contacts of an assembly are springs.
+        bonds: Whether joints of an assembly have cohesion and tensile strength until they break.
 
     Raises:
         OSError: A kernel file cannot be read.
     """
     values = (
         precision, motion, iterations, blocks, lanes, friction, points, vertical, chains,
-        prescribed, thrown, springs,
+        prescribed, thrown, springs, bonds,
     )  # fmt: skip
     with _LOCK:
         return _instance(file, dict(zip(PARAMETERS, values, strict=True)))

@@ -31,11 +31,11 @@ _MEET = """
 #if defined(__CUDA_ARCH__)
 __syncthreads();
 #else
-if (size > 1) {
+if (threads > 1) {
     int* waiting = reinterpret_cast<int*>(gate);
     int* met = waiting + 16;
     int before = __atomic_load_n(met, __ATOMIC_ACQUIRE);
-    if (__atomic_add_fetch(waiting, 1, __ATOMIC_ACQ_REL) == size) {
+    if (__atomic_add_fetch(waiting, 1, __ATOMIC_ACQ_REL) == threads) {
         __atomic_store_n(waiting, 0, __ATOMIC_RELAXED);
         __atomic_store_n(met, before + 1, __ATOMIC_RELEASE);
     } else {
@@ -55,7 +55,7 @@ if (size > 1) {
 
 
 @wp.func_native(_MEET)
-def _meet(gate: wp.uint64, size: int, give_way: wp.uint64):
+def _meet(gate: wp.uint64, threads: int, give_way: wp.uint64):
     """Waits until all threads of a team are here."""
 
 

@@ -53,19 +53,18 @@ def test_a_recipe_names_the_files_that_it_changes(recipe: Recipe):
 
 @pytest.mark.parametrize("recipe", RECIPES, ids=lambda recipe: recipe.diff.stem)
 def test_a_recipe_fits_the_tree(recipe: Recipe, tmp_path: pathlib.Path):
-    diff = recipe.diff.read_text(encoding="utf-8")
-    for file in files_of(diff):
+    for file in files_of(recipe.diff.read_text(encoding="utf-8")):
         if (ROOT / file).exists():
             (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / file, tmp_path / file)
-    apply(diff, tmp_path)
+    apply(recipe.diff, tmp_path)
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("recipe", RECIPES, ids=lambda recipe: recipe.diff.stem)
 def test_a_recipe_runs(recipe: Recipe, tmp_path: pathlib.Path):
     tree = copy_of_the_tree(tmp_path / "tree")
-    apply(recipe.diff.read_text(encoding="utf-8"), tree)
+    apply(recipe.diff, tree)
     assert recipe.commands
     for command in recipe.commands:
         words = shlex.split(command.partition("  #")[0])

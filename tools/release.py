@@ -2,7 +2,8 @@
 
     python -m tools.release 0.1.0 OUT --python python3.12
 
-Nothing changes in this tree. A clone of its last commit, OUT/source, gets the version: the section
+Nothing changes in this tree. A clone of its last commit, OUT/source, gets the notebooks of today's
+tutorials and the version: the section
 of the changelog loses its mark "(unreleased)" and a new one begins, CITATION.cff gets version and
 date, both are committed, and the commit gets the tag, from which the version of the package is
 read. From there the source distribution and the wheel are built and tried (`tools.try_wheel`), and
@@ -121,6 +122,8 @@ def main() -> None:
         raise SystemExit(f"{source}: must not exist already")
     out.mkdir(parents=True, exist_ok=True)
     git(ROOT, "clone", "--quiet", str(ROOT), str(source))
+    run(source, sys.executable, "-m", "tools.notebooks")
+    git(source, "add", "examples")
     notes = mark(source, asked.version, datetime.datetime.now(datetime.UTC).date())
     (out / "notes.md").write_text(f"# warprock {asked.version}\n\n{notes}\n", encoding="utf-8")
     pythons = [word for python in asked.python for word in ("--python", python)]

@@ -19,7 +19,7 @@ Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `As
 `Times`, `Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`,
 `Study`, `with_unit`, `save_record`. Commands: `run`, `verdict`, `brief`, `fragility`, `predictors`,
 `risk`, `measures`, `map`, `spectrum`, `ida`, `sensitivity`, `capacity`, `limit`, `sweep`,
-`compare`, `validate`, `study`, `body`, `identify`, `trade`, `stability`. Bad input is an
+`compare`, `validate`, `study`, `body`, `identify`, `trade`, `stability`, `bench`. Bad input is an
 `InputError`. Below them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`,
 `lane_table`, `write_run`.
 
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from warprock.api.analyses.risk import risk as risk
     from warprock.api.analyses.sensitivity import sensitivity as sensitivity
     from warprock.api.analyses.spectrum import spectrum as spectrum
+    from warprock.api.bench import bench as bench
     from warprock.api.body import body as body
     from warprock.api.brief import brief as brief
     from warprock.api.capacity import capacity as capacity
@@ -136,6 +137,7 @@ _HOME = {
     "TopLoad": "api.parts",
     "TransverseWall": "api.parts",
     "Uniform": "api.parts",
+    "bench": "api.bench",
     "body": "api.body",
     "brief": "api.brief",
     "capacity": "api.capacity",

@@ -33,6 +33,7 @@ class Dimension(enum.StrEnum):
     MASS = "mass"
     INERTIA = "moment of inertia"
     FORCE = "force"
+    STRESS = "stress"
     STIFFNESS = "stiffness"
     BED_STIFFNESS = "stiffness a unit of area"
     BED_DAMPING = "damping a unit of area"
@@ -83,6 +84,7 @@ UNITS: dict[Dimension, dict[str, str]] = {
     Dimension.MASS: {"kg": "1", "t": "1000"},
     Dimension.INERTIA: {"kg m^2": "1", "t m^2": "1000"},
     Dimension.FORCE: {"N": "1", "kN": "1000", "MN": "1000000"},
+    Dimension.STRESS: {"Pa": "1", "kPa": "1000", "MPa": "1000000", "N/mm^2": "1000000"},
     Dimension.STIFFNESS: {
         "N/m": "1",
         "kN/m": "1000",
@@ -135,6 +137,7 @@ EXAMPLES: dict[Dimension, str] = {
     Dimension.MASS: "350 kg",
     Dimension.INERTIA: "18 kg m^2",
     Dimension.FORCE: "12 kN",
+    Dimension.STRESS: "0.2 MPa",
     Dimension.STIFFNESS: "5 kN/mm",
     Dimension.BED_STIFFNESS: "50 MN/m^3",
     Dimension.BED_DAMPING: "200 kN s/m^3",
@@ -275,6 +278,7 @@ ENDINGS = {
     "m/s": "_m_s",
     "deg": "_deg",
     "rad": "_rad",
+    "Pa": "_Pa",
     "mm": "_mm",
     "Hz": "_hz",
     "GB": "_gb",

@@ -78,6 +78,8 @@ from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_
 from warprock.kernels.parting import slack
 from warprock.kernels.rows import kernel, rows
 
+if BONDS:
+    from warprock.kernels.assembly.bond import Bond, Breaks, after_break, is_torn
 if SPRINGS:
     from warprock.kernels.assembly.spring import Pace, Spring, Store, press
 
@@ -123,6 +125,9 @@ def run_lanes(
     if SPRINGS:
         spring = rows(Spring, POINTS)
         store = rows(Store)
+    if BONDS:
+        bond = rows(Bond, POINTS)
+        breaks = rows(Breaks)
     for i in range(LANES):
         seen[i] = start_seen()
         seen[i].mode = wp.where(laid.spare[first + i] > 0, STALLED, RUNNING)
@@ -137,6 +142,11 @@ def run_lanes(
     for q in range(contact_count):
         for i in range(LANES):
             track[q, i].since = NEVER
+            if BONDS:
+                bond[q // 2, i].holds = wp.where(
+                    joints[q // 2, first + i].tension > real(0.0), 1, 0
+                )
+                breaks[i].first = NEVER
             if SPRINGS:
                 edges = joints[q // 2, first + i]
                 spring[q, i].u = wp.where(q % 2 == 0, edges.first, edges.second)
@@ -179,8 +189,21 @@ def run_lanes(
                 for i in range(LANES):
                     tracks = track[q, i]
                     glides = slip(contact[q, i], new[a, i], new[b, i])
-                    observe_slide(clock[i].keeps > 0, dt, glides, impulse[q, i].n, tracks)
+                    stands = clock[i].keeps > 0 and seen[i].collapse_time >= NEVER
+                    observe_slide(stands, dt, glides, impulse[q, i].n, tracks)
                     track[q, i] = tracks
+            if BONDS:
+                for joint in range(contact_count // 2):
+                    for i in range(LANES):
+                        edges = joints[joint, first + i]
+                        torn = is_torn(
+                            edges, rate, impulse[2 * joint, i], impulse[2 * joint + 1, i]
+                        )
+                        fails = clock[i].keeps > 0 and bond[joint, i].holds > 0 and torn
+                        time = smaller(real(clock[i].count) * dt, breaks[i].first)
+                        breaks[i].first = wp.where(fails, time, breaks[i].first)
+                        breaks[i].count = breaks[i].count + wp.where(fails, 1, 0)
+                        bond[joint, i].holds = wp.where(fails, 0, bond[joint, i].holds)
             for k in range(block_count):
                 for i in range(LANES):
                     keeps = clock[i].keeps > 0
@@ -291,6 +314,14 @@ def run_lanes(
                     seen[i] = sees
                     track[q, i] = tracks
                     contact[q, i] = wp.where(goes, at, contact[q, i])
+                    if BONDS:
+                        dried = after_break(at.friction, impulse[q, i])
+                        dry = goes and (bond[joint, i].holds == 0 or clock[i].count < 0)
+                        impulse[q, i].n = wp.where(dry, dried.n, impulse[q, i].n)
+                        impulse[q, i].t = wp.where(dry, dried.t, impulse[q, i].t)
+                        # Bonds set once the weight is borne: they begin without stress.
+                        holds = bond[joint, i].holds > 0 and clock[i].count >= 0
+                        impulse[q, i].hold = wp.where(holds, NEVER, real(0.0))
                     there = wp.where(gap < NEVER, real(1.0), real(0.0))
                     n = wp.where(goes, there * impulse[q, i].n, real(0.0))
                     t = wp.where(goes, there * impulse[q, i].t, real(0.0))
@@ -372,7 +403,9 @@ def run_lanes(
                             a, b = int(held.a), int(held.b)
                             va = new[a, i]
                             vb = new[b, i]
-                            pair = Impulse(held.n, held.t)
+                            pair = Impulse()
+                            pair.n = held.n
+                            pair.t = held.t
                             along = Way(held.pn, held.pt, held.dn, held.dt)
                             own = solve[i]
                             sweep_contact(own, held.at, mass[a, i], mass[b, i], pair, along, va, vb)
@@ -417,6 +450,8 @@ def run_lanes(
             sees.moved, sees.deepest, sees.peak, sees.peak_time, sees.collapse_time, sees.still,
             sees.residual, book.loss, book.supplied, book.returned,
         )  # fmt: skip
+        if BONDS:
+            found.breaks[first + i] = breaks[i]
         for k in range(block_count):
             dx, dz = pose[k, i].x - blocks[k, first + i].x, pose[k, i].z - blocks[k, first + i].z
             last = wp.sqrt(dot(dx, dz, dx, dz))
@@ -425,3 +460,5 @@ def run_lanes(
             found.contacts[q, first + i] = ContactResult(
                 track[q, i].opening, track[q, i].most, track[q, i].slide
             )
+            if BONDS:
+                found.bonds[q, first + i] = bond[q // 2, i].holds

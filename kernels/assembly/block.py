@@ -239,5 +239,6 @@ def observe_gap(
     seen.uplift_time = wp.where(live and apart, lifted, seen.uplift_time)
     seen.moved = wp.where(live and apart and not leans, time, seen.moved)
     seen.deepest = wp.where(live, larger(-opening, seen.deepest), seen.deepest)
-    track.opening = wp.where(live, larger(opening, track.opening), track.opening)
+    stands = live and seen.collapse_time >= NEVER
+    track.opening = wp.where(stands, larger(opening, track.opening), track.opening)
     track.parted = wp.where(live, wp.where(apart, 1, 0), track.parted)

@@ -2,6 +2,8 @@
 
 import warp as wp
 
+if BONDS:
+    from warprock.kernels.assembly.bond import Breaks
 if SPRINGS:
     from warprock.kernels.dem.stack import Knobs as Stiffness
 
@@ -112,6 +114,8 @@ class Found:
         rotations: At the samples [rad], positive counterclockwise, shape [sample, block, lane];
             empty if not asked for.
         places: Centres x and z at the samples [m], shape [sample, block, 2, lane]; likewise.
+        breaks: Bonds that broke, shape [lane].
+        bonds: 1 where the joint of a contact is bonded at the end, shape [contact, lane].
     """
 
     results: wp.array(dtype=Result)
@@ -119,3 +123,6 @@ class Found:
     contacts: wp.array2d(dtype=ContactResult)
     rotations: wp.array3d(dtype=real)
     places: wp.array4d(dtype=real)
+    if BONDS:
+        breaks: wp.array(dtype=Breaks)
+        bonds: wp.array2d(dtype=int)

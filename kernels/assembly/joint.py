@@ -40,6 +40,8 @@ class Edges:
         friction: Coulomb friction coefficient.
         area: On springs, area that either end stands for [m^2].
         first, second: Stretch of the shear springs at the two ends at the start [m].
+        cohesion, tension: Of a bonded joint, its strength in shear without load and in tension
+            [N]; zero of a dry one.
     """
 
     a_x: real
@@ -55,6 +57,9 @@ class Edges:
         area: real
         first: real
         second: real
+    if BONDS:
+        cohesion: real
+        tension: real
 
 
 @wp.struct
@@ -115,10 +120,17 @@ class Contact:
 
 @wp.struct
 class Impulse:
-    """Impulses N and T of a contact [N s]."""
+    """Impulses N and T of a contact [N s].
+
+    Attributes:
+        n, t: N and T.
+        hold: What a bond may hold in either direction [N s]: no end while it lasts, see bond.py.
+    """
 
     n: real
     t: real
+    if BONDS:
+        hold: real
 
 
 @wp.func

@@ -98,6 +98,31 @@ def start_solve(on: real, bound: real, speed: real) -> Solve:
     return Solve(on, zero, zero, zero, zero, zero, larger(bound, SHARE * speed), 0)
 
 
+if BONDS:
+
+    @wp.func
+    def least_normal(impulse: Impulse) -> real:
+        """The least N of a contact [N s]: a bond holds."""
+        return -impulse.hold
+
+    @wp.func
+    def most_drag(friction: real, n: real, impulse: Impulse) -> real:
+        """The most |T| of a contact [N s]."""
+        return larger(friction * n, real(0.0)) + impulse.hold
+
+else:
+
+    @wp.func
+    def least_normal(impulse: Impulse) -> real:
+        """The least N of a contact [N s]."""
+        return real(0.0)
+
+    @wp.func
+    def most_drag(friction: real, n: real, impulse: Impulse) -> real:
+        """The most |T| of a contact [N s]."""
+        return friction * n
+
+
 @wp.func
 def sweep_contact(
     solve: wp.ref[Solve], at: Contact, ma: Mass, mb: Mass, impulse: wp.ref[Impulse],
@@ -117,13 +142,13 @@ def sweep_contact(
     n0, t0 = fused(beta, way.pn, impulse.n), fused(beta, way.pt, impulse.t)
     way.pn = fused(beta, way.pn, way.dn)
     way.pt = fused(beta, way.pt, way.dt)
-    wanted = larger(fused_less(at.wn, approach(at, va, vb) + at.b, n0), real(0.0))
+    wanted = larger(fused_less(at.wn, approach(at, va, vb) + at.b, n0), least_normal(impulse))
     dn = on * (wanted - n0)
     n = n0 + dn
     # What dn does to u_t goes through the rotations alone, for n and t' are at right angles.
     oa, ob = fused(ma.j, at.aa * dn, va.omega), fused(mb.j, at.ab * dn, vb.omega)
     w = dot(at.ba, at.bb, oa, ob) + wedge(at.nx, at.nz, va.x - vb.x, va.z - vb.z)
-    bound = at.friction * n
+    bound = most_drag(at.friction, n, impulse)
     dragged = smaller(larger(fused_less(at.wt, w, t0), -bound), bound)
     dt = on * (dragged - t0)
     impulse.n = n

@@ -314,7 +314,8 @@ def find_edge_directions(body: Body, stance: int, start: Corners, v: Vector, w: 
     """
     i = stance - EDGE
     j = (i + 1) % 4
-    mu, dirs = body.friction, start
+    mu = body.friction
+    dirs = start
     sinking = Two(corner_velocity(body, v, w, i)[2], corner_velocity(body, v, w, j)[2])
     change = real(1.0)
     error = real(1.0)

@@ -49,6 +49,7 @@ from warprock.kernels.event_space.stack_look import (
     contacts_at_end,
     continue_contacts,
     energy,
+    laws_of_velocity,
     look_at_step,
     momenta,
 )
@@ -94,12 +95,12 @@ def end_step(
     zero = Bodies()
     bodies = int(BLOCKS + 1)
     gravity = limits.gravity
-    t = contacts_at_end(own, pose, look, held, stuck, True)
+    t = contacts_at_end(own, pose, look, held)
     _p, shift, turn, _good = solve(BINDING, t, pose, Points(), zero, zero, zero, zero)
     for k in range(1, bodies):
         n.x[k] = n.x[k] + shift[k]
         n.q[k] = rotate_attitude(n.q[k], turn[k])
-    t = contacts_at_end(own, pose, look, held, stuck, False)
+    t = laws_of_velocity(t, look, stuck)
     _q, v, w, _bound = solve(BINDING, t, pose, Points(), n.v, n.w, n.v, n.w)
     n.lost = n.lost - energy(own, gravity, n.x, n.q, v, w)
     struck = look.landed

@@ -27,7 +27,7 @@ from warprock.kernels.event_space.stack_contact import (
 )
 from warprock.kernels.shape.faces import SLOTS
 from warprock.kernels.shape_space.frame import frame, relative_velocity, weighted
-from warprock.kernels.shape_space.stack import CONTACTS, Bodies, rows_of
+from warprock.kernels.shape_space.stack import CONTACTS, Bodies, PointNumbers, rows_of
 from warprock.kernels.vectors import Vector
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
@@ -211,11 +211,8 @@ def look_at_step(
 
 
 @wp.func(inline=False)
-def contacts_at_end(
-    own: Own, pose: Pose, look: Look, held: Ints, stuck: Ints,
-    close: bool,
-) -> Touches:  # fmt: skip
-    """The contacts at the end of a step, with their laws for closing gaps or for velocities."""
+def contacts_at_end(own: Own, pose: Pose, look: Look, held: Ints) -> Touches:
+    """The contacts at the end of a step, with their laws for closing gaps."""
     t = Touches()
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
@@ -226,10 +223,18 @@ def contacts_at_end(
             bit = 1 << i
             if (look.touch[k] & bit) != 0 and number < CONTACTS:
                 law = wp.where((held[k] & bit) != 0, KEEP, PUSH)
-                if not close:
-                    law = sticking_law(i, stuck[k], law)
-                    law = wp.where((look.lands[k] & bit) != 0, AWAIT, law)
-                gap = wp.where(close, gaps[i], real(0.0))
-                t = add_contact(t, pose, k, i, law, gap, places[i])
+                t = add_contact(t, pose, k, i, law, gaps[i], places[i])
                 number += 1
+    return t
+
+
+@wp.func
+def laws_of_velocity(closing: Touches, look: Look, stuck: Ints) -> Touches:
+    """The same contacts with their laws for velocities."""
+    t = closing
+    for q in range(t.total):
+        k, slot = t.body[q], t.slot[q]
+        law = sticking_law(slot, stuck[k], t.law[q])
+        t.law[q] = wp.where((look.lands[k] & (1 << slot)) != 0, AWAIT, law)
+    t.gap = PointNumbers()
     return t

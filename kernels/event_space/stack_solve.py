@@ -475,7 +475,8 @@ def continue_pieces(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
     w = g.w
     zero = real(0.0)
     for i in range(s.t.total):
-        k, law, z = s.t.body[i], s.t.law[i], g.asks[i]
+        k, law = s.t.body[i], s.t.law[i]
+        z = g.asks[i]
         if law != CONE or z[2] <= zero:
             # No impulse tells: by the velocity.
             mu, e = s.pose.friction[k], directions(s.pose.axes, k, s.t.slot[i])
@@ -557,7 +558,7 @@ def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
         if turn % LEAP == LEAP - 1 and rounds == ROUNDS:
             # Changes that shrink are a geometric series (Aitken); where they grow, they lead away.
             ratio, one = wp.dot(more, before) / larger(wp.dot(before, before), TINY), real(1.0)
-            ahead = real(FARTHEST)
+            ahead = FARTHEST
             if ratio < one:
                 ahead = smaller(ratio / (one - ratio), FARTHEST)
             for i in range(s.t.total):

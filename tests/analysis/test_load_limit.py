@@ -45,6 +45,40 @@ def test_an_arch_that_slides_has_to_be_thicker(friction: float, least: float):
     assert found.upper_bound
 
 
+@pytest.mark.parametrize(
+    ("pieces", "bound", "coulomb"),
+    [
+        (patterns.wall(0.4, 0.175, 5, 6, whole_first=False), 0.64286, 0.63982),
+        (
+            patterns.wall(
+                0.4,
+                0.175,
+                4,
+                11,
+                whole_first=True,
+                openings=[patterns.Opening(0.6, 0.525, 0.4, 0.875)],
+            ),
+            0.40369,
+            0.35582,
+        ),
+    ],
+    ids=["wall 1", "wall 3"],
+)
+def test_a_wall_whose_joints_slide_has_a_load_with_coulombs_law(
+    pieces: list[Piece], bound: float, coulomb: float
+):
+    """Walls of Ferris and Tin-Loi (2001), who solve for it as a complementarity problem.
+
+    There may be several such loads; those found here lie within 0.2 % of theirs.
+    """
+    found = collapse_load(built(pieces, 0.65))
+    assert found.load_factor == pytest.approx(bound, abs=6e-6)
+    assert found.upper_bound
+    assert found.coulomb_load == pytest.approx(coulomb, rel=2e-3)
+    still = collapse_load(built(patterns.column(1.0, 0.5, 6), 0.7))
+    assert still.coulomb_load == still.load_factor
+
+
 def test_no_thickness_makes_up_for_too_little_friction():
     assert not arch(27, 0.5, 0.30).stands
     assert not arch(27, 1.0, 0.30).stands

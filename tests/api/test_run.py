@@ -1,5 +1,6 @@
 """What a run gives: tables, histories, plots, files; and functions that refuse as commands do."""
 
+import functools
 import json
 
 import numpy as np
@@ -135,6 +136,16 @@ def test_the_cheapest_engine_is_picked_and_says_why():
     assert run.found.options.tolerance == 1e-2
     assert "0.01" in run.cheapest.why
     assert wr.run("free-b0", "housner", progress=False).cheapest is None
+
+
+def test_the_cheapest_keeps_a_precision_that_is_named():
+    """A precision that was named is not one that was left out, which `cheapest` may choose."""
+    ask = functools.partial(wr.run, "free-b0", overrides={"run.duration": "2 s"}, progress=False)
+    for precision in ("float64", "float32"):
+        run = ask(cheapest=True, precision=precision)
+        assert run.cheapest is not None
+        assert run.cheapest.precision == run.found.options.precision == precision
+    assert ask("housner").found.options.precision == "float64"
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import pytest
 import warprock as wr
 from tests.shared.commands import invoke
 from warprock.engines import ENGINES
+from warprock.units import GRAVITY
 
 ARCH = {
     "pattern": "arch",
@@ -92,6 +93,16 @@ def test_walls_of_dry_stone_are_drawn_from_their_seed():
     assert alike.count == 1 + 3 * 5 + 3 * 6
 
 
+def test_motions_are_measured_by_what_tips_a_block_as_high():
+    """So that `map`, `spectrum` and fragility take an assembly as they take a block."""
+    found = wr.expand_lanes(case(ARCH, motion=_motion()))
+    kind, row = found.lanes.assembly.of(0), found.inputs.iloc[0]
+    assert row["slenderness_angle_rad"] == kind.slenderness_angle
+    # p of a block: p^2 = 3 g / (4 R), 2 R its diagonal.
+    assert row["frequency_parameter_rad_s"] ** 2 == pytest.approx(1.5 * GRAVITY / kind.reach)
+    assert row["normalised_acceleration"] == pytest.approx(0.1 / np.tan(kind.slenderness_angle))
+
+
 def _motion() -> dict[str, Any]:
     return {
         "waveform": "sine",
@@ -111,9 +122,9 @@ def _motion() -> dict[str, Any]:
         ({k: v for k, v in ARCH.items() if k != "embrace"}, {}, "assembly.embrace: got nothing"),
         ({**ARCH, "voussoirs": 2.5}, {}, "must be a whole number (lane 0)"),
         ({**ARCH, "voussoirs": 0}, {}, "assembly.voussoirs: got 0, must be the number"),
-        ({**ARCH, "voussoirs": 501}, {}, "assembly.voussoirs: got 501"),
+        ({**ARCH, "voussoirs": 20_001}, {}, "assembly.voussoirs: got 20001"),
         ({**ARCH, "thickness": "10 m"}, {}, "must be less than twice assembly.mean_radius"),
-        ({**WALL, "courses": 300}, {}, "must make at most 500 blocks"),
+        ({**WALL, "courses": 9000}, {}, "must make at most 20,000 blocks"),
         ({**WALL, "openings": [["1 m", "0.1 m", "0.2 m", "0.2 m"]]}, {}, "begin and end with"),
         ({**WALL, "openings": [["1 m", "0 m", "0.7 m", "0.2 m"]]}, {}, "must lie in the wall"),
         ({**WALL, "openings": [["1 m", "0 m", "0.7 m"]]}, {}, "must be a list of rectangles"),
@@ -127,9 +138,15 @@ def _motion() -> dict[str, Any]:
             "did you mean left",
         ),
         ({**ARCH, "weak_joints": ["1, 2"], "weak_friction": 0.3}, {}, 'such as ["1.1 / 2.1"]'),
+        ({**ARCH, "joint_cohesion": "1 MPa"}, {}, "assembly.joint_tensile_strength: got nothing"),
+        ({**ARCH, "joint_tensile_strength": "0 MPa"}, {}, "strength of bonded joints"),
         ({**DRY, "seed": 1.5}, {}, "assembly.seed: got 1.5, must be a whole number"),
         ({**DRY, "stone_length": "9 m"}, {}, "must be at most assembly.wall_length"),
-        ({**DRY, "stone_length": "1 cm"}, {}, "must make at most some 400 stones"),
+        (
+            {**DRY, "stone_length": "1 mm", "stone_height": "10 mm"},
+            {},
+            "must make at most some 18,000 stones",
+        ),
         (ARCH, {"block": {"width": "1 m"}}, "block"),
         (ARCH, {"start": {"rotation": "1 deg"}}, "must be left out: an assembly starts at rest"),
         (ARCH, {"contact": {"friction": 0.5, "angular_restitution": 0.9}}, "impacts are plastic"),
@@ -150,9 +167,9 @@ def test_a_case_has_a_block_or_an_assembly():
         wr.Case.from_dict(tables)
 
 
-@pytest.mark.parametrize("engine", [name for name in ENGINES if name != "assembly"])
+@pytest.mark.parametrize("engine", [name for name in ENGINES if name not in ("assembly", "dem")])
 def test_other_engines_decline_and_say_which_runs_it(engine: str):
-    with pytest.raises(wr.InputError, match=r"has an \[assembly\]; assembly runs it"):
+    with pytest.raises(wr.InputError, match=r"has an \[assembly\]; assembly and dem run it"):
         wr.run(case(WALL), engine, progress=False)
 
 

@@ -206,7 +206,6 @@ TWO = (
         (TWO.format(1.0), {"file_unit": "1 mm"}, "have edges longer than 10 mm"),
         (TWO.format(1.0), {"fixed": ["top"]}, "block base hangs below all that touches it"),
         (SQUARE + "f 1 2 3 4\n" * (MOST_OUTLINES + 2), {}, "got more than 20,000 blocks"),
-        (SQUARE + "f 1 2 3 4\n" * 15_000, {"fixed": [" 1"]}, "got 15,000 blocks, must be at most"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_used_is_refused_in_one_line(

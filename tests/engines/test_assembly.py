@@ -42,7 +42,7 @@ from warprock.model.response import (
     take_lanes,
 )
 from warprock.model.scene import scene_kind
-from warprock.model.tilt import tilt_motions
+from warprock.model.tilt import steady, tilt_motions
 from warprock.running.batch import run_batch
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
@@ -234,7 +234,7 @@ def test_a_tilting_table_brings_down_what_limit_analysis_says():
     """An arch, to either side, and a column: when the motion begins that ends in their collapse."""
     kinds = [oppenheim(7), oppenheim(7), drums(12)]
     rate, end = np.radians([4.0, -4.0, 2.0]), np.full(3, 8.0)
-    found = run(kinds, tilt_motions(rate, np.zeros(3), end), 8.0)
+    found = run(kinds, tilt_motions(steady(rate, np.zeros(3)), end), 8.0)
     assert found["outcome"].tolist() == [Outcome.OVERTURNED] * 3
     # It takes some 0.05 s to move as fast as what counts as moving; the load goes on meanwhile.
     assert found["collapse_load"] == pytest.approx([0.3736, 0.3736, 1.0 / 6.0], rel=0.015)

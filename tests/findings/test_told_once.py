@@ -66,6 +66,8 @@ ASKED: dict[str, list[str]] = {
 """Public function -> its command, which gives a finding."""
 IN_PARTS = ("sweep",)
 """Functions whose command is several."""
+MEASURED = ("bench",)
+"""Functions that take minutes: `tests/measure/test_peers.py` cuts them short and holds them."""
 OWN_TITLES = ("run", "compare", "stability")
 """Functions whose figures each say something else than the finding."""
 
@@ -103,7 +105,7 @@ def made(asked: list[str], place: pathlib.Path) -> list[str]:
 
 
 @pytest.mark.usefixtures("pages_bare")
-@pytest.mark.parametrize("name", functions())
+@pytest.mark.parametrize("name", [name for name in functions() if name not in MEASURED])
 def test_terminal_page_notebook_and_figure_say_the_same_sentence(
     name: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ):

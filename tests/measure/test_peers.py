@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import html
 import json
+import pathlib
+import re
 
 import numpy as np
 import pytest
 
 from tests.shared.commands import succeed
 from tests.shared.programs import PACKAGES, absent, present
+from warprock.findings.bench import find_device_bench
 from warprock.measure import bench, peers, price
 from warprock.model.motion import StillBase
 from warprock.programs.loops import plain_loop
@@ -70,7 +74,10 @@ def test_scipys_loop_is_tried_within_its_time() -> None:
 
 
 @pytest.mark.thorough
-def test_bench_prints_all_kinds_of_row(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("pages_bare")
+def test_bench_prints_all_kinds_of_row(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path
+) -> None:
     """The whole command with measurements that end at once, all that is not ours absent."""
     for package in (*(PACKAGES[peer] for peer in peers.PEERS), "numba"):
         absent(monkeypatch, package)
@@ -79,11 +86,19 @@ def test_bench_prints_all_kinds_of_row(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bench, "LANES", 64)
     # Of the other engines other tests measure what they need.
     monkeypatch.setattr(bench, "ENGINES", ("housner", "event"))
-    for flags in (["--json"], []):
+    for flags in (["--json"], ["-o", str(tmp_path)]):
         result = succeed("bench", "--seconds", "0", *flags)
-        if not flags:
-            assert "not installed: numba: " in result.stdout
-            assert "met by no setting tried in its time: scipy loop at 0.01" in result.stdout
+        if flags != ["--json"]:
+            assert "Not installed: numba: " in result.stdout
+            assert "Met by no setting tried in its time: scipy loop at 0.01" in result.stdout
+            *_, came_out, then = result.stdout.splitlines()
+            assert re.fullmatch(
+                r"\w+ makes .* steps of a block a second on this machine\.", came_out
+            )
+            assert then == "next: warprock trade"
+            page = html.unescape((tmp_path / "report.html").read_text(encoding="utf-8"))
+            assert f"<p>{came_out}</p>" in page
+            assert "Steps of a block in space in a CPU second, one core" in page
             continue
         found = json.loads(result.stdout)
         assert found["prices"]["tried"] == {"scipy loop": 1}
@@ -91,3 +106,21 @@ def test_bench_prints_all_kinds_of_row(monkeypatch: pytest.MonkeyPatch) -> None:
         rows = found["prices"]["rows"]
         assert [row["name"] for row in rows] == ["housner", "event", "scipy loop"] * 4
         assert {row["engine"] for row in found["rows"]} == {"housner", "event"}
+
+
+def test_a_device_has_a_row_an_engine_and_scene_and_a_column_a_number_of_lanes() -> None:
+    key = {"engine": "event", "scene": "free", "precision": "float32", "cpu_lanes_per_s": 2e5}
+    rows = [
+        {**key, "lanes": 1000, "lanes_per_s": 4e4, "kernel_lanes_per_s": 5e4},
+        {**key, "lanes": 10_000, "lanes_per_s": 3e5, "kernel_lanes_per_s": None},
+    ]
+    machine = {"cpu": "a processor", "cores": 2}
+    told = find_device_bench(
+        {"device": "a card", "machine": machine, "duration": 5.0, "rows": rows}
+    )
+    (sheet,) = told.sheets
+    heads = ["engine", "scene", "precision", "1,000", "10,000", "kernel", "cpu"]
+    assert [each.text for each in sheet.headings] == heads
+    assert sheet.rows == [["event", "free", "float32", "40,000", "3.00e5", "-", "2.00e5"]]
+    assert told.sentences == ["event runs 3.00e5 lanes a second there."]
+    assert told.json["rows"][1]["lanes"] == 10_000

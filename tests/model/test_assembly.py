@@ -70,6 +70,20 @@ def test_an_arch_has_radial_joints_as_long_as_it_is_thick(voussoirs: int):
     assert (joints.normal * middle).sum(axis=1) == pytest.approx(0.0, abs=1e-12)
 
 
+def test_what_measures_rotations_is_that_of_a_column_as_a_whole_and_of_the_thickness_of_an_arch():
+    for count in (1, 4):
+        drums = built(patterns.column(0.5, 2.0, count))
+        # To a corner of the top, not to its middle.
+        high = np.hypot(2.0 * count, 0.25)
+        assert drums.slenderness_angle == pytest.approx(np.arctan(0.5 / high))
+    flat = built(patterns.arch(10.0, 1.5, np.pi, 40))
+    crown = np.hypot(10.0, 10.75)
+    assert flat.slenderness_angle == pytest.approx(np.arctan(1.5 / crown), rel=1e-2)
+    low, high = (built(patterns.wall(0.4, 0.2, n, 4, whole_first=True)) for n in (5, 50))
+    # A long wall is as slender as a short one.
+    assert high.slenderness_angle == pytest.approx(low.slenderness_angle, rel=0.05)
+
+
 def test_columns_and_frames_stand_on_the_ground():
     drums = built(patterns.column(1.0, 0.5, 3))
     assert touching(drums) == {("ground", "1"), ("1", "2"), ("2", "3")}
@@ -86,6 +100,10 @@ def test_what_overlaps_floats_or_is_not_convex_is_refused():
         built([ground, first, Piece("b", patterns.rectangle(0.99, 0.0, 2.0, 1.0))])
     with pytest.raises(ValueError, match="something fixed: block b touches nothing"):
         built([ground, first, Piece("b", patterns.rectangle(0.0, 1.01, 1.0, 2.0))])
+    beside = [Piece("post", patterns.rectangle(-1.0, 0.0, 0.0, 3.0), fixed=True), ground]
+    hung = Piece("c", patterns.rectangle(1.0, -2.0, 2.0, -1.0))
+    with pytest.raises(ValueError, match="block c hangs below all that touches it"):
+        built([*beside, first, hung])
     dart = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.9, 0.1]])
     with pytest.raises(ValueError, match="be convex: block b is not"):
         built([ground, first, Piece("b", dart + np.array([1.5, 0.0]))])

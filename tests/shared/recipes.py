@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import pathlib
 import re
 import shutil
+import subprocess
 from typing import NamedTuple
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -60,26 +62,20 @@ def files_of(diff: str) -> list[str]:
     return re.findall(r"^\+\+\+ b/(.+)$", diff, re.MULTILINE)
 
 
-def apply(diff: str, root: pathlib.Path) -> None:
-    """Makes the changes of a diff; line numbers do not matter, the lines around do.
+def apply(diff: pathlib.Path, root: pathlib.Path) -> None:
+    """Makes the changes of a diff as CONTRIBUTING says, with `git apply`.
+
+    Args:
+        diff: The file.
+        root: Where the tree is, outside of any repository.
 
     Raises:
-        ValueError: Lines that it changes are not there, or there more than once.
+        ValueError: It does not fit, with what git says.
     """
-    for part in re.split(r"^diff --git .*\n", diff, flags=re.MULTILINE)[1:]:
-        (name,) = files_of(part)
-        file = root / name
-        new = "\n--- /dev/null\n" in f"\n{part}"
-        text = "" if new else file.read_text(encoding="utf-8")
-        for hunk in re.split(r"^@@ .*\n", part, flags=re.MULTILINE)[1:]:
-            lines = hunk.splitlines(keepends=True)
-            old = "".join(line[1:] for line in lines if line[0] in " -")
-            fresh = "".join(line[1:] for line in lines if line[0] in " +")
-            if new:
-                text = fresh
-                continue
-            if text.count(old) != 1:
-                raise ValueError(f"{name} has {text.count(old)} places with these lines:\n{old}")
-            text = text.replace(old, fresh)
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, encoding="utf-8")
+    command = ["git", "apply", "--whitespace=nowarn", str(diff)]
+    outside = os.environ | {"GIT_CEILING_DIRECTORIES": str(root.parent)}
+    done = subprocess.run(
+        command, cwd=root, env=outside, capture_output=True, text=True, check=False
+    )
+    if done.returncode != 0:
+        raise ValueError(f"{diff.name}: {done.stderr}")

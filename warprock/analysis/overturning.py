@@ -143,6 +143,8 @@ class OverturningMap:
             Name of the pulse and a_p / (g alpha) over `frequency_ratio`; None for pulses other than
             a half or a whole sine of acceleration.
         """
+        if self.run.lane_set.lanes.assembly is not None:
+            return None
         first = self.run.lane_set.inputs.iloc[int(self.lanes[group, 0, 0])]
         if (first["waveform"], first["control"]) != (Waveform.SINE, Control.ACCELERATION):
             return None

@@ -17,6 +17,7 @@ from warprock.api.progress import Shown
 from warprock.api.work import HowHeld, working
 from warprock.arguments import at_the_door
 from warprock.case.input_columns import columns_of
+from warprock.case.lanes import require_room_for_lanes
 from warprock.case.load import Overrides
 from warprock.case.run import Run as RunTable
 from warprock.case.validation import refusing, validated
@@ -28,7 +29,13 @@ from warprock.findings.run import find_run
 from warprock.model.response import Response
 from warprock.quantity import Said
 from warprock.report.scenes import scenes_of
-from warprock.running.case_run import CaseRun, require_choice, run_case, run_lane
+from warprock.running.case_run import (
+    CaseRun,
+    require_options,
+    require_tolerance,
+    run_case,
+    run_lane,
+)
 from warprock.running.cells import cell_table
 from warprock.running.devices import start_warp
 from warprock.running.engine_choice import EngineChoice
@@ -36,7 +43,6 @@ from warprock.running.lane_table import history_table, peak_ratio_columns
 from warprock.running.options import TOLERANCE, RunOptions
 from warprock.running.provenance import count_words
 from warprock.running.results import write_run
-from warprock.settings.engines import SETTINGS
 from warprock.tables.cells import print_cells
 from warprock.tables.run import print_run
 
@@ -218,14 +224,15 @@ def run(
     overrides: Overrides = (),
     tolerance: float | None = TOLERANCE,
     cheapest: bool = False,
-    precision: str = "float64",
+    precision: str | None = None,
     device: str = "cpu",
     workers: int | None = None,
     progress: Shown = True,
 ) -> Run:
     """Runs every lane of a case with one engine.
 
-    Without a tolerance, None, every lane runs once, and nothing says how far off it is.
+    Without a tolerance, None, every lane runs once, and nothing says how far off it is. Without a
+    precision lanes run in float64, or in what `cheapest` picks.
 
     Args:
         case: A `Case`, the tables of one, the name of a shipped one, or the path of a case file.
@@ -234,8 +241,8 @@ def run(
         tolerance: Largest error of a rotation over the slenderness angle [-], 0.01 without: lanes
             that miss it by their estimate run again at half the step, and again.
         cheapest: Picks the cheapest engine, settings and precision that met the tolerance in
-            `warprock trade`, of the engine where one is named and in float32 where that is asked
-            for, and tests them on a sample of the lanes. No settings beside it.
+            `warprock trade`, of the engine and in the precision that are named, and tests them on
+            a sample of the lanes. No settings beside it.
         precision: float64 or float32.
         device: Warp device, such as cpu or cuda:0.
         workers: Worker threads; the cores at hand without. No number depends on it.
@@ -251,12 +258,12 @@ def run(
         >>> run.table["peak_rotation_ratio"].round(6).tolist()
         [0.9, 0.9]
     """
-    how: HowHeld = {"overrides": overrides, "tolerance": tolerance, "precision": precision}
-    how |= {"device": device, "workers": workers, "progress": progress}
     chosen: Choice | None = None
     if cheapest:
-        case, chosen = _choose(case, engine, tolerance, how)
-        engine, how = chosen.engine, how | {"overrides": (), "precision": chosen.precision}
+        case, chosen = _choose(case, engine, tolerance, overrides, precision, workers)
+        engine, overrides, precision = chosen.engine, (), chosen.precision
+    how: HowHeld = {"overrides": overrides, "tolerance": tolerance, "device": device}
+    how |= {"precision": precision or "float64", "workers": workers, "progress": progress}
     with working(case, engine, **how) as work:
         if work.case.study is not None:
             allowed = "must not be given: warprock.study runs a case with all settings of a study"
@@ -266,7 +273,12 @@ def run(
 
 
 def _choose(
-    case: AnyCase, engine: str | None, tolerance: float | None, how: HowHeld
+    case: AnyCase,
+    engine: str | None,
+    tolerance: float | None,
+    overrides: Overrides,
+    precision: str | None,
+    workers: int | None,
 ) -> tuple[Case, Choice]:
     """The case with the cheapest settings within a tolerance, and the choice.
 
@@ -274,23 +286,21 @@ def _choose(
         InputError: No tolerance, or settings were given as well, or nothing met the tolerance.
     """
     # The oracle behind the trade table wants SciPy, which no other run does.
-    from warprock.measure.trade_choice import choose
+    from warprock.measure.trade_choice import OPTION, choose
 
-    overrides = how["overrides"]
-    keys = overrides if isinstance(overrides, Mapping) else list(overrides)
     with python_names():
-        if engine is not None:
-            require_choice("--engine", engine, tuple(SETTINGS))
+        require_options(engine, RunOptions(precision or "float64", workers=workers))
         if tolerance is None:
             raise InputError("tolerance", "", Said("None"), "must be given with cheapest")
-        for key in keys:
-            if str(key).startswith("engines"):
-                allowed = f"chooses the settings itself, without {key}"
-                raise InputError("cheapest", "", True, allowed)
+        require_tolerance(tolerance)
         found = any_case(case, overrides)
-        precision = None if how["precision"] == "float64" else how["precision"]
-        options = RunOptions(workers=how["workers"])
+        for key in sorted(found.overridden):
+            if key.startswith("engines."):
+                allowed = f"chooses the settings itself, without {key}"
+                raise InputError(OPTION, "", True, allowed)
+        require_room_for_lanes(found.judged)
         start_warp()
+        options = RunOptions(workers=workers)
         chosen = choose(found, tolerance, engine=engine, precision=precision, options=options)
         return found.override(chosen.overrides), chosen
 

@@ -280,6 +280,25 @@ class Assembly(Table):
         ),
     ] = None
 
+    joint_cohesion: Annotated[
+        float | None,
+        NumberKey(
+            "the shear strength of bonded joints without load, until they break",
+            "1 Pa to 1000 MPa",
+            swept=True,
+            column=Column("joint_cohesion"),
+        ),
+    ] = None
+    joint_tensile_strength: Annotated[
+        float | None,
+        NumberKey(
+            "the tensile strength of bonded joints, until they break",
+            "1 Pa to 1000 MPa",
+            swept=True,
+            column=Column("joint_tensile_strength"),
+        ),
+    ] = None
+
     @pydantic.model_validator(mode="after")
     def _keys_of_the_pattern(self) -> Self:
         own = PATTERNS[self.pattern]

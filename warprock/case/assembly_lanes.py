@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 
 PLACE = Assembly.place
 FRICTION = "contact.friction"
+BONDS = ("joint_cohesion", "joint_tensile_strength")
+"""Keys that make joints bonded, together."""
 COUNTS = ("voussoirs", "blocks", "courses", "drums", "columns", "seed")
 """Keys that hold whole numbers."""
 
@@ -108,6 +110,8 @@ def assembly_columns(values: LaneValues, lanes: Lanes) -> dict[str, object]:
     if table.pattern == FILE:
         columns |= {"assembly_file": values.column(f"{PLACE}.file")}
     kinds, lane = lanes.assembly.kinds, lanes.assembly.lane
+    columns |= computed("slenderness_angle", lanes.slenderness_angle)
+    columns |= computed("frequency_parameter", lanes.frequency_parameter)
     columns |= computed("blocks", np.array([int((~kind.fixed).sum()) for kind in kinds])[lane])
     return columns | computed("joints", np.array([kind.joints.count for kind in kinds])[lane])
 
@@ -118,7 +122,7 @@ def _numbers(values: LaneValues, table: Assembly) -> dict[str, npt.NDArray[np.fl
     declared = Assembly.declared()
     swept = [
         name
-        for name in ("density", "depth", *keys.needs, *keys.may, "weak_friction")
+        for name in ("density", "depth", *keys.needs, *keys.may, "weak_friction", *BONDS)
         if isinstance(key := declared[name], NumberKey) and key.swept
     ]
     names = [name for name in swept if values.given(f"{PLACE}.{name}")]
@@ -152,6 +156,12 @@ def _refuse_numbers(
         key = f"{PLACE}.weak_joints"
         allowed = f"{Assembly.declared()['weak_joints'].allowed}, with weak_friction"
         raise InputError(values.case.source_of(key), key, NOTHING, allowed)
+    if (given := set(BONDS) & set(numbers)) and len(given) == 1:
+        (key,) = set(BONDS) - given
+        allowed = f"{Assembly.declared()[key].allowed}, with {given.pop()}"
+        raise InputError(
+            values.case.source_of(f"{PLACE}.{key}"), f"{PLACE}.{key}", NOTHING, allowed
+        )
     for name in COUNTS:
         if name in numbers:
             broken = numbers[name] != np.round(numbers[name])
@@ -171,12 +181,12 @@ def _refuse_numbers(
             values.refuse(small, f"{PLACE}.stone_{size}", f"must be at most {PLACE}.wall_{size}")
         area = numbers["wall_length"] * numbers["wall_height"]
         stones = area / (numbers["stone_length"] * numbers["stone_height"])
-        allowed = f"must make at most some {MOST_STONES} stones"
+        allowed = f"must make at most some {MOST_STONES:,} stones"
         values.refuse(stones > MOST_STONES, f"{PLACE}.stone_length", allowed)
 
 
-MOST_STONES = 400
-"""Mean number of stones of a wall of dry stone: one in some ten has a tenth more."""
+MOST_STONES = MOST_BLOCKS * 9 // 10
+"""Mean number of stones of a wall of dry stone, of which few have a tenth more."""
 
 
 def _refuse_openings(
@@ -214,6 +224,8 @@ def _assemble(case: Case, table: Assembly, own: Mapping[str, Any], file: str | N
         density=own["density"],
         friction=own[FRICTION],
         head_friction=own.get("head_friction"),
+        cohesion=own.get("joint_cohesion", 0.0),
+        tension=own.get("joint_tensile_strength", 0.0),
         tolerance=None if file is None else table.joint_tolerance,
     )
     return _weakened(case, table, own, found) if table.weak_joints else found
@@ -286,13 +298,10 @@ def _drawn(case: Case, table: Assembly, own: Mapping[str, float], file: str) -> 
     """The blocks of a drawing.
 
     Raises:
-        InputError: It has too many, says no unit, or not what is fixed.
+        InputError: It says no unit, or not what is fixed.
     """
     drawing = _drawing(case, file)
     outlines = drawing.outlines
-    if len(outlines) > MOST_BLOCKS:
-        got, allowed = Said(f"{len(outlines):,} blocks"), f"must be at most {MOST_BLOCKS:,}"
-        raise InputError(case.source_of(FILE_KEY), FILE_KEY, got, allowed)
     unit = own.get("file_unit", drawing.unit)
     if unit is None:
         key, declared = f"{PLACE}.file_unit", Assembly.declared()["file_unit"]

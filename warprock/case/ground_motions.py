@@ -67,8 +67,10 @@ def lane_motions(
     _, columns, peak = found[ALONG]
     # In the plane a direction has turned the body.
     turn = values.numbers(DIRECTION) if lanes.spatial and values.given(DIRECTION) else None
-    if lanes.assembly is None:
-        _add_normalised(columns, lanes, peak, _uplift(lanes, ALONG, turn))
+    uplift = (
+        _uplift(lanes, ALONG, turn) if lanes.assembly is None else np.tan(lanes.slenderness_angle)
+    )
+    _add_normalised(columns, lanes, peak, uplift)
     parts = {table: motion for table, (motion, _, _) in found.items()}
     floors: dict[str, PlanarMotions] = {}
     for table in parts if on_floor else ():
@@ -90,7 +92,8 @@ def lane_motions(
 def _add_normalised(columns: dict[str, object], lanes: Lanes, peak: Array, uplift: Array) -> None:
     """Adds the peaks of a motion over what uplifts a block, and over what overturns it.
 
-    No closed form says when one of the many blocks of an assembly begins to move.
+    No closed form says when one of the many blocks of an assembly begins to move: its own are over
+    the tangent of its slenderness angle.
     """
     columns |= {"normalised_acceleration": peak / (GRAVITY * uplift)}
     if _PEAK_VELOCITY in columns and not lanes.stacked:
@@ -132,6 +135,8 @@ def _uplift(lanes: Lanes, table: str, turn: Array | None = None) -> Array:
         table: Whether along x or y.
         turn: Angle by which the direction is turned in space [rad], shape [lane].
     """
+    if lanes.assembly is not None:
+        return np.tan(lanes.slenderness_angle)
     if lanes.stacked:
         return np.asarray(uplift_ratio(lanes).min(axis=1))
     if not isinstance(lanes, SpatialLanes):
@@ -188,7 +193,7 @@ def _component(values: LaneValues, table: str) -> Motions:
         columns |= of_records
     else:
         motions, peak = family.follow(values, table, start)
-        for name in family.shown:
+        for name in filter(lambda each: values.given(f"{table}.{each}"), family.shown):
             columns |= _column(values, table, name)
         columns |= computed("stop", motions.end)
     columns |= key_column("motion.start", start)

@@ -24,7 +24,8 @@ _COMPUTED = (
     Column(
         "slenderness_angle",
         "rad",
-        "Slenderness (critical) angle; of an eccentric block that of its weaker side",
+        "Slenderness (critical) angle; of an eccentric block that of its weaker side, of an "
+        "assembly that whose tangent is the length of its joints over its height",
     ),
     Column("slenderness_angle_across", "rad", "The same about the edges at the ends of its depth"),
     Column("ground_depth", "m", "Depth at which the block lies in the ground at rest"),

@@ -87,11 +87,37 @@ class Direction(Table):
     tilt_rate: Annotated[
         float | None,
         NumberKey(
-            "the angular velocity of a table that tilts until the run ends, positive where its "
-            "side at +x sinks",
+            "the angular velocity of a table that tilts, positive where its side at +x sinks",
             "-90 deg/s to 90 deg/s",
             swept=True,
             column=Column("tilt_rate", "deg/s"),
+        ),
+    ] = None
+    tilt_step: Annotated[
+        float | None,
+        NumberKey(
+            "the angle by which that table tilts before it pauses, and again",
+            "0.01 deg to 75 deg",
+            swept=True,
+            column=Column("tilt_step", "deg"),
+        ),
+    ] = None
+    pause: Annotated[
+        float | None,
+        NumberKey(
+            "how long that table pauses",
+            "0 s to 1e5 s",
+            swept=True,
+            column=Column("tilt_pause"),
+        ),
+    ] = None
+    tilt_to: Annotated[
+        float | None,
+        NumberKey(
+            "the tilt at which that table stays; without it it tilts until the run ends",
+            "0.01 deg to 75 deg",
+            swept=True,
+            column=Column("tilt_to", "deg"),
         ),
     ] = None
     record: Annotated[
@@ -153,6 +179,9 @@ class Direction(Table):
         for name in family.needs:
             if name not in given:
                 raise KeyedError(name, NOTHING, declared[name].allowed)
+        if ("tilt_step" in given) != ("pause" in given):
+            name = "pause" if "tilt_step" in given else "tilt_step"
+            raise KeyedError(name, NOTHING, f"{declared[name].allowed}, with the other of the two")
         if "target_sa" in given and "sa_period" not in given:
             raise KeyedError("sa_period", NOTHING, "must be given with motion.target_sa")
         if "duration" in family.may and not {"cycles", "duration"} & given:

@@ -19,7 +19,7 @@ from warprock.model.modulated import mavroeidis_papageorgiou_motions, modulated_
 from warprock.model.pulse import PulseMotions
 from warprock.model.record_motion import RecordMotions
 from warprock.model.ricker import ricker_motions, ricker_peak_acceleration
-from warprock.model.tilt import STEEPEST, tilt_motions
+from warprock.model.tilt import STEEPEST, steady, tilt_motions
 from warprock.units import GRAVITY, Dimension
 
 Array = npt.NDArray[np.float64]
@@ -155,15 +155,21 @@ def _mavroeidis_papageorgiou(values: Values, table: str, start: Array) -> Follow
 
 
 def _tilt(values: Values, table: str, start: Array) -> Followed:
-    """Tables that tilt until the run ends."""
+    """Tables that tilt until the run ends, or to a tilt at which they stay, with pauses or not."""
     rate, end = 2.0 * np.pi * values.numbers(f"{table}.tilt_rate"), values.numbers(DURATION)
-    steep = np.abs(rate) * (end - start)
+    tilting = steady(rate, start)
+    for name, field in (("tilt_step", "step"), ("pause", "pause"), ("tilt_to", "most")):
+        if values.given(f"{table}.{name}"):
+            tilting = tilting._replace(**{field: values.numbers(f"{table}.{name}")})
+    steep = np.where(
+        rate == 0.0, 0.0, tilting._replace(rate=np.where(rate == 0.0, 1.0, rate)).angle(end)
+    )
     key, most = f"{table}.tilt_rate", np.degrees(STEEPEST)
     values.refuse(rate == 0.0, key, "must not be 0 deg/s")
     values.refuse(
         steep > STEEPEST, key, f"must tilt by at most {most:g} deg until the end of the run"
     )
-    return Followed(tilt_motions(rate, start, end), GRAVITY * np.tan(steep))
+    return Followed(tilt_motions(tilting, end), GRAVITY * np.tan(steep))
 
 
 def _refuse_kinds(values: Values, table: str, control: npt.NDArray[np.str_]) -> None:
@@ -177,6 +183,7 @@ def _refuse_kinds(values: Values, table: str, control: npt.NDArray[np.str_]) -> 
     )
 
 
+_PAUSES = ("tilt_step", "pause")
 _PULSE = ("control", "frequency", "amplitude")
 
 FAMILIES = (
@@ -191,7 +198,13 @@ FAMILIES = (
         (*_PULSE, "cycles", "phase"),
         _mavroeidis_papageorgiou,
     ),
-    Family((Waveform.TILT,), ("tilt_rate",), ("start",), ("tilt_rate",), _tilt),
+    Family(
+        (Waveform.TILT,),
+        ("tilt_rate",),
+        ("start", *_PAUSES, "tilt_to"),
+        ("tilt_rate", *_PAUSES, "tilt_to"),
+        _tilt,
+    ),
     Family(
         (Waveform.RECORD,),
         ("record",),

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import pathlib
+
 import click
 
-from warprock.arguments import require_within
+from warprock.cli.analysis import finish
 from warprock.cli.exits import EXIT_FAILED
-from warprock.cli.options import json_option, workers_option
+from warprock.cli.options import json_option, output_option, workers_option
+from warprock.cli.signatures import help_of, own_options, read_function
 from warprock.cli.sweep import bench_sweep
 
 
@@ -25,40 +28,72 @@ def doctor(ctx: click.Context, as_json: bool) -> None:
         ctx.exit(EXIT_FAILED)
 
 
-@click.group(invoke_without_command=True)
-@click.option("--seconds", default=2.0, show_default=True, help="Time a measurement takes, about.")
-@click.option("--device", help="Lanes a second on this Warp device instead, such as cuda:0.")
+@click.group(invoke_without_command=True, help=read_function("bench", "bench").text)
+@own_options("bench", "bench")
+@click.option("--device", help=help_of("bench", "bench", "device"))
+@output_option
 @workers_option
 @json_option
 @click.pass_context
 def bench(
-    ctx: click.Context, seconds: float, device: str | None, workers: int | None, as_json: bool
+    ctx: click.Context,
+    seconds: float,
+    device: str | None,
+    folder: pathlib.Path | None,
+    workers: int | None,
+    as_json: bool,
 ) -> None:
-    """What every engine's steps and accuracy cost on this machine, beside others where installed.
-
-    One block, from nine starts, runs in all of them; the extras [mujoco] and [bullet] install two,
-    and numba a plain loop. Takes some 100 times --seconds, and a minute.
-    """
+    """The command of `warprock.bench`."""
     if ctx.invoked_subcommand is not None:
         return
-    from warprock.measure import peers
-    from warprock.measure.bench import rocking_engines, run_bench
-    from warprock.measure.device_bench import run_device_bench
-    from warprock.running.devices import require_device, start_warp
-    from warprock.tables.machine import print_bench, print_device_bench
+    from warprock.api import bench as api
+    from warprock.api.names import called_by_command
+
+    with called_by_command():
+        found = api.bench(seconds=seconds, device=device, workers=workers)
+    finish(found, folder, as_json=as_json, then=found.finding.then, always=True)
+
+
+@click.command("assembly")
+@json_option
+def bench_assembly(as_json: bool) -> None:
+    """Arches, drums and walls in MuJoCo and Bullet beside ours: collapse loads, errors, cost.
+
+    Collapse loads stand beside those of limit analysis; the error is that of the motion of a wall
+    of 33 blocks, in a second of a sine. Takes some five minutes.
+    """
+    from warprock.measure.assembly_bench import run_assembly_bench
+    from warprock.running.devices import start_warp
+    from warprock.tables.machine import print_assembly_bench
     from warprock.tables.terminal import print_json
 
-    require_within("--seconds", seconds, 0.0, 3600.0)
     start_warp()
-    if device is not None:
-        require_device(device)
-        found = run_device_bench(device, seconds, workers)
-        print_json(found) if as_json else print_device_bench(found)
-        return
-    found = run_bench(seconds=seconds, workers=workers)
-    found["prices"] = peers.compare(rocking_engines(), seconds)
-    print_json(found) if as_json else print_bench(found)
+    found = run_assembly_bench(report=lambda text: click.echo(text, err=True))
+    print_json(found) if as_json else print_assembly_bench(found)
 
 
+@click.command("blocks")
+@click.option("--blocks", type=int, multiple=True, help="10 to 10,000 without; repeat.")
+@workers_option
+@json_option
+def bench_blocks(blocks: tuple[int, ...], workers: int | None, as_json: bool) -> None:
+    """What a lane of an assembly costs by its number of blocks: walls that stand on a moving base.
+
+    Takes some minutes; a wall of 10,000 blocks most of them.
+    """
+    from warprock.measure.blocks_bench import BLOCKS, run_blocks_bench
+    from warprock.running.devices import start_warp
+    from warprock.tables.machine import print_blocks_bench
+    from warprock.tables.terminal import print_json
+
+    start_warp()
+    rows = run_blocks_bench(
+        blocks or BLOCKS, workers=workers, report=lambda text: click.echo(text, err=True)
+    )
+    print_json({"rows": rows}) if as_json else print_blocks_bench(rows)
+
+
+bench.add_command(bench_assembly)
+bench.add_command(bench_blocks)
 bench.add_command(bench_sweep)
 COMMANDS = (doctor, bench)

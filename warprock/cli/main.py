@@ -6,7 +6,6 @@ Results go to stdout, progress and errors to stderr.
 
 from __future__ import annotations
 
-import dataclasses
 import gc
 import os
 import pathlib
@@ -20,13 +19,11 @@ import click
 
 import warprock
 from warprock.cli import completion
-from warprock.cli.analysis import finish
+from warprock.cli.analysis import call, finish
 from warprock.cli.exits import EXIT_INTERRUPTED
 from warprock.cli.options import (
     EXIT_BAD_LANES,
-    asked_options,
     case_argument,
-    engine_for,
     engine_option,
     estimate_options,
     json_option,
@@ -34,7 +31,6 @@ from warprock.cli.options import (
     output_option,
     output_to,
     run_options,
-    say_engine,
     set_option,
     workers_option,
 )
@@ -43,7 +39,6 @@ from warprock.cli.sections import Main
 from warprock.cli.signatures import help_of
 from warprock.cli.study import run_study_of
 from warprock.cli.sweep import EXIT_RESUMABLE
-from warprock.cli.trade import choose_for
 from warprock.errors import InputError, written_as
 
 if TYPE_CHECKING:
@@ -111,13 +106,11 @@ def run(
     Every lane runs at half the step, and again, until its rotations are within the tolerance by
     their estimate; lanes that do not get there say so.
     """
-    from warprock.api.run import Run
-    from warprock.case.lanes import require_room_for_lanes
+    from warprock.api import run as api
     from warprock.case.load import load_case
-    from warprock.running.case_run import require_histories, require_options, run_case
-    from warprock.tables.terminal import lane_progress
+    from warprock.running.case_run import require_histories
 
-    case, choice = load_case(case_name, overrides), None
+    case = load_case(case_name, overrides)
     if case.study is not None:
         refused = {
             "--history": lanes or None,
@@ -125,29 +118,26 @@ def run(
             "--tolerance": tolerance,
         }
         refused |= {"--max-bad": max_bad, "--estimate": estimate and not _is_default("estimate")}
-        options = asked_options(precision, device, workers, estimate=False)
-        return run_study_of(case, engine, folder, refused, options, as_json=as_json)
-    options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
-    require_options(engine, options)
-    if cheapest:
-        fixed = None if _is_default("precision") else precision
-        tests = asked_options(workers=workers)
-        case, choice = choose_for(
-            case_name, overrides, options.tolerance, engine=engine, precision=fixed, options=tests
-        )
-        engine = choice.engine
-        options = dataclasses.replace(options, precision=choice.precision)
-    require_room_for_lanes(case)
+        how = {"precision": precision, "device": device, "workers": workers}
+        return run_study_of(case, engine, folder, refused, as_json=as_json, **how)
     require_histories(case, lanes)
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
-    taken = engine_for(case, engine)
-    with lane_progress(case.name, case.lane_count) as progress:
-        counted = dataclasses.replace(options, progress=progress)
-        case_run = run_case(case, taken.engine, counted, histories=False)
-    say_engine(taken)
-    found = Run(case_run, taken, choice)
-    found.kept = lanes
+    if cheapest and not estimate:
+        raise InputError("--no-estimate", "", "given", "must be left out with --cheapest")
+    found, _engine = call(
+        api.run,
+        case,
+        engine=engine,
+        tolerance=tolerance,
+        estimate=estimate,
+        cheapest=cheapest,
+        precision=None if _is_default("precision") else precision,
+        device=device,
+        workers=workers,
+    )
+    assert isinstance(found, api.Run)
+    found.kept, case_run, choice = lanes, found.found, found.cheapest
     if choice is not None and not as_json:
         click.echo(f"{choice.why}\n{choice.test}\n{choice.advice}")
     then = _after_run(case_run, case_name, overrides, folder)

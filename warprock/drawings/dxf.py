@@ -79,7 +79,7 @@ def read(content: bytes, source: str) -> Drawing:
     unit = document.units
     length = float(factor(unit, ezdxf.units.M)) if unit else None
     left_out = ", ".join(f"{count:,} {kind}" for kind, count in sorted(others.items()))
-    found = named_apart(each._replace(name=_name(each, names)) for each in outlines)
+    found = named_apart(_named(outlines, names))
     return Drawing(found, length, left_out)
 
 
@@ -110,9 +110,14 @@ def _same(corners: Array) -> float:
     return 1e-9 * float(np.abs(corners).max())
 
 
-def _name(outline: Outline, names: list[tuple[str, Array]]) -> str:
-    """The text that begins inside an outline, the first one; empty where there is none."""
-    return next((text for text, at in names if text and _inside(outline.corners, at)), "")
+def _named(outlines: list[Outline], names: list[tuple[str, Array]]) -> Iterator[Outline]:
+    """Outlines with the first text that begins inside each."""
+    places = np.array([at for _, at in names]).reshape(-1, 2)
+    for each in outlines:
+        low, high = each.corners.min(axis=0), each.corners.max(axis=0)
+        near = np.flatnonzero(((places >= low) & (places <= high)).all(axis=1))
+        inside = (names[k][0] for k in near if _inside(each.corners, places[k]))
+        yield each._replace(name=next(filter(None, inside), ""))
 
 
 def _inside(corners: Array, at: Array) -> bool:

@@ -20,8 +20,8 @@ from warprock.engines.assembly_packs import (
     falls_by,
     graph_of,
     joint_columns,
-    joint_lengths,
     joints_moved,
+    least_reach,
     pack_up,
     room_for,
     room_for_pairs,
@@ -70,6 +70,11 @@ GAINED_SHARE = 0.1
 the lane gained more than its base supplied, too."""
 
 
+SUNK_SHARE = 0.1
+"""Depth of a corner in another block, over the half diagonal of the smallest block, above which a
+lane is unstable: heaps have some thousandths."""
+
+
 @dataclasses.dataclass(frozen=True)
 class Assembly(KernelEngine):
     """Many blocks with dry joints: Coulomb friction, plastic impacts, conjugate gradients.
@@ -101,6 +106,11 @@ class Assembly(KernelEngine):
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
         """It runs no single blocks and no stacks, which others run faster."""
+        if scene.bonded and scene.contact_point_count > 2 * LARGE:
+            return (
+                f"{cls.name} runs bonded joints (assembly.joint_tensile_strength) in assemblies of "
+                f"up to {LARGE} joints, and the case has {scene.contact_point_count // 2}"
+            )
         if scene.assembly:
             return None
         return f"{cls.name} runs assemblies of many blocks, and the case has no [assembly]"
@@ -112,9 +122,10 @@ class Assembly(KernelEngine):
         """
         if isinstance(scene, Lanes):
             large, joints = bool(_large(scene).all()), _of(scene).most_joints
+            bonded = _of(scene).bonded
         else:
             joints = scene.contact_point_count // 2
-            large = joints > LARGE
+            large, bonded = joints > LARGE, scene.bonded
         packed = self.target.kernel_form is Form.PACKED
         if large and not self.on_springs:
             return Kernel(assembly, "team_run", lanes=LANE_WIDTH if packed else 1)
@@ -122,7 +133,12 @@ class Assembly(KernelEngine):
         widest = next(width for most, width in WIDEST if room <= room_for(most))
         lanes = widest if packed and not _are_unlike(scene) else 1
         return Kernel(
-            assembly, "assembly_run", lanes=lanes, points=2 * room + 1, springs=self.on_springs
+            assembly,
+            "assembly_run",
+            lanes=lanes,
+            points=2 * room + 1,
+            springs=self.on_springs,
+            bonds=bonded and not self.on_springs,
         )
 
     def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
@@ -137,6 +153,7 @@ class Assembly(KernelEngine):
             lanes=kernel.lanes,
             points=kernel.points,
             springs=kernel.springs,
+            bonds=kernel.bonds,
         )
         return module
 
@@ -299,21 +316,34 @@ class Assembly(KernelEngine):
         ]
         blocks = np.arange(found.blocks.shape[1]) < _count(own)[:, None]
         moved, last = (np.where(blocks, found.blocks[name], 0.0) for name in ("moved", "last"))
-        return lane_fields(rows, rest_time, bad) | {
-            "peak_rotation": rows["peak"][:, None],
-            "peak_time": rows["peak_time"][:, None],
-            "residual_slide": np.abs(joints.last).max(axis=1, initial=0.0)[:, None],
-            "peak_slide": joints.slide.max(axis=1, initial=0.0)[:, None],
-            "peak_displacement": moved.max(axis=1),
-            "residual_displacement": last.max(axis=1),
-            "peak_opening": joints.opening.max(axis=(1, 2), initial=0.0),
-            "opened_joints": joints.opened.sum(axis=1),
-            "slid_joints": joints.slid.sum(axis=1),
-            "collapse_time": time_or_nan(rows["collapse_time"]),
-            "collapse_load": _loads(motions, rows),
-            "joint_state": state[:, : own.most_joints],
-            "solver_residual": rows["residual"],
-        }
+        bonds = {}
+        if found.bonds is not None and found.breaks is not None:
+            whole = found.bonds[:, ::2] > 0
+            whole = np.pad(whole, ((0, 0), (0, state.shape[1] - whole.shape[1])))
+            state = state + JointState.BROKEN * (~whole & _bonded(own, state.shape[1]))
+            bonds = {
+                "broken_joints": found.breaks["count"],
+                "joint_break_time": time_or_nan(found.breaks["first"]),
+            }
+        return (
+            lane_fields(rows, rest_time, bad)
+            | bonds
+            | {
+                "peak_rotation": rows["peak"][:, None],
+                "peak_time": rows["peak_time"][:, None],
+                "residual_slide": np.abs(joints.last).max(axis=1, initial=0.0)[:, None],
+                "peak_slide": joints.slide.max(axis=1, initial=0.0)[:, None],
+                "peak_displacement": moved.max(axis=1),
+                "residual_displacement": last.max(axis=1),
+                "peak_opening": joints.opening.max(axis=(1, 2), initial=0.0),
+                "opened_joints": joints.opened.sum(axis=1),
+                "slid_joints": joints.slid.sum(axis=1),
+                "collapse_time": time_or_nan(rows["collapse_time"]),
+                "collapse_load": _loads(motions, rows),
+                "joint_state": state[:, : own.most_joints],
+                "solver_residual": rows["residual"],
+            }
+        )
 
 
 def _are_unlike(scene: SceneKind | Lanes) -> bool:
@@ -343,6 +373,14 @@ def _loads(motions: GroundMotions, rows: npt.NDArray[Any]) -> npt.NDArray[np.flo
     return found
 
 
+def _bonded(own: Assemblies, room: int) -> npt.NDArray[np.bool_]:
+    """Which joints were bonded at the start, shape [lane, joint]."""
+    rows = np.zeros((len(own.kinds), room), dtype=bool)
+    for row, kind in zip(rows, own.kinds, strict=True):
+        row[: kind.joints.count] = kind.joints.tension > 0.0
+    return np.asarray(rows[own.lane])
+
+
 def _count(own: Assemblies) -> npt.NDArray[np.intp]:
     return np.array([kind.count for kind in own.kinds])[own.lane]
 
@@ -350,10 +388,10 @@ def _count(own: Assemblies) -> npt.NDArray[np.intp]:
 def _unstable(own: Assemblies, rows: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
     """Where contacts gave energy, or let blocks through one another, shape [lane]."""
     lightest = np.array([_least_fall(kind) for kind in own.kinds])[own.lane]
-    shortest = np.array([joint_lengths(kind).min() for kind in own.kinds])[own.lane]
+    smallest = np.array([least_reach(kind) for kind in own.kinds])[own.lane]
     gained = np.maximum(-rows["loss"], rows["returned"])
     made = (gained > rows["supplied"]) & (gained > GAINED_SHARE * lightest)
-    return np.asarray(made | (rows["deepest"] > 0.5 * shortest))
+    return np.asarray(made | (rows["deepest"] > SUNK_SHARE * smallest))
 
 
 def _least_fall(kind: Laid) -> float:

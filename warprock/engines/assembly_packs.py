@@ -133,25 +133,21 @@ def _blocks(kind: Assembly, room: int) -> dict[str, Array]:
     return {name: _padded(each, room) for name, each in columns.items()}
 
 
-def joint_lengths(kind: Assembly) -> Array:
-    """Lengths of the joints [m], shape [joint]."""
-    along = kind.joints.ends[:, 1] - kind.joints.ends[:, 0]
-    return np.asarray(np.hypot(along[:, 0], along[:, 1]))
-
-
 def falls_by(kind: Assembly) -> Array:
     """How far the centre of every block sinks until it has fallen [m], shape [block].
 
     Half of the length of its longest joint: what a block that stood on it lies lower on its side.
     """
-    found = np.zeros(kind.count)
-    for side in (0, 1):
-        np.maximum.at(found, kind.joints.blocks[:, side], joint_lengths(kind))
-    return 0.5 * found
+    return 0.5 * kind.longest_joints
 
 
 def _joints(kind: Assembly, room: int) -> dict[str, Array]:
-    columns: dict[str, Array] = {"friction": _padded(kind.joints.friction, room)}
+    area = kind.joints.lengths * kind.depth
+    columns: dict[str, Array] = {
+        "friction": _padded(kind.joints.friction, room),
+        "cohesion": _padded(kind.joints.cohesion * area, room),
+        "tension": _padded(kind.joints.tension * area, room),
+    }
     for side, name in enumerate(("a", "b")):
         edge = _edges(kind, side)
         parts = np.concatenate([edge[:, 0], edge[:, 1] - edge[:, 0]], axis=1)
@@ -210,7 +206,7 @@ def around_rows(assemblies: Assemblies, struct: Any) -> Rows:
     """Rows of the struct `Around` of meeting.py, shape [lane]."""
     rows = np.zeros(len(assemblies.kinds), dtype=struct.numpy_dtype())
     for row, kind in zip(rows, assemblies.kinds, strict=True):
-        row["scale"] = _reach(kind)[~kind.fixed].min()
+        row["scale"] = least_reach(kind)
         row["friction"] = kind.friction
     return np.asarray(rows[assemblies.lane])
 
@@ -287,6 +283,11 @@ def body_rows(assemblies: Assemblies, struct: Any) -> Rows:
     return np.asarray(rows[assemblies.lane])
 
 
+def least_reach(kind: Assembly) -> float:
+    """Half diagonal of the smallest block that can move [m]: of its farthest corner."""
+    return float(_reach(kind)[~kind.fixed].min())
+
+
 @functools.lru_cache(maxsize=64)
 def _reach(kind: Assembly) -> Array:
     """Distance of the farthest corner of a block from its centre [m], shape [block]."""
@@ -339,7 +340,7 @@ milliradian, far above what steps leave of a joint that holds."""
 def joints_moved(assemblies: Assemblies, contacts: npt.NDArray[np.void]) -> JointsMoved:
     """What joints did, from rows of `ContactResult`, shape [lane, contact]."""
     count = contacts.shape[1] // 2
-    length = np.stack([_padded(joint_lengths(kind), count) for kind in assemblies.kinds])
+    length = np.stack([_padded(kind.joints.lengths, count) for kind in assemblies.kinds])
 
     def of(name: str) -> Array:
         return contacts[name].astype(np.float64).reshape(len(contacts), count, 2)

@@ -116,7 +116,16 @@ class Dem(KernelEngine):
 
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
-        """Why its model is not for a scene: a box on springs at its corners is thrown alone."""
+        """Why its model is not for a scene: a box on springs at its corners is thrown alone.
+
+        Bonds are settings of its springs.
+        """
+        if scene.bonded:
+            return (
+                "dem takes what joints hold from engines.dem.cohesion and "
+                "engines.dem.tensile_strength, and the case has assembly.joint_tensile_strength; "
+                "assembly runs it"
+            )
         if scene.spatial and scene.moving and not (scene.thrown or scene.bodies):
             return f"dem lets blocks go from rest, or thrown, and the case {scene.moving}"
         joints = scene.contact_point_count // 2

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.assembly import CREEP, Assembly
-from warprock.engines.assembly_packs import block_columns, joint_columns, joint_lengths
+from warprock.engines.assembly_packs import block_columns, joint_columns
 from warprock.engines.dem_springs import round_frequency, stable_step
 from warprock.model.assembly import Assembly as Laid
 from warprock.model.lanes import Lanes
@@ -128,7 +128,7 @@ class Springs:
 @functools.lru_cache(maxsize=4096)
 def springs_of(kind: Laid, settings: DemSettings) -> Springs:
     """An assembly on springs, at rest under its weight."""
-    area = 0.5 * joint_lengths(kind) * kind.depth
+    area = 0.5 * kind.joints.lengths * kind.depth
     normal, shear = _directions(kind)
     each = np.repeat(area, 2)
     hard, soft = settings.normal_stiffness * each, settings.shear_stiffness * each

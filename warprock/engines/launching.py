@@ -108,6 +108,7 @@ class Kernel:
         points: Contact points of a body, where they are a constant.
         thrown: Whether blocks in space start in motion, or bounce.
         springs: Whether the contacts of an assembly are springs.
+        bonds: Whether joints of an assembly have cohesion and tensile strength until they break.
     """
 
     scheme: ModuleType
@@ -118,6 +119,7 @@ class Kernel:
     points: int = 0
     thrown: bool = False
     springs: bool = False
+    bonds: bool = False
 
     @property
     def file(self) -> str:
@@ -151,6 +153,8 @@ class Found:
             shape [lane, 2]; None of a kernel that does not tell.
         contacts: Rows of its struct `ContactResult`, shape [lane, contact]; None of a kernel that
             does not tell.
+        breaks: Rows of its struct `Breaks`, shape [lane]; None of a kernel without bonds.
+        bonds: 1 where the joint of a contact is bonded at the end, shape [lane, contact]; likewise.
     """
 
     lanes: Rows
@@ -159,6 +163,8 @@ class Found:
     places: Array | None
     sides: Array | None = None
     contacts: Rows | None = None
+    breaks: Rows | None = None
+    bonds: Rows | None = None
 
     def above_ground(self, block_count: int) -> Found:
         """The same of the highest blocks alone: kernels may have the ground as their first body."""
@@ -218,6 +224,10 @@ def launch(
     if hasattr(found, "contacts"):
         contact_count = 2 * next(iter(others["joints"].values())).shape[1]
         found.contacts = wp.zeros((contact_count, count), dtype=leaves["contacts"], device=device)
+    bonded = hasattr(found, "bonds")
+    if bonded:
+        found.breaks = wp.empty(count, dtype=leaves["breaks"], device=device)
+        found.bonds = wp.ones((contact_count, count), dtype=leaves["bonds"], device=device)
     kernel = module.run_lanes
     given |= others | {"found": found}
     wp.launch(
@@ -236,7 +246,11 @@ def launch(
     contacts = None
     if hasattr(found, "contacts"):
         contacts = found.contacts.numpy()[:, :lane_count].T
-    return Found(results, per_block, history, places, sides, contacts)
+    breaks, bonds = None, None
+    if bonded:
+        breaks = found.breaks.numpy()[:lane_count]
+        bonds = found.bonds.numpy()[:, :lane_count].T
+    return Found(results, per_block, history, places, sides, contacts, breaks, bonds)
 
 
 def samples_of(shape: tuple[int, ...], real: Any, device: str) -> Any:

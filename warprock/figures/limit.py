@@ -1,16 +1,19 @@
-"""The figure of limit analysis: assemblies in the mechanisms by which they collapse."""
+"""Figures of collapses: mechanisms of limit analysis, and joints that moved in a run."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
-from warprock.analysis.load_limit import Collapse, LoadLimits
+from warprock.analysis.load_limit import Collapse, LoadLimits, collapse_beside
 from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLUE, DARK, GREY, PALE, VERMILION
 from warprock.figures.sheet import headline, legend_below, style, subplots
-from warprock.findings.numbers import even_selection, three
+from warprock.findings.numbers import counted, even_selection, three
+from warprock.model.response import JointState
+from warprock.running.case_run import CaseRun
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,6 +24,8 @@ ACROSS = 2
 """Panels in a row."""
 PANEL = (4.8, 3.6)
 """Width and height of a panel [inch]."""
+STONE = "#F4E8D0"
+"""Blocks that can move."""
 MOVED = 0.12
 """Largest displacement of a centre of mass in the drawing, over the size of the assembly."""
 
@@ -57,6 +62,69 @@ def draw_limit(found: LoadLimits, title: str) -> list[Drawing]:
     return [Drawing("mechanism", figure, title, f"{title}. Mechanisms: {said}.")]
 
 
+def draw_collapse(run: CaseRun) -> list[Drawing]:
+    """Draws the joints that moved in the first lane that collapsed, and its limit mechanism.
+
+    Args:
+        run: A run.
+
+    Returns:
+        The drawing; none where no assembly collapsed, or it has too many blocks.
+    """
+    beside = collapse_beside(run)
+    if beside is None:
+        return []
+    lane, collapse = beside
+    state = run.response["joint_state"][lane, : collapse.assembly.joints.count]
+    time = float(run.response["collapse_time"][lane])
+    with style():
+        figure, panels = subplots(
+            1, ACROSS, (PANEL[0] * ACROSS, PANEL[1]), sharex=True, sharey=True
+        )
+        own, limit = panels.flat
+        _draw_moved(own, collapse, state)
+        own.set_title("in the run: joints that moved", fontsize=9.0)
+        _draw(limit, collapse)
+        bound = "at most " if collapse.upper_bound else ""
+        said = (
+            f"limit analysis: load factor {bound}{three(collapse.load_factor)}"
+            if collapse.stands
+            else "limit analysis: does not stand"
+        )
+        limit.set_title(said, fontsize=9.0)
+        legend_below(figure, *panels.flat, columns=4)
+        opened = int(((state & JointState.OPENED) > 0).sum())
+        slid = int(((state & JointState.SLID) > 0).sum())
+        title = (
+            f"Lane {lane} collapsed at {three(time)} s: {counted(opened, 'joint')} opened, "
+            f"{slid or 'none'} slid"
+        )
+        about = (
+            f"{run.case.name}: the first collapse. Left, blocks as they stood; right, the "
+            "mechanism under a steady sideways load, of no size"
+        )
+        headline(figure, title, about)
+    return [Drawing("mechanism", figure, title, f"{title}; {said}.")]
+
+
+def _draw_moved(axes: Axes, collapse: Collapse, state: npt.NDArray[np.int64]) -> None:
+    """An assembly as it stood, and its joints that opened or slid."""
+    from matplotlib.collections import PolyCollection
+
+    assembly = collapse.assembly
+    for blocks, face in ((assembly.fixed, PALE), (~assembly.fixed, STONE)):
+        drawn = PolyCollection([*assembly.corners[blocks]], facecolor=face, edgecolor=GREY)
+        axes.add_collection(drawn)
+    for sort, color, width, label in (
+        (JointState.SLID, BLUE, 4.5, "joint that slid"),
+        (JointState.OPENED, VERMILION, 2.0, "joint that opened"),
+    ):
+        for place, line in enumerate(assembly.joints.ends[(state & sort) > 0]):
+            named = label if place == 0 else None
+            axes.plot(*line.T, color=color, linewidth=width, zorder=3, label=named)
+    _frame(axes)
+
+
 def _name(collapse: Collapse, lane: int) -> str:
     if not collapse.stands:
         return f"lane {lane}: does not stand"
@@ -77,11 +145,15 @@ def _draw(axes: Axes, collapse: Collapse) -> None:
     free = ~assembly.fixed
     fixed = PolyCollection([*assembly.corners[~free]], facecolor=PALE, edgecolor=GREY)
     axes.add_collection(fixed)
-    axes.add_collection(PolyCollection([*moved[free]], facecolor="#F4E8D0", edgecolor=DARK))
+    axes.add_collection(PolyCollection([*moved[free]], facecolor=STONE, edgecolor=DARK))
     outline = PolyCollection([*assembly.corners[free]], facecolor="none", edgecolor=GREY)
     outline.set_linewidth(0.6)
     axes.add_collection(outline)
     _mark_joints(axes, collapse, scale)
+    _frame(axes)
+
+
+def _frame(axes: Axes) -> None:
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.margins(0.04)

@@ -102,7 +102,10 @@ def _said(motion: SceneMotion, sample: int) -> str:
         said = ", ".join(TIE_WORDS[TieState(state)] for state in ties)
         parts.append(f"{'tie' if len(ties) == 1 else 'ties:'} {said}")
     if motion.end is not None and motion.times[sample] >= motion.end:
-        parts.append(f"{motion.outcome} at {motion.end:.2f} s; what follows is not modelled")
+        what = f"{motion.outcome} at {motion.end:.2f} s; what follows is not modelled"
+        if motion.fixed:
+            what = f"{motion.outcome}; followed until {motion.end:.2f} s"
+        parts.append(what)
     elif sample == len(motion.times) - 1:
         parts.append(f"end: {motion.outcome}")
     return "     ".join(parts)
@@ -167,8 +170,6 @@ class _View:
         ]
         for patch in (*self.slabs, *self.blocks):
             axes.add_patch(patch)
-        # What is fixed of an assembly stands in the place of a base.
-        self.slabs[0].set_visible(not motion.fixed)
         self.marks = axes.plot([], [], color=GREY, linewidth=0.8, zorder=0.5)[0]
         self.pin = axes.plot([], [], color=FALLEN, linewidth=1.6, zorder=1.5)[0]
         self.links = axes.plot([], [], color=DARK, linewidth=2.0, zorder=0.9)[0]
@@ -201,7 +202,8 @@ class _View:
         """Outline of the base in the picture, or of the ground a height below it."""
         if not self.motion.spatial:
             left, right = self.motion.span
-            low, high = -self.slab - below, -below
+            high = self.motion.floor - below
+            low = high - self.slab
             return np.array([(left, low), (right, low), (right, high), (left, high)]) + base[[0, 2]]
         flat = np.array([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0)])
         return self._seen(flat * self.reach + base - np.array([0.0, 0.0, below]))
@@ -291,14 +293,14 @@ class _View:
         places = step * (first + np.arange(int(4.0 * half / step) + 1)) - off[0]
         base, down = self.base[sample], self.slab
         if not self.motion.spatial:
-            level = -self.depth - 0.6 * down
+            level = min(self.motion.floor, 0.0) - self.depth - 0.6 * down
             xs = np.column_stack([places, places, np.full(len(places), np.nan)]).ravel()
             zs = np.tile([level, level - 0.6 * down, np.nan], len(places))
             ends = self.axes.get_xlim()
             self.marks.set_data(
                 np.concatenate([[*ends, np.nan], xs]), np.concatenate([[level, level, np.nan], zs])
             )
-            self.pin.set_data([base[0], base[0]], [base[2], level])
+            self.pin.set_data([base[0], base[0]], [base[2] + self.motion.floor, level])
             return
         far = np.stack([np.full_like(places, -self.reach), np.full_like(places, self.reach)])
         deep = np.full_like(far, -self.depth)

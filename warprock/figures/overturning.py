@@ -96,11 +96,14 @@ def _name_modes(axes: Axes, found: OverturningMap) -> None:
 
 def _about(found: OverturningMap) -> str:
     lanes = found.run.lane_set.inputs
-    eta = sorted({f"{value:.3g}" for value in lanes["angular_restitution"]})
+    kept = ""
+    if "angular_restitution" in lanes:
+        eta = sorted({f"{value:.3g}" for value in lanes["angular_restitution"]})
+        kept = f", angular velocity kept at an impact: {', '.join(eta)}"
     tangents = sorted({f"{np.tan(value):.3g}" for value in lanes["slenderness_angle_rad"]})
     return (
         f"{found.run.case.title}; {found.run.response.engine}, tan \N{GREEK SMALL LETTER ALPHA} = "
-        f"{', '.join(tangents)}, angular velocity kept at an impact: {', '.join(eta)}\n"
+        f"{', '.join(tangents)}{kept}\n"
         f"grid of {len(lanes):,} lanes, {len(found.boundaries):,} boundaries to "
         f"{found.accuracy:g} of their height"
     )

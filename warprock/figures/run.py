@@ -7,6 +7,7 @@ import numpy as np
 from warprock.figures.drawing import Drawing
 from warprock.figures.ensemble import draw_cells
 from warprock.figures.histories import choose_lanes, draw_histories
+from warprock.figures.limit import draw_collapse
 from warprock.figures.peaks import draw_peaks
 from warprock.figures.restraints import draw_restraints
 from warprock.figures.sample import draw_sample_peaks, sampled
@@ -36,6 +37,8 @@ def draw_run(run: CaseRun) -> list[Drawing]:
             first = take_lanes(response, firsts)
             drawings.append(draw_space(run, shown.lanes[:, 0], list(shown.panels), first))
         drawings += draw_restraints(run)
+    if run.lane_set.lanes.assembly is not None:
+        drawings += draw_collapse(run)
     draw = draw_sample_peaks if sampled(run.case) else draw_peaks
     if not run.lane_set.lanes.stacked:
         return [*drawings, draw(run)]

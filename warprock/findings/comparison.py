@@ -27,6 +27,7 @@ _WANTED = (
     *("difference_5s_ratio", "difference_run_ratio", "rest_time_error_s", "peak_slide_mm"),
     *("difference_across_5s_ratio", "difference_yaw_5s_rad", "holds", "why"),
     *("position_error_mm", "rotation_error_deg", "same_face"),
+    *("fell_at_s", "moved_mm", "difference_deg"),
 )
 """Columns of lanes that a page shows, of those that a comparison has."""
 
@@ -56,6 +57,7 @@ def tell_comparison(facts: Facts, tables: Tables) -> Finding:
     table, names = tables[TABLE], facts["engines"]
     shown = table[[name for name in _WANTED if name in table]] if "cell" not in table else table
     engines = list(_engines(table))
+    said = [sentence for sentence, _ in engines] or list(_assemblies(table))
     sheets = [_summary([row for _, row in engines])] if engines else []
     sheets.append(
         sheet_of(
@@ -77,7 +79,7 @@ def tell_comparison(facts: Facts, tables: Tables) -> Finding:
         kind="Comparison",
         facts=facts,
         tables=tables,
-        sentences=[headline, same, *(sentence for sentence, _ in engines)],
+        sentences=[headline, same, *said],
         sheets=sheets,
         asked=[("Engines", ", ".join(names))],
         pictures=["*.png"],
@@ -101,7 +103,7 @@ COMPARISON = Kind(
         "asked": CASE,
         "engines": [str],
         "costs?": [{"settings": {...: (str, float, bool, None)}, **ROWS[0]}],
-        **dict.fromkeys(("stacked", "spatial"), bool),
+        **dict.fromkeys(("stacked", "spatial", "assembly?"), bool),
         "rows": ROWS,
     },
 )
@@ -109,7 +111,7 @@ COMPARISON = Kind(
 
 def _against_housner(facts: Facts) -> bool:
     """Whether lanes of single blocks in the plane were held against Housner."""
-    single = not (facts.get("stacked") or facts.get("spatial"))
+    single = not any(facts.get(name) for name in ("stacked", "spatial", "assembly"))
     return single and "ensemble" not in facts["asked"]["resolved"] and "observed" not in facts
 
 
@@ -157,6 +159,24 @@ def _engines(table: pd.DataFrame) -> Iterator[tuple[str, list[str]]]:
             f"{counts}.",
             [str(engine), reference, f"{len(off):,}", *map(three, (np.median(off), off.max()))],
         )
+
+
+def _assemblies(table: pd.DataFrame) -> Iterator[str]:
+    """A sentence about every engine, where lanes are assemblies."""
+    if "difference_deg" not in table:
+        return
+    reference = str(table["reference"].iloc[0])
+    wanted = table[table["engine"] == reference].set_index("lane_number")["outcome"]
+    for engine, rows in table.groupby("engine", sort=False):
+        if engine == reference:
+            continue
+        own = rows.set_index("lane_number")
+        same = int((own["outcome"] == wanted.loc[own.index]).sum())
+        off = own["difference_deg"].to_numpy(dtype=float)
+        text = f"{engine} has the outcome of {reference} in {same} of {len(own)} lanes"
+        if np.isfinite(off).any():
+            text += f"; its largest rotations differ by {three(float(np.nanmax(off)))} deg at most"
+        yield text + "."
 
 
 def _summary(rows: list[list[str]]) -> Sheet:

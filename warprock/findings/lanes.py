@@ -22,7 +22,7 @@ TIES = ("peak_tie_force_N", "broken_ties", "tie_break_time_s", "tie_energy_lost_
 """Results of a lane with ties."""
 JOINTS = (
     *("collapse_time_s", "peak_displacement_m", "residual_displacement_m", "peak_opening_m"),
-    *("opened_joints", "slid_joints"),
+    *("opened_joints", "slid_joints", "broken_joints"),
 )
 """Results of a lane that is an assembly."""
 SAID = ("collapse_load", "tilt_rate_deg_s", *JOINT_COLUMNS)

@@ -19,11 +19,15 @@ from warprock.running.lane_table import APART
 from warprock.running.provenance import case_facts, surroundings
 from warprock.running.run_file import CASE
 
-LOAD_FACTOR, TILT = "load_factor", "tilt_deg"
+LOAD_FACTOR, COULOMB, TILT = "load_factor", "coulomb_load_factor", "tilt_deg"
 COLUMNS: dict[str, tuple[str, str]] = {
     LOAD_FACTOR: (
         "-",
         "Sideways load / self-weight at which it collapses; nothing where it does not stand",
+    ),
+    COULOMB: (
+        "-",
+        "The same with Coulomb's law where joints slide; nothing where it was not looked for",
     ),
     TILT: ("deg", "Angle of a tilting table at which it collapses"),
     "towards": ("-", "Side to which it is weaker: right is +x"),
@@ -39,7 +43,8 @@ MOST_NAMED = 8
 """Joints that a sentence names."""
 BOUND = (
     "Where joints slide the load is an upper bound: limit analysis lets a joint open as it slides, "
-    "which Coulomb's friction does not."
+    "which Coulomb's friction does not. The load with Coulomb's law is beside it; the assembly may "
+    "fall anywhere from there to the bound."
 )
 
 
@@ -64,17 +69,20 @@ def limit_table(found: LoadLimits) -> pd.DataFrame:
     columns: dict[str, Any] = {"lane": np.arange(len(lanes))}
     columns |= {str(name): inputs[name].array for name in inputs.columns}
     table = declared(pd.DataFrame(columns), {name: input_meaning(name) for name in columns})
-    rows = pd.DataFrame([_row(each) for each in found.collapses]).iloc[lanes]
+    looked = found.with_coulomb
+    kinds = enumerate(found.collapses)
+    rows = pd.DataFrame([_row(each, coulomb=place in looked) for place, each in kinds]).iloc[lanes]
     return declared(table.assign(**{name: rows[name].to_numpy() for name in COLUMNS}), COLUMNS)
 
 
-def _row(collapse: Collapse) -> dict[str, Any]:
+def _row(collapse: Collapse, *, coulomb: bool) -> dict[str, Any]:
     named = {
         name: APART.join(_joints(collapse, getattr(collapse, name))) for name in ("opens", "slides")
     }
     factor = collapse.load_factor
     return {
         LOAD_FACTOR: factor,
+        COULOMB: collapse.coulomb_load if coulomb else np.nan,
         TILT: np.rad2deg(np.arctan(factor)),
         "towards": ("right" if collapse.direction > 0.0 else "left") * bool(np.isfinite(factor)),
         "upper_bound": collapse.upper_bound,
@@ -141,12 +149,21 @@ def _of_one(row: pd.Series[Any]) -> str:
         return "The assembly does not carry its own weight."
     if np.isinf(factor):
         return "No sideways load brings the assembly to collapse."
-    most = "at most " if row["upper_bound"] else ""
+    load, tilt = three(factor), three(float(row[TILT]))
+    under, by = f"of {load}", tilt
+    if row["upper_bound"]:
+        under, by, coulomb = f"of at most {load}", f"at most {tilt}", float(row[COULOMB])
+        if coulomb < (1.0 - SAME) * factor:
+            least = three(float(np.rad2deg(np.arctan(coulomb))))
+            under, by = f"between {three(coulomb)} and {load}", f"{least} to {tilt}"
     return (
-        f"The assembly collapses to the {row['towards']} under a sideways load of {most}"
-        f"{three(factor)} of its weight, or on a table that tilts by {most}"
-        f"{three(float(row[TILT]))} degrees."
+        f"The assembly collapses to the {row['towards']} under a sideways load {under} of its "
+        f"weight, or on a table that tilts by {by} degrees."
     )
+
+
+SAME = 1e-3
+"""Relative difference from which two load factors are told apart."""
 
 
 def _of_many(facts: Facts, table: pd.DataFrame, up: pd.DataFrame) -> str:
@@ -191,7 +208,7 @@ def _mechanism(facts: Facts, table: pd.DataFrame, row: pd.Series[Any]) -> list[s
         if joints:
             named = listed(joints[:MOST_NAMED])
             more = len(joints) - MOST_NAMED
-            rest = f", and {more:,} more," if more > 0 else ""
+            rest = f", and {more:,} more" if more > 0 else ""
             parts.append(f"joints {does} between {named}{rest}")
     if not parts:
         return []

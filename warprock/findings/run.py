@@ -39,7 +39,7 @@ def find_run(run: CaseRun, show: Callable[[], None]) -> Finding:
     tables = {LANE_TABLE: lane_table(run.lane_set, run.response)}
     if run.case.ensemble is not None:
         tables[CELL_TABLE] = cell_table(run.lane_set, run.response)
-    facts = provenance(run) | limit_beside(run, tables[LANE_TABLE])
+    facts = provenance(run) | limit_beside(run)
     finest = float(run.response["time_step"].min()) if "time_step" in run.response.fields else None
     return dataclasses.replace(tell_run(facts, tables, finest), show=show)
 
@@ -59,7 +59,7 @@ def tell_run(facts: Facts, tables: Tables, finest_step: float | None = None) -> 
         sentences=sentences,
         sheets=sheets,
         rows={"rows": LANE_TABLE if cells is None else CELL_TABLE},
-        pictures=["histories.png", "space.png", "ensemble*.png", "peaks*.png"],
+        pictures=["histories.png", "space.png", "mechanism.png", "ensemble*.png", "peaks*.png"],
     )
 
 
@@ -151,18 +151,24 @@ def assembly_sentences(facts: Facts, table: pd.DataFrame) -> list[str]:
             tilt = f", a tilt of {three(float(np.degrees(np.arctan(load))))} deg"
         told.append(
             f"{what} had fallen at {three(fell[first])} s. The motion that ended so began at a "
-            f"sideways load of {three(load)} of the weight{tilt}{limit_words(facts, first)}; "
-            f"{joint_words(table, first)}."
+            f"sideways load of {three(load)} of the weight{tilt}; {joint_words(table, first)}."
+            f"{limit_words(facts, first, tilted=bool(tilt))}"
         )
     elif not len(up):
         told.append("No lane with usable numbers stayed up.")
     return told
 
 
+JOINT_VERBS = (("opened_between", "opened"), ("slid_between", "slid"), ("broken_between", "broke"))
+"""Columns of joints, and what these did."""
+
+
 def joint_words(table: pd.DataFrame, row: int) -> str:
-    """Which joints of a lane opened and slid."""
+    """Which joints of a lane opened, slid and broke."""
     parts = []
-    for column, verb in (("opened_between", "opened"), ("slid_between", "slid")):
+    for column, verb in JOINT_VERBS:
+        if column not in table:
+            continue
         names = [name for name in str(table[column].iloc[row]).split(APART) if name]
         if names:
             more = len(names) - NAMED
@@ -171,36 +177,50 @@ def joint_words(table: pd.DataFrame, row: int) -> str:
     return f"joints {' and '.join(parts)}" if parts else "no joint opened or slid"
 
 
-def limit_words(facts: Facts, row: int) -> str:
-    """The load of limit analysis beside that of a table that tilts; empty of other lanes."""
+def limit_words(facts: Facts, row: int, *, tilted: bool) -> str:
+    """What limit analysis says of a lane that collapsed, as a sentence; empty of other lanes."""
     limit = facts.get("limit_analysis")
     if limit is None or limit["row"] != row:
         return ""
     load = limit["load_factor"]
-    bound = ", an upper bound since joints slide" if limit["upper_bound"] else ""
-    tilt = three(float(np.degrees(np.arctan(load))))
-    return f" (limit analysis: {three(load)}, {tilt} deg{bound})"
+    if load is None:
+        return " By limit analysis it does not carry its own weight."
+    said, low = _steady(load, tilted=tilted), limit["coulomb_load_factor"]
+    if not limit["upper_bound"]:
+        return f" By limit analysis a steady sideways load of {said} brings it down."
+    if low is None or three(low) == three(load):
+        return (
+            f" By limit analysis a steady sideways load of at most {said} brings it down, an upper "
+            "bound, since joints slide."
+        )
+    return (
+        f" By limit analysis a steady sideways load between {_steady(low, tilted=tilted)}, with "
+        f"Coulomb's friction, and {said}, an upper bound since joints slide, brings it down."
+    )
 
 
-MOST_BLOCKS = 100
-"""Blocks up to which limit analysis, which takes a second for so many of a wall, is done beside a
-run."""
+def _steady(load: float, *, tilted: bool) -> str:
+    """A load factor in words, with the tilt of a table."""
+    tilt = f" (a tilt of {three(float(np.degrees(np.arctan(load))))} deg)" if tilted else ""
+    return f"{three(load)} of the weight{tilt}"
 
 
-def limit_beside(run: CaseRun, table: pd.DataFrame) -> dict[str, Any]:
-    """Limit analysis of the first lane that collapsed as its table tilted; else nothing."""
-    own, fell = run.lane_set.lanes.assembly, run.response.fields.get("collapse_time")
-    if own is None or fell is None or "tilt_rate_deg_s" not in table or np.isnan(fell).all():
+def limit_beside(run: CaseRun) -> dict[str, Any]:
+    """Limit analysis of the first lane that collapsed; else nothing."""
+    from warprock.analysis.load_limit import collapse_beside
+
+    found = collapse_beside(run)
+    if found is None:
         return {}
-    row = int(np.nanargmin(fell))
-    if own.of(row).count > MOST_BLOCKS:
-        return {}
-    from warprock.analysis.load_limit import collapse_load
-
-    found = collapse_load(own.of(row), float(np.sign(table["tilt_rate_deg_s"].iloc[row])))
-    if not found.stands:
-        return {}
-    limit = {"row": row, "load_factor": found.load_factor, "upper_bound": found.upper_bound}
+    row, collapse = found
+    load = collapse.load_factor if collapse.stands else None
+    coulomb = collapse.coulomb_load if collapse.stands else np.nan
+    limit = {
+        "row": row,
+        "load_factor": load,
+        "coulomb_load_factor": coulomb if np.isfinite(coulomb) else None,
+        "upper_bound": collapse.upper_bound,
+    }
     return {"limit_analysis": limit}
 
 

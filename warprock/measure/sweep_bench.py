@@ -18,6 +18,7 @@ from typing import Any
 from warprock.case.sampling import MOST_POINTS
 from warprock.engines import preferred_engines, reference_engine
 from warprock.errors import InputError
+from warprock.quantity import Said
 
 CASE = "record-sample"
 """Shipped case whose sample is enlarged."""
@@ -61,6 +62,9 @@ def run_sweep_bench(
         if not 1 <= count <= MOST_POINTS:
             allowed = f"must be a number of lanes from 1 to {MOST_POINTS}"
             raise InputError("--lanes", "", count, allowed)
+    if not hasattr(os, "wait4"):
+        allowed = "must run where a process tells what it used (Linux, macOS)"
+        raise InputError("bench sweep", "", Said(sys.platform), allowed)
     rows = []
     for engine in engines:
         for count in lanes:

@@ -57,17 +57,26 @@ class Joints:
         ends: Its ends [m], shape [joint, end, 2].
         normal: Unit normal from the second block into the first, shape [joint, 2].
         friction: Coulomb friction coefficient, shape [joint].
+        cohesion: Shear strength without load, until it breaks [Pa], shape [joint].
+        tension: Tensile strength, until it breaks [Pa], shape [joint]; zero of a dry joint.
     """
 
     blocks: Places
     ends: Array
     normal: Array
     friction: Array
+    cohesion: Array
+    tension: Array
 
     @property
     def count(self) -> int:
         """How many there are."""
         return len(self.blocks)
+
+    @property
+    def lengths(self) -> Array:
+        """Their lengths [m], shape [joint]."""
+        return np.asarray(np.linalg.norm(self.ends[:, 1] - self.ends[:, 0], axis=1))
 
     @property
     def tangent(self) -> Array:
@@ -150,6 +159,33 @@ class Assembly:
         """Width and height of the blocks that can move, together [m]."""
         return np.asarray(np.ptp(self.corners[~self.fixed].reshape(-1, 2), axis=0))
 
+    @functools.cached_property
+    def longest_joints(self) -> Array:
+        """Length of the longest joint of every block [m], shape [block]; 0 where it has none."""
+        found = np.zeros(self.count)
+        for side in (0, 1):
+            np.maximum.at(found, self.joints.blocks[:, side], self.joints.lengths)
+        return found
+
+    @functools.cached_property
+    def slenderness_angle(self) -> float:
+        """What measures rotations of its blocks: about the one at which it collapses [rad].
+
+        The angle whose tangent is the length of its joints over its height: of each block the
+        longest joint, of the blocks the median; and the largest distance of a corner from the
+        nearest joint with what is fixed. So it is that of a single block, but for the difference
+        between its height and its diagonal, of a column as a whole, and of an arch its thickness
+        over the distance from springing to crown.
+        """
+        return float(np.arctan2(np.median(self.longest_joints[~self.fixed]), self.reach))
+
+    @functools.cached_property
+    def reach(self) -> float:
+        """The largest distance of a corner from the nearest joint with what is fixed [m]."""
+        feet = self.joints.ends[self.fixed[self.joints.blocks].any(axis=1)].mean(axis=1)
+        corners = self.corners[~self.fixed].reshape(-1, 1, 2)
+        return float(np.linalg.norm(corners - feet, axis=2).min(axis=1).max())
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Assemblies:
@@ -177,6 +213,16 @@ class Assemblies:
         return Assemblies(kinds, place.reshape(-1), self._most)
 
     @property
+    def slenderness_angle(self) -> Array:
+        """Of every lane's, shape [lane]; see `Assembly`."""
+        return np.array([kind.slenderness_angle for kind in self.kinds])[self.lane]
+
+    @property
+    def reach(self) -> Array:
+        """Of every lane's [m], shape [lane]; see `Assembly`."""
+        return np.array([kind.reach for kind in self.kinds])[self.lane]
+
+    @property
     def _most(self) -> tuple[int, int, int]:
         if self.room is not None:
             return self.room
@@ -185,6 +231,11 @@ class Assemblies:
             max(kind.count for kind in self.kinds),
             max(kind.joints.count for kind in self.kinds),
         )
+
+    @property
+    def bonded(self) -> bool:
+        """Whether any joint has a tensile strength."""
+        return any(bool(kind.joints.tension.any()) for kind in self.kinds)
 
     @property
     def most_blocks(self) -> int:
@@ -209,6 +260,8 @@ def assemble(
     density: float,
     friction: float,
     head_friction: float | None = None,
+    cohesion: float = 0.0,
+    tension: float = 0.0,
     tolerance: float | None = None,
 ) -> Assembly:
     """Blocks with the joints that their edges make.
@@ -220,6 +273,8 @@ def assemble(
         friction: Coefficient of every joint, and of blocks that meet elsewhere.
         head_friction: That of head joints, which are nearer to upright than to level; None where
             it is the same.
+        cohesion: Shear strength of every joint without load, until it breaks [Pa].
+        tension: Tensile strength of every joint, likewise; zero of dry joints.
         tolerance: Distance up to which edges of drawn blocks touch [m]; None where coordinates are
             exact.
 
@@ -247,8 +302,15 @@ def assemble(
         _require_no_gaps(corners, names, fixed, joints, flush)
     upright = np.abs(joints.normal[:, 0]) > np.abs(joints.normal[:, 1])
     own = friction if head_friction is None else head_friction
-    joints = dataclasses.replace(joints, friction=np.where(upright, own, friction))
+    joints = dataclasses.replace(
+        joints,
+        friction=np.where(upright, own, friction),
+        cohesion=np.full(joints.count, cohesion),
+        tension=np.full(joints.count, tension),
+    )
     _require_held(joints, names, corners, fixed)
+    if tension == 0.0:
+        _require_lifted(joints, names, fixed)
     return Assembly(corners, names, fixed, depth, density, joints, flush, friction)
 
 
@@ -377,6 +439,8 @@ def _find_joints(corners: Array, pairs: tuple[Places, Places], flush: float) -> 
         ends=origin[:, None, :] + places[..., None] * direction[:, None, :],
         normal=np.stack([-direction[:, 1], direction[:, 0]], axis=1),
         friction=np.zeros(len(pair)),
+        cohesion=np.zeros(len(pair)),
+        tension=np.zeros(len(pair)),
     )
 
 
@@ -417,7 +481,7 @@ def _gap(a: Array, b: Array) -> float:
 def _require_held(
     joints: Joints, names: tuple[str, ...], corners: Array, fixed: npt.NDArray[np.bool_]
 ) -> None:
-    """Refuses a block that no joints connect with a fixed one, or that none can push upwards."""
+    """Refuses a block that no joints connect with a fixed one."""
     if not fixed.any():
         raise ValueError("have a block that is fixed: all of them would fall")
     held, before = fixed.copy(), np.zeros_like(fixed)
@@ -433,6 +497,10 @@ def _require_held(
             f"rest on something fixed: block {names[place]} touches nothing that does; the nearest "
             f"is {names[other]}, {1e3 * gap:.3g} mm away"
         )
+
+
+def _require_lifted(joints: Joints, names: tuple[str, ...], fixed: npt.NDArray[np.bool_]) -> None:
+    """Refuses a block that no dry joint can push upwards."""
     lifted = fixed.copy()
     for side, sign in ((0, 1.0), (1, -1.0)):
         level, upright = np.abs(joints.normal[:, 0]), sign * joints.normal[:, 1]

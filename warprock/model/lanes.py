@@ -14,6 +14,7 @@ from warprock.model.bodies import Bodies
 from warprock.model.hold import Hold
 from warprock.model.profiles import Profiles
 from warprock.model.release import Release
+from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
@@ -159,8 +160,11 @@ class Lanes:
     def slenderness_angle(self) -> Array:
         """Critical angle of every block on a flat base [rad]; of bodies and strips the smaller one.
 
-        Of a strip of wall it is the turn of the lower body at the unstable balance.
+        Of a strip of wall it is the turn of the lower body at the unstable balance, of an assembly
+        that of `model.assembly.Assembly`.
         """
+        if self.assembly is not None:
+            return self.assembly.slenderness_angle
         if self.body is not None:
             return self._of_body(self.body.slenderness_angles.min(axis=1))
         if self.profiles is not None:
@@ -180,7 +184,12 @@ class Lanes:
 
     @property
     def frequency_parameter(self) -> Array:
-        """Frequency parameter of single blocks [rad/s], of a body about its nearer end."""
+        """Frequency parameter of single blocks [rad/s], of a body about its nearer end.
+
+        Of an assembly that of a block whose diagonal is the assembly's reach.
+        """
+        if self.assembly is not None:
+            return np.sqrt(0.75 * GRAVITY / (0.5 * self.assembly.reach))
         if self.body is not None:
             return self.body.frequency_parameter
         of_block = rocking.frequency_parameter(self.width, self.height)

@@ -84,6 +84,7 @@ class JointState(enum.IntFlag):
 
     OPENED = 1
     SLID = 2
+    BROKEN = 4
 
 
 @dataclasses.dataclass(frozen=True)
@@ -195,6 +196,8 @@ FIELDS: dict[str, Field] = {
         Field("peak_opening", ("lane",), "m", "Widest gap of a joint between the ends it shares"),
         Field("opened_joints", ("lane",), "-", "Joints that opened"),
         Field("slid_joints", ("lane",), "-", "Joints that slid"),
+        Field("broken_joints", ("lane",), "-", "Bonded joints that broke"),
+        Field("joint_break_time", ("lane",), "s", "Time at which the first of them broke"),
         Field("collapse_time", ("lane",), "s", "Time at which a block of an assembly had fallen"),
         Field(
             "collapse_load",
@@ -338,6 +341,8 @@ ASSEMBLY_FIELDS: tuple[str, ...] = (
     "peak_opening",
     "opened_joints",
     "slid_joints",
+    "broken_joints",
+    "joint_break_time",
     "collapse_time",
     "collapse_load",
     "solver_residual",

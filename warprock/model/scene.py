@@ -29,6 +29,7 @@ class SceneKind:
         vertical: Whether the base moves upwards, too, under blocks in the plane.
         held: What holds its block besides its base, by the tables of a case; mostly nothing.
         assembly: Whether a lane is an assembly of many blocks with joints.
+        bonded: Whether joints of assemblies have cohesion and tensile strength.
         moving: What starts in motion; empty where blocks are let go from rest.
         spatial_because: What makes a planar model fall short; empty where the scene is planar.
         friction_ratio: Smallest friction coefficient / base acceleration in g that makes the block
@@ -57,6 +58,7 @@ class SceneKind:
     vertical: bool = False
     held: tuple[str, ...] = ()
     assembly: bool = False
+    bonded: bool = False
 
     @property
     def spatial(self) -> bool:
@@ -77,10 +79,7 @@ class SceneKind:
     def left_out(self) -> tuple[str, ...]:
         """What the model does without because nothing in the scene needs it, and why."""
         if self.assembly:
-            return (
-                "motion out of the plane: its base moves along x",
-                "contact but at the joints that the blocks have where they stand",
-            )
+            return ("motion out of the plane: its base moves along x",)
         parts = []
         ways = "and upwards" if self.vertical else "at most"
         if not self.spatial and self.bodies:
@@ -166,4 +165,5 @@ def scene_kind(
         vertical=isinstance(motions, UprightMotions),
         held=lanes.held,
         assembly=assembly is not None,
+        bonded=assembly is not None and assembly.bonded,
     )

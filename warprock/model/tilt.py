@@ -10,6 +10,7 @@ acceleration g tan(tau) on a level base; the rotation of the table itself moves 
 from __future__ import annotations
 
 import dataclasses
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,7 +22,8 @@ STEEPEST = np.radians(75.0)
 """Largest tilt; from there on a sideways load of a few times the weight says nothing any more."""
 
 STEP = np.radians(0.05)
-"""Tilt between two samples: between them the tangent is straight to 4e-6 of g at 60 degrees."""
+"""Tilt between two samples: between them the tangent is straight to 4e-6 of g at 60 degrees. A
+pause begins and ends within one of them."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -40,21 +42,54 @@ class TiltMotions(RecordMotions):
         return self.until
 
 
-def tilt_motions(rate: Array, start: Array, end: Array) -> TiltMotions:
-    """Tables that tilt at an even rate.
+class Tilting(NamedTuple):
+    """How tables tilt, one value a lane each.
+
+    Attributes:
+        rate: Angular velocity [rad/s], positive where the side at +x sinks.
+        start: When the table begins to tilt [s].
+        step: Tilt after which it pauses, and again [rad].
+        pause: How long it pauses [s]; 0 without pauses.
+        most: Tilt at which it stays [rad]; infinite where it tilts until the run ends.
+    """
+
+    rate: Array
+    start: Array
+    step: Array
+    pause: Array
+    most: Array
+
+    def angle(self, times: Array) -> Array:
+        """|Tilt| at some times, one a lane [s], shape [lane] or [sample, lane]."""
+        speed, tau = np.abs(self.rate), np.maximum(times - self.start, 0.0)
+        cycle = self.step / speed + self.pause
+        turns = np.floor(tau / cycle)
+        since = np.minimum(speed * (tau - turns * cycle), self.step)
+        return np.asarray(np.minimum(turns * self.step + since, self.most))
+
+
+def steady(rate: Array, start: Array) -> Tilting:
+    """Tables that tilt at an even rate until the run ends, shape [lane] each; see `Tilting`."""
+    never, step = np.full(len(rate), np.inf), np.full(len(rate), STEEPEST)
+    return Tilting(rate, start, step, np.zeros(len(rate)), never)
+
+
+def tilt_motions(tilting: Tilting, end: Array) -> TiltMotions:
+    """Tables that tilt.
 
     Args:
-        rate: Angular velocity [rad/s], positive where the side at +x sinks, shape [lane].
-        start: When the table begins to tilt [s], shape [lane].
+        tilting: How.
         end: When the run ends [s], shape [lane]; the table tilts on until then.
     """
-    tilt = np.abs(rate) * (end - start)
-    kinds, of_lane = np.unique(np.stack([np.abs(rate), tilt]), axis=1, return_inverse=True)
+    rate, start = tilting.rate, tilting.start
+    columns = [np.abs(rate), end - start, *tilting[2:]]
+    kinds, of_lane = np.unique(np.stack(columns), axis=1, return_inverse=True)
     pools, counts = [], []
-    for speed, most in kinds.T:
-        count = max(int(np.ceil(most / STEP)), 1) + 1
-        angle = STEP * np.arange(count + 1)
+    for speed, last, step, pause, most in kinds.T:
         interval = STEP / speed
+        count = max(int(np.ceil(last / interval)), 1) + 1
+        own = Tilting(speed, np.zeros(1), step, pause, most)
+        angle = own.angle(interval * np.arange(count + 1))
         acceleration = GRAVITY * np.tan(np.minimum(angle, STEEPEST))
         slope = np.append(np.diff(acceleration) / interval, 0.0)
         means = 0.5 * (acceleration[1:] + acceleration[:-1])

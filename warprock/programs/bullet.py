@@ -24,6 +24,8 @@ from typing import Any
 
 import numpy as np
 
+from warprock.programs.assembly_scene import one_friction
+from warprock.programs.bullet_assembly import run_assembly
 from warprock.programs.scene import (
     PeerBlock,
     PeerRun,
@@ -65,12 +67,24 @@ def run(
     for scene in scenes:
         world = pybullet.connect(pybullet.DIRECT)
         try:
-            runs.append(_run_scene(pybullet, world, scene, settings))
+            run_one = _run_scene if scene.assembly is None else run_assembly
+            runs.append(run_one(pybullet, world, scene, settings))
         finally:
             pybullet.disconnect(world)
         if finished is not None:
             finished(len(runs))
     return runs
+
+
+def require_scenes(scenes: Sequence[PeerScene], _settings: BulletSettings) -> None:
+    """Declines assemblies whose joints have frictions of their own.
+
+    Raises:
+        DeclinedError: One has several.
+    """
+    for scene in scenes:
+        if scene.assembly is not None:
+            one_friction(scene.assembly)
 
 
 def _run_scene(bullet: Any, world: int, scene: PeerScene, settings: BulletSettings) -> PeerRun:

@@ -35,6 +35,7 @@ import numpy.typing as npt
 from warprock.errors import DeclinedError
 from warprock.model.hold import Hold
 from warprock.model.turning import rotate
+from warprock.programs.mujoco_assembly import run_assembly
 from warprock.programs.pulls import Pulls
 from warprock.programs.scene import PeerBlock, PeerRun, PeerScene, missing
 from warprock.settings.programs import MujocoSettings
@@ -112,7 +113,8 @@ def run(
         raise missing("mujoco", 'pip install "warprock[mujoco]"', error) from None
     runs = []
     for scene in scenes:
-        runs.append(_run_scene(mujoco, scene, settings))
+        run_one = _run_scene if scene.assembly is None else run_assembly
+        runs.append(run_one(mujoco, scene, settings))
         if finished is not None:
             finished(len(runs))
     return runs

@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.errors import DeclinedError
+from warprock.programs.assembly_scene import one_friction
 from warprock.programs.scene import PeerRun, PeerScene, missing
 from warprock.settings.programs import (
     NewtonFeatherstoneSettings,
@@ -163,6 +164,8 @@ def require_scenes(scenes: Sequence[PeerScene], _settings: Any) -> None:
         DeclinedError: Blocks of a lane with frictions of their own.
     """
     for scene in scenes:
+        if scene.assembly is not None:
+            one_friction(scene.assembly)
         if len({block.friction for block in scene.blocks}) > 1:
             raise DeclinedError("it needs one friction coefficient for all blocks of a lane")
 

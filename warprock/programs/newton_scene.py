@@ -9,6 +9,7 @@ what it stands on alone.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,6 +17,7 @@ import newton
 import numpy as np
 import warp as wp
 
+from warprock.programs.assembly_scene import Prism, one_friction, prisms, touching
 from warprock.programs.scene import PeerBlock, PeerScene
 from warprock.units import GRAVITY
 
@@ -82,7 +84,7 @@ class NewtonScene:
             builder.end_world()
         builder.color()
         self.model = builder.finalize(device="cpu")
-        self._block_count = len(scenes[0].blocks)
+        self._block_count = scenes[0].block_count
         # The table comes first in its world: one body, its axes, then seven coordinates and six
         # speeds of each block.
         strides = (
@@ -118,10 +120,14 @@ class NewtonScene:
 
 def _material(scene: PeerScene, step: float) -> dict[str, float]:
     """Friction of all shapes, and springs for solvers that have them in contacts."""
-    mass = min(block.mass for block in scene.blocks)
+    if scene.assembly is None:
+        mass, friction = min(block.mass for block in scene.blocks), scene.blocks[0].friction
+    else:
+        own = scene.assembly
+        mass, friction = float(own.mass[~own.fixed].min()), one_friction(own)
     stiffness = mass * (SPRING_RATE / step) ** 2
     return {
-        "mu": scene.blocks[0].friction,
+        "mu": friction,
         "ke": stiffness,
         "kd": 2.0 * SPRING_DAMPING * (stiffness * mass) ** 0.5,
         "kf": FRICTION_RATE * mass / step,
@@ -135,7 +141,10 @@ def _add_world(
     config = newton.ModelBuilder.ShapeConfig(
         density=0.0, gap=GAP, mu_torsional=0.0, mu_rolling=0.0, restitution=0.0, **material
     )
-    mass = TABLE_RATIO * sum(block.mass for block in scene.blocks)
+    whole = sum(block.mass for block in scene.blocks)
+    if scene.assembly is not None:
+        whole = float(scene.assembly.mass[~scene.assembly.fixed].sum())
+    mass = TABLE_RATIO * whole
     table = builder.add_link(
         mass=mass, inertia=wp.mat33(np.eye(3) * mass), lock_inertia=True, is_kinematic=True
     )
@@ -145,6 +154,9 @@ def _add_world(
         linear = [newton.ModelBuilder.JointDofConfig(axis=a) for a in newton.Axis]
         joint = builder.add_joint_d6(-1, table, linear_axes=linear)
     builder.add_articulation([joint])
+    if scene.assembly is not None:
+        _add_prisms(builder, scene, table, config)
+        return
     if plane:
         shapes = [builder.add_shape_plane(body=table, width=0.0, length=0.0, cfg=config)]
     else:
@@ -169,3 +181,48 @@ def _add_block(builder: Any, block: PeerBlock, config: Any) -> int:
     )
     middle = wp.transform(block.middle, wp.quat_identity())
     return int(builder.add_shape_box(body, xform=middle, hx=hx, hy=hy, hz=hz, cfg=config))
+
+
+def _add_prisms(builder: Any, scene: PeerScene, table: int, config: Any) -> None:
+    """The blocks of an assembly: fixed ones as shapes of the table, all others as free bodies."""
+    assert scene.assembly is not None
+    shapes = []
+    for prism in prisms(scene.assembly):
+        place = wp.transform(
+            (float(prism.place[0]), 0.0, float(prism.place[1])), wp.quat_identity()
+        )
+        if prism.fixed:
+            shapes.append(_add_prism(builder, prism, table, place, config))
+            continue
+        body = builder.add_body(
+            xform=place,
+            mass=prism.mass,
+            inertia=wp.mat33(np.diag(prism.inertia)),
+            lock_inertia=True,
+        )
+        shapes.append(_add_prism(builder, prism, body, wp.transform_identity(), config))
+    pairs = touching(scene.assembly)
+    for a, b in itertools.combinations(range(len(shapes)), 2):
+        if (a, b) not in pairs:
+            builder.add_shape_collision_filter_pair(shapes[a], shapes[b])
+
+
+def _add_prism(builder: Any, prism: Prism, body: int, place: Any, config: Any) -> int:
+    """A box, or the hull of the corners of a prism."""
+    if prism.box:
+        hx, hy, hz = prism.half
+        return int(builder.add_shape_box(body, xform=place, hx=hx, hy=hy, hz=hz, cfg=config))
+    hull = prism.hull
+    mesh = newton.Mesh(hull.astype(np.float32), _faces(len(hull) // 2), compute_inertia=False)
+    return int(builder.add_shape_convex_hull(body, xform=place, mesh=mesh, cfg=config))
+
+
+def _faces(corners: int) -> Any:
+    """Triangles of a prism whose corners are those of one end, counterclockwise, then the other."""
+    found = []
+    for k in range(corners):
+        after = (k + 1) % corners
+        found += [(k, after, corners + k), (after, corners + after, corners + k)]
+    for k in range(1, corners - 1):
+        found += [(0, k + 1, k), (corners, corners + k, corners + k + 1)]
+    return np.array(found, dtype=np.int32).ravel()

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from warprock.model.assembly import Assembly
 from warprock.model.base_path import BasePath, base_path
 from warprock.model.hold import Hold
 from warprock.model.lanes import Lanes, SpatialLanes
@@ -117,6 +118,7 @@ class PeerScene:
         frame: Time between two frames [s].
         frame_count: Frames after that of the start.
         hold: What holds the block, of this one lane; None of blocks that stand free.
+        assembly: The blocks of an assembly, which has no `blocks`; None of all others.
     """
 
     blocks: tuple[PeerBlock, ...]
@@ -124,6 +126,12 @@ class PeerScene:
     frame: float
     frame_count: int
     hold: Hold | None = None
+    assembly: Assembly | None = None
+
+    @property
+    def block_count(self) -> int:
+        """Blocks that can move."""
+        return len(self.blocks) if self.assembly is None else int((~self.assembly.fixed).sum())
 
     @property
     def times(self) -> Array:
@@ -181,6 +189,12 @@ def peer_scenes(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> lis
     else:
         parts = frames_per_sample(times)
         frame, frames = times.interval / parts, parts * (len(times.times) - 1)
+    if lanes.assembly is not None:
+        own = lanes.assembly
+        return [
+            PeerScene((), base_path(motions, k), frame, frames, assembly=own.of(k))
+            for k in range(lanes.lane_count)
+        ]
     position, attitude = _starts(lanes)
     return [
         PeerScene(

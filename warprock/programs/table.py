@@ -16,6 +16,7 @@ from warprock.errors import DeclinedError
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes
+from warprock.programs.assembly_scene import assembly_response
 from warprock.programs.response import peer_response
 from warprock.programs.scene import PeerRun, peer_scenes
 
@@ -32,6 +33,7 @@ class Program:
         starts_moving: Whether its adapter starts blocks with velocities.
         bodies: Whether its adapter knows bodies that are no boxes, in space and in stacks.
         holds: Tables of a case by which its adapter lets a block be held.
+        assemblies: Whether its adapter knows assemblies of many blocks.
     """
 
     module: str
@@ -41,6 +43,7 @@ class Program:
     starts_moving: bool = False
     bodies: bool = False
     holds: tuple[str, ...] = ()
+    assemblies: bool = False
 
     @property
     def installed(self) -> bool:
@@ -53,7 +56,13 @@ class Program:
 
 
 def _newton(text: str) -> Program:
-    return Program("warprock.programs.newton", ("newton",), 'pip install "warprock"', text)
+    return Program(
+        "warprock.programs.newton",
+        ("newton",),
+        'pip install "warprock"',
+        text,
+        assemblies=True,
+    )
 
 
 PROGRAMS: dict[str, Program] = {
@@ -65,6 +74,7 @@ PROGRAMS: dict[str, Program] = {
         starts_moving=True,
         bodies=True,
         holds=("transverse_wall", "tie", "top_load", "frame"),
+        assemblies=True,
     ),
     "bullet": Program(
         "warprock.programs.bullet",
@@ -72,6 +82,7 @@ PROGRAMS: dict[str, Program] = {
         'pip install "warprock[bullet]"',
         "Bullet through pybullet: sequential impulses.",
         starts_moving=True,
+        assemblies=True,
     ),
     "blender": Program(
         "warprock.programs.blender",
@@ -85,6 +96,7 @@ PROGRAMS: dict[str, Program] = {
         ("newton", "mujoco_warp"),
         'pip install "newton[sim]"',
         "Newton's SolverMuJoCo: MuJoCo's contacts on Warp.",
+        assemblies=True,
     ),
     "newton-vbd": _newton("Newton's SolverVBD: vertex block descent with an augmented Lagrangian."),
     "newton-semi-implicit": _newton("Newton's SolverSemiImplicit: springs in contacts, explicit."),
@@ -95,6 +107,11 @@ PROGRAMS: dict[str, Program] = {
     "newton-steel": _newton("Newton's SolverSteel: projected Gauss-Seidel on contact impulses."),
 }
 """Name in `warprock compare` -> program."""
+
+
+def adapter_of(name: str) -> Any:
+    """The module that runs scenes in a program; only this imports the program."""
+    return importlib.import_module(PROGRAMS[name].module)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -131,7 +148,7 @@ def require_scenes(
     """
     if lanes.moving and not PROGRAMS[name].starts_moving:
         raise DeclinedError(f"it lets blocks go from rest here, and the case {lanes.moving}")
-    if lanes.assembly is not None:
+    if lanes.assembly is not None and not PROGRAMS[name].assemblies:
         raise DeclinedError("it is given single blocks and stacks, and the case is an assembly")
     program = PROGRAMS[name]
     beyond = [table for table in lanes.held if table not in program.holds]
@@ -143,7 +160,7 @@ def require_scenes(
         raise DeclinedError(f"it is given boxes alone, and the case has a body (block.base){where}")
     if lanes.profiles is not None and lanes.rotation_start.any():
         raise DeclinedError("it starts stacks with a body upright here, and the case turns a block")
-    adapter = importlib.import_module(program.module)
+    adapter = adapter_of(name)
     declines = getattr(adapter, "require_scenes", None)
     if declines is not None:
         declines(peer_scenes(lanes, motions, times), settings)
@@ -173,9 +190,10 @@ def run_program(
         ChildProcessError: It runs in a process of its own, which failed; one line that says how.
     """
     scenes = peer_scenes(lanes, motions, times)
-    adapter = importlib.import_module(PROGRAMS[name].module)
+    adapter = adapter_of(name)
     runs: list[PeerRun] = adapter.run(scenes, settings, finished)
-    response = peer_response(name, lanes, scenes, runs, times)
-    simulated = sum(len(s.blocks) * s.frame * s.frame_count for s in scenes)
+    answer = peer_response if lanes.assembly is None else assembly_response
+    response = answer(name, lanes, scenes, runs, times)
+    simulated = sum(s.block_count * s.frame * s.frame_count for s in scenes)
     steps = runs[0].step_count / (scenes[0].frame * scenes[0].frame_count)
     return PeerAnswer(response, sum(run.cpu_s for run in runs), simulated, steps)

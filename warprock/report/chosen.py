@@ -20,7 +20,7 @@ from warprock.verification.study import StudyRun
 Played = Mapping[str, Any] | None
 """`note` and `lanes`, as a page plays them; None where no lane is played."""
 
-_OFF = ("error_run_ratio", "difference_run_ratio", "position_error_mm")
+_OFF = ("error_run_ratio", "difference_run_ratio", "position_error_mm", "difference_deg")
 """How far a lane is from Housner, from the engine named first, or from what was observed."""
 
 

@@ -345,7 +345,7 @@
       const ground = this.ground();
       for (const end of this.plates)
         for (const t of lane.spatial ? [-1, 1] : [0]) {
-          points.push([b[0] + end, b[1] + t * this.plate, b[2] - this.thick]);
+          points.push([b[0] + end, b[1] + t * this.plate, b[2] + (lane.floor || 0) - this.thick]);
           if (ground) points.push([ground[0] + end, ground[1] + t * this.plate, ground[2] - this.gap - this.thick]);
         }
       (lane.parts || []).forEach((part) => points.push(...this.pointsOf(part)));
@@ -389,7 +389,7 @@
     const [left, right] = this.plates;
     const slab = (at, down) => lane.spatial
       ? [[-s, -s], [s, -s], [s, s], [-s, s]].map((c) => put([at[0] + c[0], at[1] + c[1], at[2] - down]))
-      : [[left, 0], [right, 0], [right, -this.thick], [left, -this.thick]].map((c) => put([at[0] + c[0], 0, at[2] + c[1] - down]));
+      : [[left, 0], [right, 0], [right, -this.thick], [left, -this.thick]].map((c) => put([at[0] + c[0], 0, at[2] + c[1] + (lane.floor || 0) - down]));
     const line = (ends, kind) => make("line", { x1: ends[0][0], y1: ends[0][1], x2: ends[1][0], y2: ends[1][1], class: kind }, svg);
     const top = slab(base, 0);
     const ground = this.ground();
@@ -406,7 +406,7 @@
       if (!lane.spatial)
         [[top, "support"], [below, "ground"]].forEach(([at, name]) =>
           make("text", { x: at[0][0] + 6, y: (at[0][1] + at[3][1]) / 2 + 4 }, svg, name));
-    } else if (!lane.assembly) polygon(top, { class: "base" });
+    } else polygon(top, { class: "base" });
     if (!lane.spatial && !lane.assembly) {
       const mark = [put([base[0], 0, base[2]]), put([base[0], 0, base[2] - this.thick])];
       make("line", { x1: mark[0][0], y1: mark[0][1], x2: mark[1][0], y2: mark[1][1], class: "mark" }, svg);
@@ -480,7 +480,7 @@
   // What is said of a lane whose model has ended, since a block of its stack fell.
   Player.prototype.ended = function () {
     const fell = this.lane.fell;
-    return fell !== undefined && this.time >= fell ? "fell at " + fell.toFixed(2) + " s; what follows is not modelled" : "";
+    return fell !== undefined && this.time >= fell ? (this.lane.assembly ? "followed until " + fell.toFixed(2) + " s" : "fell at " + fell.toFixed(2) + " s; what follows is not modelled") : "";
   };
 
   Player.prototype.say = function (base) {

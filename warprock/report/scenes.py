@@ -37,8 +37,10 @@ NUMBERS = 160_000
 """Numbers that a page holds at most; where all lanes would need more, some are chosen."""
 DIGITS = 20_000
 """Steps into which the largest value of a quantity is divided."""
-LEAST = 200
-"""Samples that an assembly of very many blocks has nevertheless."""
+LEAST, FEWEST = 200, 30
+"""Samples that an assembly of many blocks has nevertheless, and one of very many."""
+MANY_NUMBERS = 900_000
+"""Numbers that a page holds of one assembly at most, where `FEWEST` samples are not more."""
 INTERVAL = 0.01
 """Time between samples where the case says nothing of it [s]."""
 
@@ -104,11 +106,13 @@ class Surroundings(NamedTuple):
         parts: What holds the block.
         ground: Displacement of the ground below a support [m], shape [sample, 3]; None without.
         fixed: Centres of the blocks of an assembly that move with the base [m], shape [block, 2].
+        floor: Level of the ground on which it falls [m].
     """
 
     parts: Sequence[Part] = ()
     ground: Array | None = None
     fixed: Array | None = None
+    floor: float = 0.0
 
 
 def surroundings_of(lane_set: LaneSet, lane: int, response: Response, row: int) -> Surroundings:
@@ -124,7 +128,7 @@ def surroundings_of(lane_set: LaneSet, lane: int, response: Response, row: int) 
     below = None if ground is None else base_places(ground, lane, response.times)
     if lane_set.lanes.assembly is not None:
         kind = lane_set.lanes.assembly.of(lane)
-        return Surroundings(ground=below, fixed=kind.centre[kind.fixed])
+        return Surroundings(ground=below, fixed=kind.centre[kind.fixed], floor=kind.ground)
     if lane_set.lanes.hold is None:
         return Surroundings(ground=below)
     pose, broke = lane_pose(response, row), first_break(response, row)
@@ -213,7 +217,8 @@ def scene(
     fixed = None if beside is None else beside.fixed
     samples = SAMPLES
     if fixed is not None and outlines is not None:
-        samples = max(min(SAMPLES, NUMBERS // (3 * len(outlines))), LEAST)
+        each = 3 * len(outlines)
+        samples = max(min(SAMPLES, NUMBERS // each), min(LEAST, MANY_NUMBERS // each), FEWEST)
     stride = -(-(len(history) - 1) // samples) if len(history) > samples + 1 else 1
     shown = history.iloc[::stride].reset_index(drop=True)
     blocks = [f"_{k}" for k in range(1, 10) if f"width_{k}_m" in row] or [""]
@@ -241,10 +246,14 @@ def scene(
     fell = len(parts) > 1 and row["outcome"] in ("overturned", "slid_off")
     end = float(times[last_move(np.stack([part["r"] for part in parts]))]) if fell else None
     collapse = row.get("collapse_time_s", math.nan)
-    if fell and collapse == collapse:
-        end = float(collapse)
+    if end is not None and collapse == collapse:
+        # A lane that goes on after its collapse still moves then.
+        end = None if end > collapse + 2.0 * (times[1] - times[0]) else float(collapse)
     if end is not None:
-        about += f" The run ended at {end:.3g} s: what follows the fall is not modelled."
+        what = "what follows the fall is not modelled"
+        if fixed is not None:
+            what = "engines.assembly.after_collapse lets it go on"
+        about += f" The run ended at {end:.3g} s: {what}."
     spatial = any("q" in part for part in parts)
     return {
         "lane": int(row["lane"]),
@@ -254,7 +263,7 @@ def scene(
         "dt": float(f"{times[1] - times[0]:.9g}") if len(times) > 1 else 1.0,
         "spatial": spatial,
         **({} if end is None else {"fell": end}),
-        **({} if fixed is None else _extent(parts)),
+        **({} if beside is None or fixed is None else _extent(parts, base["x"], beside.floor)),
         "length": length,
         "angle": angle,
         "rate": rate,
@@ -327,6 +336,9 @@ def _assembled(
 ) -> list[dict[str, Any]]:
     """The blocks of an assembly: their sizes and motions, those that move with the base last."""
     parts, moving, still = [], len(outlines) - len(fixed), np.zeros(len(history))
+    # Each column of a DataFrame has a copy of all its attributes, and there are thousands of them.
+    history = history.copy(deep=False)
+    history.attrs = {}
     for k, outline in enumerate(outlines):
         width, _, height = np.ptp(np.array(outline), axis=0).tolist()
         # No rotation of a single block says how near an assembly is to its collapse.
@@ -344,12 +356,14 @@ def _assembled(
 HALF_TURN = 0.5 * math.pi
 
 
-def _extent(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Height of an assembly at the start, and where it begins and ends along its base [m]."""
-    places = np.array([[part["x"][0], part["z"][0]] for part in parts])
-    half = 0.5 * np.array([[part["w"], part["h"]] for part in parts])
-    low, high = (places - half).min(axis=0), (places + half).max(axis=0)
-    return {"assembly": 1, "tall": float(high[1] - low[1]), "span": [low[0], high[0]]}
+def _extent(parts: Sequence[Mapping[str, Any]], base: Array, floor: float) -> dict[str, Any]:
+    """Height of an assembly at the start, how far its blocks come along its base, ground [m]."""
+    high = max(part["z"][0] + 0.5 * part["h"] for part in parts)
+    low = min(part["z"][0] - 0.5 * part["h"] for part in parts)
+    away = np.array([part["x"] - base for part in parts])
+    half = 0.5 * np.array([[part["w"]] for part in parts])
+    span = [float(np.nanmin(away - half)), float(np.nanmax(away + half))]
+    return {"assembly": 1, "tall": float(high - low), "span": span, "floor": floor}
 
 
 def _block(history: pd.DataFrame, row: pd.Series[Any], number: str) -> dict[str, Any]:

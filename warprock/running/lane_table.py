@@ -49,6 +49,7 @@ PEAK_RATIO = "peak_rotation_ratio"
 JOINT_COLUMNS = {
     "opened_between": "Blocks between which joints opened",
     "slid_between": "Blocks between which joints slid",
+    "broken_between": "Blocks between which bonded joints broke",
 }
 """Columns of words of an assembly, and what they say."""
 APART = ", "
@@ -89,8 +90,9 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
         columns |= of_field
         meaning |= dict.fromkeys(of_field, (field.unit, field.text))
     if "joint_state" in response.fields:
-        columns |= joint_columns(lane_set.lanes, response["joint_state"])
-        meaning |= {name: ("-", text) for name, text in JOINT_COLUMNS.items()}
+        words = joint_columns(lane_set.lanes, response["joint_state"])
+        columns |= words
+        meaning |= {name: ("-", JOINT_COLUMNS[name]) for name in words}
     given = response, lane_set.lanes, lane_set.motions, lane_set.ends
     columns[UNDECIDED] = undecided(*given, springs=on_springs(response.engine))
     meaning[UNDECIDED] = ("-", UNDECIDED_TEXT)
@@ -106,7 +108,9 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
 
 
 def joint_columns(lanes: Lanes, state: npt.NDArray[np.int64]) -> dict[str, list[str]]:
-    """Names of the blocks between which joints opened, and slid, of every lane.
+    """Names of the blocks between which joints opened, slid, and broke, of every lane.
+
+    Dry joints do not break: of them there is no such column.
 
     Args:
         lanes: Assemblies.
@@ -115,6 +119,8 @@ def joint_columns(lanes: Lanes, state: npt.NDArray[np.int64]) -> dict[str, list[
     assert lanes.assembly is not None
     found: dict[str, list[str]] = {}
     for name, flag in zip(JOINT_COLUMNS, JointState, strict=True):
+        if flag is JointState.BROKEN and not lanes.assembly.bonded:
+            continue
         found[name] = []
         for lane, row in enumerate((state & flag) > 0):
             kind = lanes.assembly.of(lane)

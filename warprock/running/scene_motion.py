@@ -66,6 +66,8 @@ class SceneMotion:
             None without a support, where the base is the ground.
         fixed: How many blocks of an assembly, the last ones, move with the base; 0 of all other
             lanes. The ratios of an assembly are rotations in degrees.
+        floor: Level of the ground on which an assembly falls, which moves with its base [m].
+        goes_on: Whether an assembly that collapsed was followed to the end of its run.
     """
 
     name: str
@@ -82,6 +84,8 @@ class SceneMotion:
     parts: tuple[Part, ...] = ()
     ground: Array | None = None
     fixed: int = 0
+    floor: float = 0.0
+    goes_on: bool = False
 
     @property
     def tall(self) -> float:
@@ -97,7 +101,7 @@ class SceneMotion:
 
         Blocks then stay where they were, in the air, too: what follows is not modelled.
         """
-        if len(self.sizes) == 1 or self.outcome not in ("overturned", "slid off"):
+        if self.goes_on or len(self.sizes) == 1 or self.outcome not in ("overturned", "slid off"):
             return None
         return float(self.times[last_move(self.ratio)])
 
@@ -307,7 +311,15 @@ def _assembly_motion(run: CaseRun, case: Case, lane: int, response: Response) ->
         outline=np.insert(outline, 1, 0.0, axis=-1),
         ground=None if ground is None else base_places(ground, lane, response.times),
         fixed=len(fixed),
+        floor=kind.ground,
+        goes_on=_goes_on(run, response),
     )
+
+
+def _goes_on(run: CaseRun, response: Response) -> bool:
+    """Whether the lane of a run was followed to its end after its collapse."""
+    after = getattr(run.settings, "after_collapse", 0.0)
+    return bool(response["collapse_time"][0] + after >= response.times[-1])
 
 
 def _two_bodies(lanes: Lanes, rotation: Array, base: Array) -> tuple[Array, Array, Array, Array]:

@@ -322,7 +322,7 @@ class AssemblySettings:
             1,
             1_000_000,
         ),
-    ] = 2000
+    ] = 10_000
     after_collapse: Annotated[
         float,
         SettingKey(

@@ -10,7 +10,7 @@ from warprock.tables.cells import print_cell_comparison
 from warprock.tables.compare import print_comparison
 from warprock.tables.peers import print_costs
 from warprock.tables.poses import print_pose_comparison
-from warprock.tables.stack import print_stack_comparison
+from warprock.tables.stack import print_assembly_comparison, print_stack_comparison
 
 
 def print_any_comparison(case: Case, found: Mapping[str, Any]) -> None:
@@ -19,6 +19,8 @@ def print_any_comparison(case: Case, found: Mapping[str, Any]) -> None:
         print_cell_comparison(case, found)
     elif "observed" in found:
         print_pose_comparison(found)
+    elif found.get("assembly"):
+        print_assembly_comparison(found)
     elif found["stacked"] or found["spatial"]:
         print_stack_comparison(found)
     else:

@@ -95,6 +95,7 @@ RESULTS = (
     Result("peak_displacement_m", "moved\n[mm]", size=MILLIMETRES),
     Result("opened_joints", "joints\nopened", _whole),
     Result("slid_joints", "joints\nslid", _whole),
+    Result("broken_joints", "joints\nbroken", _whole),
     Result("peak_slide_m", "slide\n[mm]", _slide, per_block=True, size=MILLIMETRES),
     Result("peak_tie_force_N", "tie\n[kN]", size=1e-3),
     Result("broken_ties", "ties\nbroken", _whole),

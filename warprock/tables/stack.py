@@ -1,4 +1,4 @@
-"""Tables on the terminal for stacks of blocks and blocks in space."""
+"""Tables on the terminal for stacks of blocks, assemblies and blocks in space."""
 
 from __future__ import annotations
 
@@ -102,3 +102,45 @@ def _print_largest(found: Mapping[str, Any], out: Console) -> None:
         known = ([row[name] for row in mine if row[name] is not None] for name in names)
         table.add_row(engine, *(number(max(each, default=None), ".1e") for each in known))
     print_table(out, table)
+
+
+ASSEMBLY_COLUMNS = (
+    ("fell_at_s", "fell at\n[s]", ".3g"),
+    ("moved_mm", "moved\n[mm]", ".3g"),
+    ("difference_deg", "diff.*\n[deg]", ".2g"),
+)
+"""Column of a comparison of assemblies, its heading and its format."""
+
+
+def print_assembly_comparison(found: Mapping[str, Any], console: Console | None = None) -> None:
+    """Prints a comparison of assemblies: a row a lane and engine.
+
+    Args:
+        found: What `verification.checks.compare` returned.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    rows: Sequence[Mapping[str, Any]] = found["rows"]
+    reference = rows[0]["reference"]
+    named = ("lane", "engine", "outcome", "status")
+    headings = [*named, *(heading for _, heading, _ in ASSEMBLY_COLUMNS)]
+    table = plain_table(f"{found['case']}: engines against {reference}", headings, named)
+    shown = list(dict.fromkeys(row["lane_number"] for row in rows))[:LANES_SHOWN]
+    for lane in shown:
+        for index, row in enumerate(row for row in rows if row["lane_number"] == lane):
+            table.add_row(
+                row["lane"] if index == 0 else "",
+                row["engine"],
+                row["outcome"],
+                row["status"],
+                *(number(row[name], form) for name, _, form in ASSEMBLY_COLUMNS),
+            )
+    print_table(out, table)
+    say(
+        out,
+        f"* of the largest rotation of any block so far, from that in {reference}; the most over "
+        "the run",
+    )
+    count = len({row["lane_number"] for row in rows})
+    if count > len(shown):
+        say(out, f"{count - len(shown)} more lanes are in the table of the results (-o FOLDER)")

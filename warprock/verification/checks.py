@@ -18,6 +18,7 @@ from warprock.programs.table import PROGRAMS, PeerAnswer
 from warprock.running.case_run import run_case
 from warprock.running.cells import compare_cells
 from warprock.running.options import RunOptions
+from warprock.verification.assemblies import compare_assemblies
 from warprock.verification.beside import (
     ORACLE,
     cost_rows,
@@ -261,7 +262,8 @@ def compare(
     Returns:
         `case`, `engines`, `stacked`, `spatial`, `costs` (`beside.cost_rows`) and `rows`:
         those of `compare_with_housner`, or of `compare_blocks` against the first engine for stacks
-        and in space, with `lane` (its name); a value that does not exist is None. For an ensemble,
+        and in space, of `compare_assemblies` for assemblies (`assembly` is there, too), with `lane`
+        (its name); a value that does not exist is None. For an ensemble,
         what `compare_distributions` returns; of a case that has a check of observed poses, what
         `compare_with_observed` does.
 
@@ -280,16 +282,18 @@ def compare(
     if case.observed_poses is not None:
         found = compare_with_observed(case, responses.lane_set, engines, responses)
         return found | {"costs": cost_rows(case, responses.answers)}
-    stacked, spatial = case.tables.stacked, responses.lane_set.scene.spatial
-    reference = engines[0] if stacked or spatial else reference_engine()
-    hold = compare_blocks if stacked or spatial else compare_with_housner
+    stacked, scene = case.tables.stacked, responses.lane_set.scene
+    spatial, side_by_side = scene.spatial, stacked or scene.spatial or scene.assembly
+    reference = engines[0] if side_by_side else reference_engine()
+    hold = compare_blocks if side_by_side else compare_with_housner
+    hold = compare_assemblies if scene.assembly else hold
     rows: list[dict[str, object]] = []
     for engine in engines:
         table = hold(responses.lane_set, responses[engine], responses[reference])
-        numbers = table["lane_number"] if stacked or spatial else range(len(table))
+        numbers = table["lane_number"] if side_by_side else range(len(table))
         names = [lane_name(responses.lane_set, lane) for lane in numbers]
         named = table.assign(lane=names, engine=engine)
-        if stacked or spatial:
+        if side_by_side:
             named["reference"] = reference
         rows += [plain_row(row) for row in named.to_dict("records")]
     return {
@@ -297,6 +301,7 @@ def compare(
         "engines": list(engines),
         "stacked": stacked,
         "spatial": spatial,
+        **({"assembly": True} if scene.assembly else {}),
         "costs": cost_rows(case, responses.answers),
         "rows": rows,
     }

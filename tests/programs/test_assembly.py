@@ -1,0 +1,118 @@
+"""Assemblies in programs of others: they stand and fall about where limit analysis says."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from tests.shared.assemblies import assembly_lanes, built, oppenheim, pushes
+from tests.shared.commands import succeed
+from warprock.errors import DeclinedError
+from warprock.model import patterns
+from warprock.model.response import Outcome, SampleTimes, Status
+from warprock.programs.assembly_scene import prisms, touching
+from warprock.programs.table import require_scenes, run_program
+from warprock.settings.programs import BulletSettings, MujocoSettings, NewtonXpbdSettings
+
+DRUMS = built(patterns.column(1.0, 0.5, 4), 0.8)
+PROGRAMS = {
+    "mujoco": ("mujoco", MujocoSettings(steps_per_second=500, impedance=0.99, damping_ratio=8.0)),
+    "bullet": ("pybullet", BulletSettings(steps_per_second=500)),
+}
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+@pytest.mark.parametrize(
+    ("kind", "load"), [(DRUMS, 0.5), (oppenheim(7), 0.3736)], ids=["drums", "arch"]
+)
+def test_it_stands_below_its_limit_load_and_moves_away_above(name: str, kind, load: float):
+    """Soft or unfinished contacts give by millimetres, and the limit is met within a tenth."""
+    package, settings = PROGRAMS[name]
+    pytest.importorskip(package)
+    lanes = assembly_lanes([kind] * 2)
+    motions = pushes(load * np.array([0.9, 1.1]), 0.5, 1.5)
+    found = run_program(name, lanes, motions, SampleTimes(1.5, 0.1), settings).response
+    assert (found["status"] == Status.OK).all()
+    assert found["peak_displacement"][0] < 5e-3
+    assert found["peak_displacement"][1] > 0.05
+    assert found["rotation"][1, -1] > found["rotation"][0, -1]
+
+
+def test_what_falls_is_told_when():
+    """A column pushed by its own weight has a drum on its side within 1.5 s."""
+    pytest.importorskip("mujoco")
+    lanes, settings = assembly_lanes([DRUMS]), PROGRAMS["mujoco"][1]
+    found = run_program("mujoco", lanes, pushes([1.0], 0.1, 2.0), SampleTimes(2.0), settings)
+    assert found.response["outcome"][0] == Outcome.OVERTURNED
+    assert 0.5 < found.response["collapse_time"][0] < 2.0
+
+
+@pytest.mark.thorough
+def test_newton_is_given_the_same_blocks():
+    """XPBD lets columns lean below their limit load; well above it they fall away."""
+    lanes, settings = assembly_lanes([DRUMS] * 2), NewtonXpbdSettings(steps_per_second=500)
+    motions = pushes([0.0, 1.0], 0.2, 0.8)
+    found = run_program("newton-xpbd", lanes, motions, SampleTimes(0.8), settings).response
+    assert (found["status"] == Status.OK).all()
+    still, pushed = found["peak_displacement"]
+    assert still < 0.02
+    assert pushed > 0.1
+
+
+def test_a_block_is_the_prism_of_its_polygon():
+    kind = oppenheim(7)
+    for prism, mass in zip(prisms(kind), kind.mass, strict=True):
+        hull = prism.hull
+        assert np.ptp(hull[:, 1]) == pytest.approx(kind.depth)
+        assert prism.mass == mass
+        assert not (prism.box and not prism.fixed)
+    assert all(prism.box for prism in prisms(DRUMS))
+    assert len(touching(kind)) == kind.joints.count
+
+
+def test_one_friction_for_all_is_asked_for_by_programs_that_multiply_those_of_bodies():
+    joints = dataclasses.replace(DRUMS.joints, friction=np.array([0.5, 0.6, 0.6, 0.6]))
+    lanes = assembly_lanes([dataclasses.replace(DRUMS, joints=joints)])
+    pytest.importorskip("pybullet")
+    with pytest.raises(DeclinedError, match="one friction coefficient"):
+        require_scenes("bullet", lanes, pushes([0.1], 1.0, 1.0), SampleTimes(1.0), BulletSettings())
+    with pytest.raises(DeclinedError, match="assembly"):
+        require_scenes("blender", lanes, pushes([0.1], 1.0, 1.0), SampleTimes(1.0), None)
+
+
+CASE = """
+title = "Drums"
+source = "Four drums."
+[assembly]
+pattern = "column"
+drum_width = "1 m"
+drum_height = "0.5 m"
+drums = 4
+density = "2000 kg/m^3"
+depth = "1 m"
+[contact]
+friction = 0.8
+[motion]
+waveform = "sine"
+control = "acceleration"
+frequency = "1 Hz"
+amplitude = "0.9 g"
+cycles = 1
+[run]
+duration = "0.6 s"
+sample_interval = "0.02 s"
+"""
+
+
+@pytest.mark.thorough
+def test_compare_holds_engines_and_programs_against_the_first(tmp_path):
+    pytest.importorskip("mujoco")
+    (tmp_path / "case.toml").write_text(CASE)
+    program = "mujoco@impedance=0.99,damping_ratio=8,steps_per_second=1000"
+    engines = ("assembly", "assembly@time_step=5e-4", program)
+    asked = [part for engine in engines for part in ("-e", engine)]
+    found = succeed("compare", tmp_path / "case.toml", *asked).stdout
+    assert "engines against assembly" in found
+    assert f"{program} has the outcome of assembly in 1 of 1" in " ".join(found.split())

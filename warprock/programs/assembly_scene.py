@@ -1,0 +1,186 @@
+"""Assemblies as programs of others are given them, and what their poses show.
+
+Every block is a prism: its polygon over the depth of the assembly, a box where it is a rectangle.
+Those that are fixed move with the base. Blocks that share a joint touch, no others: as in our
+engines. Everything is read off poses at frames, by the rules of `assembly`: a block has fallen once
+its centre is lower by half of its longest joint, or it has turned by a right angle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.errors import DeclinedError
+from warprock.model.assembly import Assembly
+from warprock.model.lanes import Lanes
+from warprock.model.response import (
+    ASSEMBLY_FIELDS,
+    INTEGER_FIELDS,
+    LANE_FIELDS,
+    Outcome,
+    Response,
+    SampleTimes,
+    Status,
+)
+from warprock.programs.scene import PeerRun, PeerScene, frames_per_sample
+from warprock.units import GRAVITY
+
+Array = npt.NDArray[np.float64]
+
+MOVES = 1e-3
+"""Rotation from which a block counts as having left its joints, over a radian, and displacement
+over the size of the assembly: contacts of these programs give by less."""
+
+SQUARE = 1e-9
+"""Cosine of the angle between two edges up to which it is a right angle."""
+
+
+class Prism(NamedTuple):
+    """A block as a program is given it.
+
+    Attributes:
+        mass: [kg].
+        inertia: About its centre of mass, along x, y and z [kg m^2].
+        place: Centre of mass at the start, x and z [m].
+        corners: Of its polygon, from there, x and z [m], counterclockwise, shape [corner, 2].
+        box: Whether it is a rectangle along x and z.
+        depth: Across the plane [m].
+        fixed: Whether it moves with the base.
+    """
+
+    mass: float
+    inertia: tuple[float, float, float]
+    place: Array
+    corners: Array
+    box: bool
+    depth: float
+    fixed: bool
+
+    @property
+    def half(self) -> tuple[float, float, float]:
+        """Half sizes of a box along x, y and z [m]."""
+        wide, high = 0.5 * np.ptp(self.corners, axis=0)
+        return float(wide), 0.5 * self.depth, float(high)
+
+    @property
+    def hull(self) -> Array:
+        """Corners of the prism from its centre of mass [m], shape [corner, 3]."""
+        ends = [np.insert(self.corners, 1, y, axis=1) for y in (-0.5, 0.5)]
+        hull = np.concatenate(ends)
+        hull[:, 1] *= self.depth
+        return hull
+
+
+def prisms(kind: Assembly) -> list[Prism]:
+    """The blocks of an assembly, in their order."""
+    found = []
+    for block in range(kind.count):
+        corners = kind.corners[block] - kind.centre[block]
+        corners = corners[np.hypot(*(corners - np.roll(corners, -1, axis=0)).T) > 0.0]
+        mass, about_y = float(kind.mass[block]), float(kind.mass[block] * kind.gyration[block])
+        along = corners - np.roll(corners, -1, axis=0)
+        square = bool((np.abs(along).min(axis=1) <= SQUARE * np.abs(along).max(axis=1)).all())
+        # Those of a sheet, which turns about y alone.
+        other = 0.5 * about_y + mass * kind.depth**2 / 12.0
+        found.append(
+            Prism(
+                mass, (other, about_y, other), kind.centre[block], corners,
+                square and len(corners) == 4, kind.depth, bool(kind.fixed[block]),
+            )
+        )  # fmt: skip
+    return found
+
+
+def touching(kind: Assembly) -> dict[tuple[int, int], float]:
+    """Pairs of blocks that share a joint, and their friction, that of their last joint."""
+    pairs = (tuple(sorted(map(int, pair))) for pair in kind.joints.blocks)
+    frictions = map(float, kind.joints.friction)
+    return {(a, b): friction for (a, b), friction in zip(pairs, frictions, strict=True)}
+
+
+def one_friction(kind: Assembly) -> float:
+    """The friction of all joints.
+
+    Raises:
+        DeclinedError: They have several.
+    """
+    friction = kind.joints.friction
+    if np.ptp(friction) > 0.0:
+        raise DeclinedError("it needs one friction coefficient for all joints of an assembly")
+    return float(friction[0])
+
+
+def assembly_response(
+    name: str,
+    lanes: Lanes,
+    scenes: Sequence[PeerScene],
+    runs: Sequence[PeerRun],
+    times: SampleTimes,
+) -> Response:
+    """The response of a program to assemblies.
+
+    Args:
+        name: Its name.
+        lanes: The lanes.
+        scenes: Their scenes.
+        runs: What it answered for each: poses of the blocks that can move.
+        times: Sampling of the histories.
+    """
+    rows = [_lane(*pair, times) for pair in zip(scenes, runs, strict=True)]
+    fields: dict[str, npt.NDArray[np.generic]] = {}
+    for field in (*LANE_FIELDS, *ASSEMBLY_FIELDS):
+        whole = field in INTEGER_FIELDS
+        values = [row.get(field, 0 if whole else np.nan) for row in rows]
+        fields[field] = np.array(values, np.int64 if whole else np.float64)
+    if times.interval is None:
+        return Response(name, fields, np.empty(0))
+    fields["rotation"] = np.stack([np.asarray(row["history"]) for row in rows])
+    return Response(name, fields, times.times)
+
+
+def _lane(scene: PeerScene, run: PeerRun, times: SampleTimes) -> dict[str, object]:
+    """Every field of one lane."""
+    kind = scene.assembly
+    assert kind is not None
+    free, stamps = ~kind.fixed, scene.times
+    base = scene.base.displacement(stamps) if scene.base else np.zeros((len(stamps), 3))
+    place = run.position[..., ::2] - base[:, None, ::2] - kind.centre[free]
+    turn = np.unwrap(2.0 * np.arctan2(run.attitude[..., 1], run.attitude[..., 3]), axis=0)
+    turn = np.abs(turn)
+    falls = np.zeros(kind.count)
+    ends = kind.joints.ends
+    for side in (0, 1):
+        long = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+        np.maximum.at(falls, kind.joints.blocks[:, side], 0.5 * long)
+    fell = ((place[..., 1] < -falls[free]) | (turn >= 0.5 * np.pi)).any(axis=1)
+    fallen = np.flatnonzero(fell)
+    last = int(fallen[0]) if len(fallen) else len(stamps) - 1
+    far = np.linalg.norm(place, axis=-1)[: last + 1].max(axis=1)
+    most = np.minimum(turn[: last + 1].max(axis=1), 0.5 * np.pi)
+    moves = np.flatnonzero((most > MOVES) | (far > MOVES * float(kind.size.max())))
+    finite = bool(np.isfinite(run.position).all() and np.isfinite(run.attitude).all())
+    load = np.nan
+    if len(fallen) and scene.base is not None and len(moves):
+        at = max(1, min(int(moves[0]), len(stamps) - 2))
+        path = base[at - 1 : at + 2, 0]
+        load = abs(path[2] - 2.0 * path[1] + path[0]) / scene.frame**2 / GRAVITY
+    every, history = frames_per_sample(times), np.full(len(stamps), most[-1])
+    history[: last + 1] = most
+    return {
+        "peak_rotation": float(most.max()),
+        "peak_time": float(stamps[int(most.argmax())]),
+        "uplift_time": float(stamps[moves[0]]) if len(moves) else np.nan,
+        "rest_time": np.nan,
+        "outcome": Outcome.OVERTURNED if len(fallen) else Outcome.ROCKING,
+        "status": Status.OK if finite else Status.NONFINITE,
+        "peak_displacement": float(far.max()),
+        "residual_displacement": float(far[-1]),
+        "collapse_time": float(stamps[last]) if len(fallen) else np.nan,
+        "collapse_load": float(load),
+        "step_count": run.step_count,
+        "history": history[::every],
+    }
