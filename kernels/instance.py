@@ -139,7 +139,11 @@ def _interleave_of(precision: str) -> int:
 
 
 TWO_VECTORS = module_options(interleave=2)
-"""For steps of medium length: more vectors would not fit into the registers."""
+"""For steps of medium length: more vectors would not fit into the registers.
+
+How much that costs depends on the processor. Where this number was chosen, four vectors were 3 to
+18 % slower than two in float64. On an AMD EPYC they are 6 to 11 % faster for blocks of housner
+under a harmonic motion, and equally fast if the base moves upwards, too."""
 
 ONE_VECTOR = module_options(interleave=1, more_flags=CAPTURES)
 """For long steps: one vector fills the registers, and the processor overlaps the vectors of a pack
