@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
+from warprock.findings.bench import about
 from warprock.measure import price
 from warprock.measure.price import Trial
 from warprock.model import rocking
 from warprock.model.motion import StillBase
 from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings, ImpulseSettings
-from warprock.tables.machine import about
 
 
 def test_the_error_of_a_setting_is_the_median_over_the_starts() -> None:
