@@ -266,7 +266,7 @@ class File(_Shown):
         """Nodes of the file, its name above it."""
         self.outcome()
         path = self.arguments[0]
-        language = {"toml": "toml", "py": "python", "csv": "text", "txt": "text"}[
+        language = {"toml": "toml", "py": "python", "csv": "text", "txt": "text", "obj": "text"}[
             path.rpartition(".")[2]
         ]
         return [self.code("\n".join(self.content), language, path)]
