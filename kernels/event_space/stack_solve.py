@@ -42,7 +42,9 @@ from warprock.kernels.shape_space.stack import Bodies, PointInts, PointNumbers, 
 from warprock.kernels.vectors import Matrix, Vector
 
 STIFF = by_precision(1.0e4, 1.0e2)
+"""Stiffness c of a contact over its effective mass, in Newton's method..."""
 FIRM = by_precision(1.0e7, 1.0e5)
+"""...and on given pieces. A change of l leaves about 1/FIRM of it: two come to round-off."""
 TURNS = 12
 """Largest number of changes of l or of linear pieces."""
 ROUNDS = 200
@@ -54,6 +56,7 @@ FARTHEST = real(1000.0)
 TRIES = 30
 """Largest number of Newton steps in a round."""
 HALVINGS = 8
+"""Largest number of times that a step which does not descend is halved."""
 FIRST = 4
 """Gauss-Seidel sweeps for the first guess of the impulses."""
 ALIKE = by_precision(1.0e-13, 1.0e-5)
