@@ -152,3 +152,21 @@ def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(unjudge
 def test_event_takes_stacks_in_space() -> None:
     kind = scene_kind(spatial_stack([0.4], [0.5]), unmoved(1), restitution_given=False)
     assert Event.supports(kind) is None
+
+
+def test_slippery_pairs_end_well_with_friction_as_a_box() -> None:
+    """Steps whose contacts were not solved are halved: without that some lanes end so."""
+    rng, count = np.random.default_rng(5), 16
+    one, upper = np.ones(count), np.array([0.0, 1.0])
+    pair = spatial_stack([0.2, 0.2], [0.6, 0.6], depth=0.4, friction=0.25)
+    parts = {name: np.repeat(each, count, axis=0) for name, each in pair.arrays.items()}
+    parts["yaw_start"] = rng.uniform(-0.01, 0.01, (count, 2))
+    parts["offset"] = upper * rng.uniform(-0.001, 0.001, (count, 2))
+    strong = np.linspace(0.35, 0.6, count) * GRAVITY
+    motions = along(
+        sines(Control.ACCELERATION, strong, 4.0 * one, 1.0),
+        sines(Control.ACCELERATION, 0.3 * strong, 4.0 * one, 1.0),
+    )
+    settings = EventSettings(time_step=5e-3, friction_box=1)
+    found = run_batch("event", SpatialLanes(**parts), motions, SampleTimes(2.0), settings=settings)
+    assert (found["status"] == Status.OK).all()
