@@ -51,7 +51,7 @@ TEMPLATES = """
 import pathlib, warprock as wr
 from warprock.case.template import start_case
 from warprock.case.text import template_kinds
-from warprock.records.column_file import Reading
+from warprock.recordings.column_file import Reading
 from warprock.running.catalogue import write_case
 for kind in template_kinds():
     file = write_case(start_case(kind, reading=Reading()), pathlib.Path(kind) / "case.toml")[0]
