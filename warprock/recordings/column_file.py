@@ -25,9 +25,9 @@ import numpy.typing as npt
 from warprock.errors import InputError, list_allowed
 from warprock.model.motion import Control
 from warprock.quantity import NOTHING, Said
-from warprock.records.record import CONTROL_OF
-from warprock.records.rows import plain_columns
-from warprock.records.text_file import Channel, TextFile
+from warprock.recordings.record import CONTROL_OF
+from warprock.recordings.rows import plain_columns
+from warprock.recordings.text_file import Channel, TextFile
 from warprock.units import Dimension, Quantity, parse_any, parse_quantity
 
 Array = npt.NDArray[np.float64]

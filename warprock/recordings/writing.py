@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from warprock.model.motion import Control
-from warprock.records.processing import Step, process
-from warprock.records.record import Record
-from warprock.records.sample_file import csv_text
-from warprock.records.stochastic import GroundNoise, stochastic_motion
+from warprock.recordings.processing import Step, process
+from warprock.recordings.record import Record
+from warprock.recordings.sample_file import csv_text
+from warprock.recordings.stochastic import GroundNoise, stochastic_motion
 
 UNITS = {Control.ACCELERATION: "m/s^2", Control.VELOCITY: "m/s", Control.DISPLACEMENT: "m"}
 """Unit that samples are written in."""

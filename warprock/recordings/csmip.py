@@ -24,7 +24,7 @@ from collections.abc import Sequence
 
 from warprock.errors import InputError
 from warprock.model.motion import Control
-from warprock.records.text_file import NETWORK_GRAVITY, Channel, TextFile
+from warprock.recordings.text_file import NETWORK_GRAVITY, Channel, TextFile
 
 PER_LINE = 8
 _WIDTH = {"uncorrected": 9, "corrected": 10}

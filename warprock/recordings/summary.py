@@ -10,9 +10,9 @@ import numpy as np
 from warprock.errors import InputError
 from warprock.model.drift import MOST_LEFT
 from warprock.model.motion import Control
-from warprock.records import fema_p695
-from warprock.records.column_file import Reading
-from warprock.records.intensity import (
+from warprock.recordings import fema_p695
+from warprock.recordings.column_file import Reading
+from warprock.recordings.intensity import (
     DAMPING,
     FINEST,
     PERIODS,
@@ -20,9 +20,9 @@ from warprock.records.intensity import (
     measures,
     spectral_accelerations,
 )
-from warprock.records.loading import AS_WRITTEN, load_channels, load_record, record_names
-from warprock.records.record import Record
-from warprock.records.writing import UNITS
+from warprock.recordings.loading import AS_WRITTEN, load_channels, load_record, record_names
+from warprock.recordings.record import Record
+from warprock.recordings.writing import UNITS
 
 DRIFTED = 0.02
 """Velocity left behind a record / its peak velocity, beyond which it is said to drift."""

@@ -12,9 +12,9 @@ from hypothesis import given, settings, strategies
 
 from warprock.errors import InputError
 from warprock.model.motion import Control
-from warprock.records import load_channels, load_record
-from warprock.records.loading import read_channels
-from warprock.records.processing import parse_step, process
+from warprock.recordings import load_channels, load_record
+from warprock.recordings.loading import read_channels
+from warprock.recordings.processing import parse_step, process
 
 DATA = pathlib.Path(__file__).resolve().parents[1] / "data"
 GRAVITY = 9.80665

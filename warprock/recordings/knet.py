@@ -12,7 +12,7 @@ References:
 from __future__ import annotations
 
 from warprock.model.motion import Control
-from warprock.records.text_file import Channel, TextFile
+from warprock.recordings.text_file import Channel, TextFile
 
 HEADER_LINES = 17
 _VALUE = 18

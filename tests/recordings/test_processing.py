@@ -5,10 +5,10 @@ import pytest
 
 from warprock.errors import InputError
 from warprock.model.motion import Control
-from warprock.records import Record
-from warprock.records.processing import Step, parse_step, process
-from warprock.records.sampled import Sampled
-from warprock.records.stochastic import (
+from warprock.recordings import Record
+from warprock.recordings.processing import Step, parse_step, process
+from warprock.recordings.sampled import Sampled
+from warprock.recordings.stochastic import (
     GroundNoise,
     envelope,
     spectrum,

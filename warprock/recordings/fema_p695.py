@@ -22,8 +22,8 @@ import numpy as np
 
 from warprock.errors import InputError
 from warprock.model.motion import Control
-from warprock.records.record import Record
-from warprock.records.text_file import NETWORK_GRAVITY
+from warprock.recordings.record import Record
+from warprock.recordings.text_file import NETWORK_GRAVITY
 
 PREFIX = "fema-p695/"
 SETS: dict[str, tuple[str, range]] = {

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.motion import RecordMotions
-from warprock.records.record import Record
+from warprock.recordings.record import Record
 
 Array = npt.NDArray[np.float64]
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from warprock.errors import InputError
-from warprock.records import load_channels, load_record
-from warprock.records.column_file import Reading
-from warprock.records.loading import read_channels
+from warprock.recordings import load_channels, load_record
+from warprock.recordings.column_file import Reading
+from warprock.recordings.loading import read_channels
 from warprock.units import GRAVITY
 
 ROWS = "0.00,0.0\n0.01,0.1\n0.02,-0.2\n0.03,0.0\n"

@@ -18,7 +18,7 @@ from __future__ import annotations
 import re
 
 from warprock.model.motion import Control
-from warprock.records.text_file import NETWORK_GRAVITY, Channel, TextFile
+from warprock.recordings.text_file import NETWORK_GRAVITY, Channel, TextFile
 
 HEADER_LINES = 4
 

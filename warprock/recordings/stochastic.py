@@ -33,7 +33,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.errors import InputError
-from warprock.records.sampled import Sampled
+from warprock.recordings.sampled import Sampled
 
 Array = npt.NDArray[np.float64]
 

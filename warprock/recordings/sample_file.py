@@ -20,9 +20,9 @@ import numpy.typing as npt
 from warprock.errors import InputError
 from warprock.model.motion import Control
 from warprock.quantity import NOTHING, Said
-from warprock.records.record import CONTROL_OF
-from warprock.records.rows import plain_column
-from warprock.records.text_file import Channel, TextFile
+from warprock.recordings.record import CONTROL_OF
+from warprock.recordings.rows import plain_column
+from warprock.recordings.text_file import Channel, TextFile
 from warprock.units import Dimension, parse_any, parse_quantity
 
 Array = npt.NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from warprock.errors import InputError
-from warprock.records.rotation_file import read_rotations
+from warprock.recordings.rotation_file import read_rotations
 
 
 def written(folder: pathlib.Path, text: str) -> pathlib.Path:

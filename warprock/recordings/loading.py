@@ -22,10 +22,10 @@ import numpy as np
 from warprock.errors import InputError, list_allowed
 from warprock.quantity import AMPLITUDE, Said
 from warprock.reading import read_bytes, reason
-from warprock.records import column_file, csmip, esm, fema_p695, geonet, knet, peer, sample_file
-from warprock.records.column_file import Reading
-from warprock.records.record import CONTROL_OF, Record
-from warprock.records.text_file import Channel, TextFile
+from warprock.recordings import column_file, csmip, esm, fema_p695, geonet, knet, peer, sample_file
+from warprock.recordings.column_file import Reading
+from warprock.recordings.record import CONTROL_OF, Record
+from warprock.recordings.text_file import Channel, TextFile
 from warprock.units import Dimension, parse_quantity
 
 

@@ -7,9 +7,9 @@ import pytest
 
 from warprock.errors import InputError
 from warprock.model.motion import Control
-from warprock.records import Record
-from warprock.records.merging import ORDER
-from warprock.records.processing import parse_step, process
+from warprock.recordings import Record
+from warprock.recordings.merging import ORDER
+from warprock.recordings.processing import parse_step, process
 
 INTERVAL = 0.005
 TIME = INTERVAL * np.arange(12001)

@@ -10,10 +10,10 @@ import pytest
 from tests.cli.test_records import facts, run
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.records import column_file, load_record, loading
-from warprock.records.importing import FEW, Importing, Reading, import_files
-from warprock.records.processing import parse_step
-from warprock.records.summary import record_row
+from warprock.recordings import column_file, load_record, loading
+from warprock.recordings.importing import FEW, Importing, Reading, import_files
+from warprock.recordings.processing import parse_step
+from warprock.recordings.summary import record_row
 
 READ = ("--column", "2", "--unit", "-1 g", "--interval", "1.25 ms")
 

@@ -9,8 +9,8 @@ from scipy import signal
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.model.motion import Control
-from warprock.records import Record, load_record
-from warprock.records.intensity import block_measures, measures, spectral_accelerations
+from warprock.recordings import Record, load_record
+from warprock.recordings.intensity import block_measures, measures, spectral_accelerations
 
 GRAVITY = 9.81
 

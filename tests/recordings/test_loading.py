@@ -9,7 +9,7 @@ import pytest
 
 from warprock.errors import InputError
 from warprock.model.motion import Control, RecordMotions
-from warprock.records import load_record, record_motions, record_names
+from warprock.recordings import load_record, record_motions, record_names
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "cases" / "ground-motions"

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from warprock.errors import InputError
-from warprock.records import column_file, loading
-from warprock.records.column_file import Reading
-from warprock.records.loading import load_record, read_channels
-from warprock.records.rows import plain_column, plain_columns
+from warprock.recordings import column_file, loading
+from warprock.recordings.column_file import Reading
+from warprock.recordings.loading import load_record, read_channels
+from warprock.recordings.rows import plain_column, plain_columns
 
 NUMBERS = np.random.default_rng(3).normal(size=(60, 4)) * 10.0 ** np.arange(-6, 6, 3)
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import re
 
 from warprock.model.motion import Control
-from warprock.records.text_file import Channel, TextFile
+from warprock.recordings.text_file import Channel, TextFile
 
 TEXT_LINES, WHOLE_LINES, REAL_LINES = 16, 4, 6
 HEADER_LINES = TEXT_LINES + WHOLE_LINES + REAL_LINES

@@ -39,10 +39,10 @@ import numpy.typing as npt
 from warprock.errors import InputError, did_you_mean
 from warprock.model.motion import Control
 from warprock.quantity import NOTHING
-from warprock.records.merging import DIFFERENTIATE, differentiate, merge
-from warprock.records.merging import ORDER as MERGE_ORDER
-from warprock.records.record import Record
-from warprock.records.sampled import Sampled, pad_length, part, require_corners
+from warprock.recordings.merging import DIFFERENTIATE, differentiate, merge
+from warprock.recordings.merging import ORDER as MERGE_ORDER
+from warprock.recordings.record import Record
+from warprock.recordings.sampled import Sampled, pad_length, part, require_corners
 from warprock.units import Dimension, format_quantity, parse_quantity
 
 Array = npt.NDArray[np.float64]

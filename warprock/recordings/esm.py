@@ -9,8 +9,8 @@ References:
 from __future__ import annotations
 
 from warprock.quantity import NOTHING
-from warprock.records.record import CONTROL_OF
-from warprock.records.text_file import Channel, TextFile
+from warprock.recordings.record import CONTROL_OF
+from warprock.recordings.text_file import Channel, TextFile
 from warprock.units import parse_any
 
 HEADER_LINES = 64

@@ -25,7 +25,7 @@ import dataclasses
 import numpy as np
 
 from warprock.model.motion import Control
-from warprock.records.sampled import Sampled, pad_length, part, require_corners
+from warprock.recordings.sampled import Sampled, pad_length, part, require_corners
 
 ORDER = 4
 """Order of the low-pass in each of its two passes."""

@@ -37,7 +37,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model import rocking
-from warprock.records.record import Pieces, Record
+from warprock.recordings.record import Pieces, Record
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 from warprock.errors import InputError
 from warprock.processes import worker_processes
 from warprock.quantity import NOTHING, Said
-from warprock.records.column_file import Reading
-from warprock.records.loading import AS_WRITTEN, CHANNEL, load_readings, record_of
-from warprock.records.processing import Step
-from warprock.records.summary import record_row
-from warprock.records.writing import format_imported
+from warprock.recordings.column_file import Reading
+from warprock.recordings.loading import AS_WRITTEN, CHANNEL, load_readings, record_of
+from warprock.recordings.processing import Step
+from warprock.recordings.summary import record_row
+from warprock.recordings.writing import format_imported
 
 FEW = 16
 """Files up to which one process is as fast as several that must be started."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from warprock.records.following import record_motions
-from warprock.records.loading import load_channels, load_record, record_names
-from warprock.records.record import Record
+from warprock.recordings.following import record_motions
+from warprock.recordings.loading import load_channels, load_record, record_names
+from warprock.recordings.record import Record
 
 __all__ = ["Record", "load_channels", "load_record", "record_motions", "record_names"]

@@ -21,8 +21,8 @@ import numpy.typing as npt
 from warprock.errors import InputError
 from warprock.quantity import NOTHING, Said
 from warprock.reading import read_bytes, reason
-from warprock.records.column_file import Column, Table, read_head, recognises
-from warprock.records.text_file import TextFile
+from warprock.recordings.column_file import Column, Table, read_head, recognises
+from warprock.recordings.text_file import TextFile
 from warprock.units import UNITS, Dimension, parse_quantity
 
 Array = npt.NDArray[np.float64]
