@@ -56,7 +56,7 @@ SHAKE.
 import warp as wp
 
 from warprock.kernels.account import Account
-from warprock.kernels.cone import alone
+from warprock.kernels.cone import solve_single_contact
 from warprock.kernels.shape.interface import Impulse, Mass, Point, Pose, Velocity
 from warprock.kernels.xpbd.stack_pair import Contact, Coupling, End, Grip
 
@@ -233,7 +233,7 @@ def solve(mu: real, k: Coupling, first: End, second: End, u: Velocity, v: Veloci
     c1, c2, c3 = dn2 * k.n1n2, dn2 * k.t1n2, dn2 * k.n2t2
     d1, d2, d3 = dt2 * k.n1t2, dt2 * k.t1t2, dt2 * k.n2t2
     only_one, only_two = dn2 <= real(0.0), dn1 <= real(0.0)
-    n, t = alone(
+    n, t = solve_single_contact(
         mu, wp.where(only_one, a1, c3), wp.where(only_one, b1, d3), wp.where(only_one, u1, u2),
         wp.where(only_one, s1, s2),
     )  # fmt: skip
