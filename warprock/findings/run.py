@@ -22,6 +22,7 @@ from warprock.findings.lanes import (
 from warprock.findings.numbers import counted, three
 from warprock.findings.refinement import bad_sentences, refinement_sentences
 from warprock.findings.sheets import sheet_of
+from warprock.model.words import ASSEMBLY, BLOCK
 from warprock.running.case_run import CaseRun
 from warprock.running.cells import cell_table
 from warprock.running.lane_table import APART, LANE_TABLE, lane_table
@@ -69,7 +70,8 @@ def run_sentences(
     """What became of the lanes with the largest rotation, and how accurate that is."""
     count, outcome = len(table), facts["outcome"]
     together = None if "shortest_duration_s" in facts else facts.get("duration_s")
-    ended = asked.outcome_words(outcome, together, falling(table))
+    thing = ASSEMBLY if "collapse_time_s" in table else BLOCK
+    ended = asked.outcome_words(outcome, together, falling(table), thing)
     first = f"{counted(count, 'lane')} ran: {ended}."
     if count == 1:
         first = f"One lane ran: it {table['outcome'].iloc[0].replace('_', ' ')}."
