@@ -38,7 +38,7 @@ def test_a_lane_without_a_number_below_the_collapse_leaves_nothing_found():
 
 def test_a_map_is_of_pulses():
     motion = {"motion.waveform": "push", "motion.amplitude": "0.3 g"}
-    with pytest.raises(wr.InputError, match="limit (--)?push"):
+    with pytest.raises(wr.InputError, match=r"limit (--)?push"):
         wr.map(DRUMS, overrides=motion, progress=False)
 
 
