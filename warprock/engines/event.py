@@ -36,6 +36,7 @@ from warprock.model import rocking
 from warprock.model.bodies import CORNERS, Bodies, boxes_on_corners
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions, RecordMotions, UprightMotions
+from warprock.model.pose import bottom_corners
 from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import EventSettings
@@ -237,6 +238,11 @@ class Event(KernelEngine):
         boxes = cast(SpatialLanes, lanes)
         sizes = np.stack([boxes.width, boxes.depth, boxes.height], axis=-1)
         body = boxes_on_corners(sizes=sizes, mass=lanes.mass, gyration=own)
+        if not lanes.thrown:
+            # It ends where it has overturned, and does not come down on its side.
+            feet = bottom_corners(boxes)
+            count = np.full(lanes.lane_count, feet.shape[1], np.int32)
+            body = dataclasses.replace(body, points=feet, count=count)
         release = lanes.release and dataclasses.replace(lanes.release, gyration=None)
         return dataclasses.replace(boxes, body=body, release=release)
 
