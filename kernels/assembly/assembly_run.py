@@ -78,12 +78,9 @@ from warprock.kernels.assembly.tree import (
     aim,
     change_of,
     eliminate,
-    held_normal,
-    held_shear,
     leap_to,
     limit_share,
     start_node,
-    sticks,
     substitute,
 )
 from warprock.kernels.instance import ONE_VECTOR
@@ -472,16 +469,13 @@ def run_lanes(
                     for i in range(LANES):
                         below = node[child, i]
                         above = node[parent, i]
-                        stuck = sticks(contact[q, i], impulse[q, i], contact[p, i], impulse[p, i])
                         add_contact(
-                            contact[q, i], held_normal(contact[q, i], impulse[q, i]),
-                            held_shear(contact[q, i], impulse[q, i], stuck),
-                            place, new[a, i], new[b, i], below, above,
+                            contact[q, i], impulse[q, i], place, new[a, i], new[b, i],
+                            below, above,
                         )  # fmt: skip
                         add_contact(
-                            contact[p, i], held_normal(contact[p, i], impulse[p, i]),
-                            held_shear(contact[p, i], impulse[p, i], stuck),
-                            place, new[a, i], new[b, i], below, above,
+                            contact[p, i], impulse[p, i], place, new[a, i], new[b, i],
+                            below, above,
                         )  # fmt: skip
                         node[child, i] = below
                         node[parent, i] = above
@@ -510,23 +504,22 @@ def run_lanes(
                     )
                     for i in range(LANES):
                         leaps = solve[i].leap > 0
-                        stuck = sticks(contact[q, i], impulse[q, i], contact[p, i], impulse[p, i])
                         da = change_of(node[a, i], mass[a, i])
                         db = change_of(node[b, i], mass[b, i])
                         along = way[q, i]
                         beside = way[p, i]
                         aim(
-                            contact[q, i], impulse[q, i], stuck, new[a, i], new[b, i], da, db,
+                            contact[q, i], impulse[q, i], new[a, i], new[b, i], da, db,
                             along,
                         )  # fmt: skip
                         aim(
-                            contact[p, i], impulse[p, i], stuck, new[a, i], new[b, i], da, db,
+                            contact[p, i], impulse[p, i], new[a, i], new[b, i], da, db,
                             beside,
                         )  # fmt: skip
                         own = solve[i]
                         limit_share(
                             contact[q, i], impulse[q, i], along, contact[p, i], impulse[p, i],
-                            beside, stuck, own,
+                            beside, own,
                         )  # fmt: skip
                         solve[i].share = own.share
                         way[q, i] = wp.where(leaps, along, way[q, i])
@@ -539,10 +532,9 @@ def run_lanes(
                     )
                     for i in range(LANES):
                         leaps = solve[i].leap > 0
-                        stuck = sticks(contact[q, i], impulse[q, i], contact[p, i], impulse[p, i])
                         n0, t0, n1, t1 = leap_to(
                             contact[q, i], impulse[q, i], way[q, i], contact[p, i],
-                            impulse[p, i], way[p, i], stuck, solve[i].share,
+                            impulse[p, i], way[p, i], solve[i].share,
                         )  # fmt: skip
                         zero = real(0.0)
                         n0, t0 = wp.where(leaps, n0, zero), wp.where(leaps, t0, zero)

@@ -128,45 +128,46 @@ def add_line(
 
 
 @wp.func
-def most_of(at: Contact, impulse: Impulse, end: Contact, other: Impulse) -> real:
-    """The most |T| of the two ends of a joint together [N s]."""
-    return most_drag(at.friction, impulse.n, impulse) + most_drag(end.friction, other.n, other)
+def bears(impulse: Impulse) -> bool:
+    """Whether a contact bears."""
+    return impulse.n > least_normal(impulse)
 
 
 @wp.func
-def sticks(at: Contact, impulse: Impulse, end: Contact, other: Impulse) -> bool:
-    """Whether a joint sticks; the two contacts are its two ends."""
-    return size(impulse.t + other.t) < INSIDE * most_of(at, impulse, end, other)
+def sticks(at: Contact, impulse: Impulse) -> bool:
+    """Whether a contact bears and does not slide."""
+    bound = INSIDE * most_drag(at.friction, impulse.n, impulse)
+    return bears(impulse) and size(impulse.t) < bound
 
 
 @wp.func
 def held_normal(at: Contact, impulse: Impulse) -> real:
     """r W of a contact along its normal [kg]; 0 where it does not bear."""
-    return wp.where(impulse.n > least_normal(impulse), WEIGHT * at.wn, real(0.0))
+    return wp.where(bears(impulse), WEIGHT * at.wn, real(0.0))
 
 
 @wp.func
-def held_shear(at: Contact, impulse: Impulse, stuck: bool) -> real:
-    """r W of a contact along its tangent [kg]; 0 where it does not hold there."""
-    holds = stuck and impulse.n > least_normal(impulse)
-    return wp.where(holds, WEIGHT * at.wt, real(0.0))
+def held_shear(at: Contact, impulse: Impulse) -> real:
+    """r W of a contact along its tangent [kg]; 0 where it does not stick."""
+    return wp.where(sticks(at, impulse), WEIGHT * at.wt, real(0.0))
 
 
 @wp.func
 def add_contact(
-    at: Contact, n: real, t: real, place: int, va: Velocity, vb: Velocity, own: wp.ref[Node],
+    at: Contact, impulse: Impulse, place: int, va: Velocity, vb: Velocity, own: wp.ref[Node],
     parent: wp.ref[Node],
 ):  # fmt: skip
     """Adds a contact to the equations of its blocks.
 
     Args:
         at: The contact.
-        n, t: r W along its normal and its tangent [kg].
+        impulse: Its impulses.
         place: Of the child: 0 if it is the first block, 1 if the second; 2 more where the other one
             is fixed.
         va, vb: Velocities of the blocks.
         own, parent: The equations of the child and of the other block.
     """
+    n, t = held_normal(at, impulse), held_shear(at, impulse)
     first = place % 2 == 0
     along = wp.where(first, real(1.0), real(-1.0))
     links = wp.where(place < 2, real(1.0), real(0.0))
@@ -274,20 +275,19 @@ def within(room: real, rate: real, share: real) -> real:
 
 @wp.func
 def aim(
-    at: Contact, impulse: Impulse, stuck: bool, va: Velocity, vb: Velocity, da: Velocity,
-    db: Velocity, way: wp.ref[Way],
+    at: Contact, impulse: Impulse, va: Velocity, vb: Velocity, da: Velocity, db: Velocity,
+    way: wp.ref[Way],
 ):  # fmt: skip
     """The change of the impulses of a contact.
 
     Args:
         at: The contact.
         impulse: Its impulses.
-        stuck: Whether its joint sticks.
         va, vb: Velocities of its blocks.
         da, db: Their changes dv.
         way: Takes the change.
     """
-    n, t = held_normal(at, impulse), held_shear(at, impulse, stuck)
+    n, t = held_normal(at, impulse), held_shear(at, impulse)
     way.dn = -n * ((approach(at, va, vb) + at.b) + approach(at, da, db))
     way.dt = -t * (slip(at, va, vb) + slip(at, da, db))
     way.pn = real(0.0)
@@ -297,19 +297,19 @@ def aim(
 @wp.func
 def limit_share(
     at: Contact, impulse: Impulse, way: Way, end: Contact, other: Impulse, along: Way,
-    stuck: bool, solve: wp.ref[Solve],
+    solve: wp.ref[Solve],
 ):  # fmt: skip
     """Shortens the way of a lane to what keeps the law of a joint.
 
     Args:
         at, impulse, way: One end of it, its impulses and their change.
         end, other, along: The same of the other end.
-        stuck: Whether it sticks.
         solve: The solve of the lane, with `share`.
     """
     part = within(impulse.n - least_normal(impulse), -way.dn, solve.share)
     part = within(other.n - least_normal(other), -along.dn, part)
-    bound = most_of(at, impulse, end, other)
+    stuck = sticks(at, impulse) or sticks(end, other)
+    bound = most_drag(at.friction, impulse.n, impulse) + most_drag(end.friction, other.n, other)
     grows = fused(at.friction, way.dn, end.friction * along.dn)
     t, dt = impulse.t + other.t, way.dt + along.dt
     kept = within(bound + t, -dt - grows, within(bound - t, dt - grows, part))
@@ -317,28 +317,36 @@ def limit_share(
 
 
 @wp.func
+def clamped(t: real, most: real) -> real:
+    """The nearest to t within -most and most."""
+    return smaller(larger(t, -most), most)
+
+
+@wp.func
 def leap_to(
-    at: Contact, impulse: Impulse, way: Way, end: Contact, other: Impulse, along: Way,
-    stuck: bool, share: real,
+    at: Contact, impulse: Impulse, way: Way, end: Contact, other: Impulse, along: Way, share: real
 ):  # fmt: skip
     """The change of the impulses of a joint by a leap.
 
-    T of its two ends acts along one line: each takes the part that it may bear.
+    T of its two ends acts along one line: what the one cannot bear goes over to the other.
 
     Args:
         at, impulse, way: One end of it, its impulses and their change.
         end, other, along: The same of the other end.
-        stuck: Whether it sticks.
         share: The part of the change.
 
     Returns:
         Changes of N and T of the one end, and of the other one [N s].
     """
-    dn, dm = share * way.dn, share * along.dn
-    near = most_drag(at.friction, impulse.n + dn, impulse)
-    far = most_drag(end.friction, other.n + dm, other)
-    both = near + far
-    t = fused(share, way.dt + along.dt, impulse.t + other.t)
-    slides = wp.where(t < real(0.0), -both, both)
-    t = wp.where(stuck, t, slides) / wp.where(both > real(0.0), both, real(1.0))
-    return dn, near * t - impulse.t, dm, far * t - other.t
+    n = larger(fused(share, way.dn, impulse.n), least_normal(impulse))
+    m = larger(fused(share, along.dn, other.n), least_normal(other))
+    near = most_drag(at.friction, n, impulse)
+    far = most_drag(end.friction, m, other)
+    stuck = sticks(at, impulse) or sticks(end, other)
+    t, u = fused(share, way.dt, impulse.t), fused(share, along.dt, other.t)
+    t = wp.where(stuck, t, wp.where(impulse.t < real(0.0), -near, near))
+    u = wp.where(stuck, u, wp.where(other.t < real(0.0), -far, far))
+    both = t + u
+    u = clamped(both - clamped(t, near), far)
+    t = clamped(both - u, near)
+    return n - impulse.n, t - impulse.t, m - other.n, u - other.t
