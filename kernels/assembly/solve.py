@@ -13,7 +13,8 @@ contact force problems, *The Visual Computer* 26):
     beta = |d|^2 / |d before|^2, at most 1, 0 from `GROWN` on, with the kinetic energy as |.|^2
     p = beta p + d,   impulses + beta p
 
-An arch of 27 blocks takes 10 such sweeps a step, and some 200 plain ones. What a lane has left is
+An arch of 27 blocks takes 10 such sweeps a step, and some 200 plain ones. Where the joints between
+free blocks form a tree, a lane leaps after a sweep instead, see tree.py. What a lane has left is
 the largest velocity that a contact changed by in its last sweep; a lane is settled once that is
 below its bound. A lane that is settled, or at its limit of sweeps, takes no further step along p:
 so its impulses and its velocities agree, and it waits without any change.
@@ -33,7 +34,8 @@ ALONG, STRAIGHT = 16, 4
 every sweep, directions alone may lead in circles."""
 
 LEAPS, TIGHT = 20, real(1.0e-2)
-"""Most leaps of a step, and the part of its bound to which a lane that leaps is solved meanwhile."""
+"""Most leaps of a step, and the part of its bound to which a lane is solved while it leaps. A leap
+that leaves more than half is the last one of its step: there sweeps get on faster."""
 
 LONG, SHARE = 200, real(1.0e-2)
 """Sweeps after which a change by this share of the fastest corner's speed will do. Where blocks
@@ -77,7 +79,7 @@ class Solve:
         loose: What may be left after `LONG` sweeps [m/s].
         sweeps: Sweeps of this step.
         leaps: Leaps of this step, see tree.py.
-        leap: 1 where one is next, else 0.
+        leap: 1 where one comes next, else 0.
         share: The part of it that keeps the law of all contacts.
     """
 
@@ -183,6 +185,8 @@ def decide(bound: real, most: int, leaps: bool, solve: wp.ref[Solve]):
     zero, on = real(0.0), real(solve.on)
     square, before, worst = real(solve.square), real(solve.before), real(solve.worst)
     live = on > zero
+    fails = solve.leap > 0 and worst > HALF * solve.left
+    solve.leaps = wp.where(fails, LEAPS, solve.leaps)
     may_leap = leaps and solve.leaps < LEAPS
     left = wp.where(may_leap, TIGHT * bound, wp.where(solve.sweeps < LONG, bound, solve.loose))
     goes = live and worst > left and solve.sweeps + 1 < most

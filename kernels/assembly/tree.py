@@ -1,25 +1,26 @@
 """A leap to the solution of all contacts that hold, where joints between free blocks form a tree.
 
-Such are columns, arches and frames. Sweeps pass forces on from joint to joint: a column of n drums
-bends like a beam, and conjugate gradients take some n^2 sweeps. A leap takes the contacts that
-bear (N > 0) and, of these, those that stick (|T| < friction N), and solves for all of them at once.
-With G their rows of u_n and u_t, M the masses of the blocks, and W the masses that the single
-contacts feel, the change of the velocities and of the impulses is
+Such are columns, arches and frames. Sweeps pass forces on from joint to joint. A column of n drums
+bends like a beam, and conjugate gradients take some n^2 sweeps. A leap solves for all contacts at
+once that bear (N > 0), and for T of those that stick (|T| < friction N). With G their rows of u_n
+and u_t, M the masses of the blocks, and W the masses that the contacts feel, the velocities change
+by dv, and the impulses by dF:
 
     (M + G' r W G) dv = -G' r W (u + b),      dF = -r W (u + b + G dv),      M dv = G' dF
 
 It is a step of the method of multipliers with the weight r (Hestenes 1969, Multiplier and gradient
-methods, *Journal of Optimization Theory and Applications* 4): what is left of u + b is 1 / (r times
-the least eigenvalue of W G M^-1 G') of it. The matrix has a block of 3 x 3 for every block and one
-for every pair that touches. In a tree, elimination from the leaves to the root fills nothing in.
+methods, *Journal of Optimization Theory and Applications* 4). It leaves of u + b one part in r
+times the least eigenvalue of W G M^-1 G'. The matrix has a block of 3 x 3 for every block and for
+every pair that touches. In a tree, elimination from the leaves to the roots fills nothing in.
 
-A contact that slides keeps T at its bound. The way to the solution ends early, at the part `share`
-of it, where the first contact would open or begin to slide; the next sweep takes that one out.
+The way to the solution ends early, at the part `share` of it, where the first contact would open or
+the first joint would slide. The next sweep lets go of that one. Contacts that slide keep T at their
+bound.
 """
 
 import warp as wp
 
-from warprock.kernels.assembly.joint import Contact, Impulse, Mass, Velocity, approach, push, slip
+from warprock.kernels.assembly.joint import Contact, Impulse, Mass, Velocity, approach, slip
 from warprock.kernels.assembly.solve import Solve, Way, least_normal, most_drag
 
 WEIGHT = by_precision(1.0e7, 1.0e3)
@@ -142,13 +143,13 @@ def sticks(at: Contact, impulse: Impulse) -> bool:
 
 @wp.func
 def held_normal(at: Contact, impulse: Impulse) -> real:
-    """r W of a contact along its normal [kg]; 0 where it does not bear."""
+    """Weight r W of a contact along its normal [kg]; 0 where it does not bear."""
     return wp.where(bears(impulse), WEIGHT * at.wn, real(0.0))
 
 
 @wp.func
 def held_shear(at: Contact, impulse: Impulse) -> real:
-    """r W of a contact along its tangent [kg]; 0 where it does not stick."""
+    """Weight r W of a contact along its tangent [kg]; 0 where it does not stick."""
     return wp.where(sticks(at, impulse), WEIGHT * at.wt, real(0.0))
 
 
@@ -214,7 +215,7 @@ def solved(by: Factor, x: real, z: real, o: real):
 
 @wp.func
 def inner(ax: real, az: real, ao: real, bx: real, bz: real, bo: real) -> real:
-    """a . b of two columns."""
+    """Scalar product of two columns."""
     return fused(ao, bo, dot(ax, az, bx, bz))
 
 
@@ -259,7 +260,7 @@ def substitute(parent: Node, own: wp.ref[Node]):
 
 @wp.func
 def change_of(node: Node, mass: Mass) -> Velocity:
-    """dv of a block: nothing where it is fixed."""
+    """Change dv of the velocity of a block: nothing where it is fixed."""
     free = mass.m > real(0.0)
     zero = real(0.0)
     return Velocity(

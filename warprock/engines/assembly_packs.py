@@ -90,17 +90,16 @@ def room_for(count: int) -> int:
     return (-(-count // step) * step) | 1
 
 
-def graph_of(
-    assemblies: Assemblies, width: int, joints: int, blocks: int
-) -> npt.NDArray[np.int32]:
-    """A row a pack, see kernels/assembly/assembly_run.py.
+def graph_of(assemblies: Assemblies, width: int, joints: int, blocks: int) -> npt.NDArray[np.int32]:
+    """A row a pack: its counts of blocks and joints, the two blocks of each joint, and its tree.
 
-    Its counts of blocks and joints, the two blocks of each joint, and its tree.
+    Where the tree stands says `TREE` of kernels/assembly/assembly_run.py.
 
     Args:
         assemblies: Those of the lanes.
         width: Lanes of a pack.
-        joints, blocks: For how many the kernel has room.
+        joints: For how many the kernel has room.
+        blocks: Likewise.
     """
     first = assemblies.lane[::width]
     rows = np.zeros((len(first), 3 + 3 * joints + 2 * blocks), dtype=np.int32)
@@ -123,7 +122,8 @@ class Tree:
 
     Attributes:
         order: Each block and its parent from the leaves to the roots, whose parent is the number of
-            blocks, shape [block, 2]; empty where joints form no tree, or the blocks are few.
+            blocks, shape [block, 2]; empty where joints form no tree, or the blocks are few, or so
+            many that a team of threads runs the lane.
         child: Of each joint 0 if its child is its first block, 1 if its second, and 2 more where
             the other one is fixed, shape [joint].
     """
@@ -132,14 +132,14 @@ class Tree:
     child: Places
 
 
-LEAST_TREE = 12
-"""Blocks that can move from which on a lane leaps (kernels/assembly/tree.py): conjugate gradients
-solve what is smaller with less."""
+LEAST_TREE = 5
+"""Blocks that can move from which on a lane leaps (kernels/assembly/tree.py). Sweeps alone solve
+fewer in the same time."""
 
 
 @functools.lru_cache(maxsize=64)
 def tree_of(kind: Assembly) -> Tree:
-    """Of an assembly."""
+    """The tree of an assembly."""
     between, fixed = kind.joints.blocks, kind.fixed
     child = np.zeros(len(between), dtype=np.intp)
     none = Tree(np.zeros((0, 2), dtype=np.intp), child)
@@ -160,7 +160,8 @@ def tree_of(kind: Assembly) -> Tree:
             if len(around[other]) == 1:
                 leaves.append(other)
         around[block] = set()
-    if len(order) < max(len(free), LEAST_TREE):
+    unfit = len(free) < LEAST_TREE or kind.joints.count > LARGE
+    if unfit or len(order) < len(free):
         return none
     for joint, (a, b) in enumerate(between.tolist()):
         if fixed[a] or fixed[b]:
