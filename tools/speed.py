@@ -161,9 +161,12 @@ def measure(tree: pathlib.Path, names: list[str]) -> dict[str, float]:
     if scenes:
         command = [sys.executable, str(ROOT / "tools" / "speed.py"), "--probe", *scenes]
         told = subprocess.run(
-            command, check=True, stdout=subprocess.PIPE, text=True, cwd=tree,
+            command, check=False, capture_output=True, text=True, cwd=tree,
             env={**os.environ, "PYTHONPATH": str(tree)},
         )  # fmt: skip
+        if told.returncode:
+            last = (told.stderr.splitlines() or ["nothing"])[-1]
+            raise SystemExit(f"{tree}: cannot run {', '.join(scenes)}: {last}")
         found |= json.loads(told.stdout.splitlines()[-1])
     if len(scenes) < len(names):
         found |= starts(tree, names)
