@@ -10,7 +10,7 @@ import warp as wp
 
 
 @wp.func
-def alone(mu: real, r: real, q: real, u: real, s: real):
+def solve_single_contact(mu: real, r: real, q: real, u: real, s: real):
     """Impulses n and f of the contact. If sticking and leaving both obey the law, it sticks.
 
     un is the normal velocity without contact, less the wanted one, and us the slip without contact.

@@ -28,7 +28,7 @@ LINEAR = MOTION in ("still", "record")
 if MOTION != "record":
 
     @wp.func
-    def undisturbed(m: Any, segment: int, strongest: real, bound: real):
+    def weak_samples_ahead(m: Any, segment: int, strongest: real, bound: real):
         """Whether samples may be passed at once: False without a record; a time without meaning."""
         return False, NEVER
 
@@ -358,7 +358,7 @@ if MOTION == "record":
         return segment > 0 and segment < last
 
     @wp.func
-    def undisturbed(m: Motion, segment: int, strongest: real, bound: real):
+    def weak_samples_ahead(m: Motion, segment: int, strongest: real, bound: real):
         """Whether the next AHEAD samples are all weaker than a bound, and the time of the last.
 
         `strongest` is the largest |acceleration| of them, which the record holds at this sample.

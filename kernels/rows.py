@@ -9,8 +9,8 @@
     state[i] = wp.where(live, after, state[i])    sets them where `live` holds
 
 A field that is a vector has one local variable a component: `state[i].place` reads or sets all of
-them, `state[i].place[2]` one, whose index must be a literal. A field that is a bool is kept as a
-whole number. Of an `if` on a parameter that is true or false, such as CHAINS, only the branch that
+them, `state[i].place[2]` one, whose index must be a literal. A field that is a bool is kept as an
+integer. Of an `if` on a parameter that is true or false, such as CHAINS, only the branch that
 is taken is written: the other one may mention structs that its instance does not have.
 
 The compiler makes vector code of a loop over lanes only if every field is a local variable of its
@@ -133,9 +133,9 @@ class _WriteOut(ast.NodeTransformer):
     def _type(self, kind: Any, count: int | None, lanes: int | None) -> str:
         """The name of the type of a field's variable; a new type is created."""
         scalar = kind._wp_scalar_type_ if _length(kind) else kind
-        whole = scalar in (int, wp.int32) or _is_bool(scalar)
-        name = f"{'Whole' if whole else 'Real'}Rows{count or ''}{f'Of{lanes}' if lanes else ''}"
-        dtype, lanes = (int if whole else self.names["real"]), lanes or self.names["LANES"]
+        integer = scalar in (int, wp.int32) or _is_bool(scalar)
+        name = f"{'Int' if integer else 'Real'}Rows{count or ''}{f'Of{lanes}' if lanes else ''}"
+        dtype, lanes = (int if integer else self.names["real"]), lanes or self.names["LANES"]
         if name not in self.names:
             self.names[name] = (
                 wp.types.vector(length=lanes, dtype=dtype)

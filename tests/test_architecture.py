@@ -165,14 +165,14 @@ def test_no_engine_imports_another_engine():
         (
             "scipy",
             (
-                *("warprock/oracle/", "warprock/records/", "warprock/programs/"),
+                *("warprock/oracle/", "warprock/recordings/", "warprock/programs/"),
                 *("warprock/case/sampling", "warprock/running/cells"),
                 *("warprock/analysis/", "warprock/bodies/", "warprock/model/hull"),
                 "warprock/drawings/",
                 *("warprock/model/base_path", "warprock/model/floor"),
             ),
         ),
-        ("tables", ("warprock/records/fema_p695",)),
+        ("tables", ("warprock/recordings/fema_p695",)),
         ("trimesh", ("warprock/bodies/",)),
         ("ezdxf", ("warprock/drawings/dxf",)),
         ("click", ("warprock/cli/",)),

@@ -70,7 +70,7 @@ ROOMS = (
         "pydantic",
     ),
     _room(
-        "records",
+        "recordings",
         "files of ground motion: formats, processing, intensity measures, synthetic records",
         "errors units quantity reading processes model",
         "numpy pyarrow scipy tables",
@@ -85,14 +85,14 @@ ROOMS = (
         "case",
         """case.toml -> lanes and ground motions: one file a table ([block] in `block.py`), where
         each key is declared""",
-        f"{_BASE} records drawings",
+        f"{_BASE} recordings drawings",
         "numpy pandas pydantic pydantic_core scipy",
     ),
     _room(
         "bodies",
         """bodies from meshes: mass, centre, inertia, poses at rest, contact points, and the case of
         each""",
-        f"{_BASE} records case",
+        f"{_BASE} recordings case",
         "numpy scipy trimesh",
     ),
     _room(
@@ -143,7 +143,7 @@ ROOMS = (
     _room(
         "measure",
         "what accuracy costs (trade), the atlas of extremes, speed (bench), the machine (doctor)",
-        f"{_BASE} records case engines running verification oracle programs",
+        f"{_BASE} recordings case engines running verification oracle programs",
         "numpy pandas pyarrow warp",
     ),
     _room(
@@ -185,15 +185,15 @@ ROOMS = (
     _room(
         "api",
         "`import warprock`: cases from Python objects; commands as functions; what they find",
-        f"""{_BASE} records case bodies running sweeps analysis verification measure findings tables
-        figures report""",
+        f"""{_BASE} recordings case bodies running sweeps analysis verification measure findings
+        tables figures report""",
         "numpy pandas",
     ),
     _room(
         "cli",
         "the commands, made of the functions of api where these say all, and how they end",
-        f"""{_BASE} records case bodies running sweeps analysis verification measure findings tables
-        figures scenes paper report api""",
+        f"""{_BASE} recordings case bodies running sweeps analysis verification measure findings
+        tables figures scenes paper report api""",
         "click",
     ),
 )

@@ -15,7 +15,7 @@ Each spring represents an area of the base.
 import warp as wp
 
 from warprock.kernels.dem.stack import Knobs, Load, Pace, Spring, solve_spring
-from warprock.kernels.shape.body import turned_x, turned_z
+from warprock.kernels.shape.body import rotated_x, rotated_z
 from warprock.kernels.shape.interface import Pose, Velocity
 
 
@@ -108,8 +108,8 @@ def press(
         at, u: Pose and velocity of the body.
         spring: The spring; updated.
     """
-    lever_x = turned_x(corner.x, corner.z, at.s, at.c)
-    lever_z = turned_z(corner.x, corner.z, at.s, at.c)
+    lever_x = rotated_x(corner.x, corner.z, at.s, at.c)
+    lever_z = rotated_z(corner.x, corner.z, at.s, at.c)
     before = real(spring.slip)
     normal, shear, energy = solve_spring(
         knobs, pace, mu, depth, u.z - u.omega * lever_x, u.x + u.omega * lever_z, spring

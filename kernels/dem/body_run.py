@@ -21,8 +21,8 @@ from warprock.kernels.dem.stack import (
 from warprock.kernels.dem.stack_lanes import (
     Seat,
     begin_step,
+    dissipated_energy,
     glides,
-    lost_so_far,
     mode_after,
     move_base,
     observe_interface,
@@ -33,7 +33,7 @@ from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.motion import base_velocity, sample_index, sample_segment
 from warprock.kernels.rows import kernel, rows
 from warprock.kernels.shape.above import Motions
-from warprock.kernels.shape.body import turned_x
+from warprock.kernels.shape.body import rotated_x
 from warprock.kernels.shape.body_found import Found, Sides, observe_sides
 from warprock.kernels.shape.interface import Mass, Pose, Velocity
 from warprock.kernels.shape.rising import equivalent_gain
@@ -189,7 +189,7 @@ def run_lanes(
             for i in range(LANES):
                 at, u = pose[i], velocity[i]
                 lowest = corners[deep[i].corner, first + i]
-                slid = at.x + turned_x(lowest.x, lowest.z, at.s, at.c) - lowest.along
+                slid = at.x + rotated_x(lowest.x, lowest.z, at.s, at.c) - lowest.along
                 middle = HALF * (deep[i].first + deep[i].second)
                 speed = u.x - u.omega * (own[i].height + at.z)
                 slips = glides(pace[i], knobs, step[i].held, speed)
@@ -218,7 +218,7 @@ def run_lanes(
                 found.places[sample, 0, 0, first + i] = pose[i].x - past * velocity[i].x
                 found.places[sample, 0, 1, first + i] = pose[i].z - past * velocity[i].z
     for i in range(LANES):
-        account[i].loss = lost_so_far(energy[i])
+        account[i].loss = dissipated_energy(energy[i])
         pull = equivalent_gain(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
         account[i] = keep_account(pull, account[i])
         seen[i].steps = pace[i].steps

@@ -81,7 +81,7 @@ class Seat:
 
 
 @wp.func
-def lost_so_far(energy: Energy) -> real:
+def dissipated_energy(energy: Energy) -> real:
     """Energy that springs and dampers have taken from the blocks before this step [J]."""
     return energy.spent - (energy.stored - energy.at_start)
 
@@ -91,12 +91,12 @@ def begin_step(until: real, mode: int, pace: wp.ref[Pace], energy: wp.ref[Energy
     """Begins a step of a lane, if it runs and has not reached a time [s].
 
     Returns:
-        Energy lost so far [J], see `lost_so_far`.
+        Energy lost so far [J], see `dissipated_energy`.
     """
     runs = mode == RUNNING and real(pace.steps) * pace.dt < until
     pace.span = wp.where(pace.steps == 0, HALF * pace.dt, pace.dt)
     energy.at_start = wp.where(pace.steps == 1, energy.stored, energy.at_start)
-    lost = lost_so_far(energy)
+    lost = dissipated_energy(energy)
     energy.stored = wp.where(runs, real(0.0), energy.stored)
     energy.spent = wp.where(runs, energy.loss, energy.spent)
     pace.live = wp.where(runs, 1, 0)

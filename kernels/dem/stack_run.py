@@ -25,8 +25,8 @@ from warprock.kernels.dem.stack import Base, Energy, Knobs, Load, Pace, Spring, 
 from warprock.kernels.dem.stack_lanes import (
     Seat,
     begin_step,
+    dissipated_energy,
     glides,
-    lost_so_far,
     mode_after,
     move_base,
     observe_interface,
@@ -311,7 +311,7 @@ def run_lanes(
                     found.places[sample, k - 1, 0, first + i] = x
                     found.places[sample, k - 1, 1, first + i] = z
     for i in range(LANES):
-        account[i].loss = lost_so_far(energy[i])
+        account[i].loss = dissipated_energy(energy[i])
         pull = equivalent_gain(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
         account[i] = keep_account(pull, account[i])
         seen[i].steps = pace[i].steps

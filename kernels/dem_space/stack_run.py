@@ -135,9 +135,9 @@ def run_lanes(
                         two[q, i] = far
                         sums[kind, i] = total
                 for i in range(LANES):
-                    whole = add_sums(sums[0, i], sums[1, i], sums[2, i])
+                    stress_sums = add_sums(sums[0, i], sums[1, i], sums[2, i])
                     above, below = load[k, i], load[h, i]
-                    held = load_blocks(state[h, i], contact[i], whole, above, below)
+                    held = load_blocks(state[h, i], contact[i], stress_sums, above, below)
                     load[k, i] = above
                     load[h, i] = below
                     energy[i].stored = energy[i].stored + wp.where(

@@ -83,7 +83,7 @@ class Jacobian:
 
 
 @wp.func
-def leaning(poses: Poses, state: State, k: int, hint: real) -> real:
+def side_of_lean(poses: Poses, state: State, k: int, hint: real) -> real:
     """Side to which interface k leans; `hint` is the coming gain of the base velocity [m/s]."""
     zero = real(0.0)
     turn = poses.theta[k]
@@ -175,7 +175,7 @@ def step(shapes: Shapes, poses: Poses, state: State, knobs: Knobs, dv: real, hin
     after = state
     free = state.velocity
     for k in range(BLOCKS):
-        after.lean[k] = leaning(poses, state, k, hint)
+        after.lean[k] = side_of_lean(poses, state, k, hint)
         free[3 * k] = free[3 * k] - dv
         free[3 * k + 1] = free[3 * k + 1] - knobs.time_step * knobs.gravity
     system, jacobian, guess, lowest = equations(shapes, poses, after, knobs, free)

@@ -33,7 +33,7 @@ from warprock.kernels.motion import (
     expand,
     knot_step,
     knot_time,
-    undisturbed,
+    weak_samples_ahead,
 )
 from warprock.kernels.pool import AHEAD
 
@@ -101,7 +101,7 @@ def roll(block: Block, knobs: Knobs, m: Motion, ground: Ground, end: real, going
     side, near = sign_of(wp.where(s.theta != zero, s.theta, s.omega)), NEARLY * block.longest_step
     rocks, rolled, curve = rock(block, knobs.gravity, near, d, side, s, a, last)
     hold = block.hold_acceleration
-    weak, far = undisturbed(m, s.segment, ground.strongest, hold)
+    weak, far = weak_samples_ahead(m, s.segment, ground.strongest, hold)
     calm = rests and weak and far <= end
     # The acceleration is below its bound at both ends, and so are its first terms together between.
     below = size(a.a0) < hold and size(last) < hold

@@ -48,7 +48,7 @@ from warprock.kernels.motion import (
     knot_time,
 )
 from warprock.kernels.shape.above import Above
-from warprock.kernels.shape.body import turned_x, turned_z
+from warprock.kernels.shape.body import rotated_x, rotated_z
 
 
 @wp.struct
@@ -189,7 +189,7 @@ def step_velocity(
     sn, cs = sine(middle), cosine(middle)
     mean, held, lost = mean_velocity(
         body, Contact(s.mode, s.slip), hold and sticks, edge,
-        Lever(turned_x(view.x, view.z, sn, cs), turned_z(view.x, view.z, sn, cs) - body.radius),
+        Lever(rotated_x(view.x, view.z, sn, cs), rotated_z(view.x, view.z, sn, cs) - body.radius),
         Velocity(s.vx - HALF * span.dv, s.vz - HALF * fall, s.omega),
     )  # fmt: skip
     idle = span.d <= real(0.0)
@@ -227,13 +227,13 @@ def integrate(
     zero = real(0.0)
     d, per, idle, r = span.d, real(1.0) / span.d, span.d <= zero, body.radius
     s0, c0 = sine(s.theta), cosine(s.theta)
-    at0 = Lever(turned_x(view.x, view.z, s0, c0), turned_z(view.x, view.z, s0, c0) - r)
+    at0 = Lever(rotated_x(view.x, view.z, s0, c0), rotated_z(view.x, view.z, s0, c0) - r)
     edge = edge_below(body, view, s0, c0)
     reserve, surely = hold_reserve(body, weight.start, s.slip, at0, s.omega, span.a0)
     mean, held, lost = step_velocity(body, view, edge, s, surely, span, fall_in(weight, gravity, d))
     theta = s.theta + d * mean.omega
     s1, c1 = sine(theta), cosine(theta)
-    at1 = Lever(turned_x(view.x, view.z, s1, c1), turned_z(view.x, view.z, s1, c1) - r)
+    at1 = Lever(rotated_x(view.x, view.z, s1, c1), rotated_z(view.x, view.z, s1, c1) - r)
     flying, slides = held.mode == FLYING, held.slip != zero
     glide = d * mean.x + (at1.x - at0.x) - r * (theta - s.theta)
     glide = wp.where(flying or slides, glide, zero)

@@ -8,7 +8,10 @@ from warprock.kernels.event.body_contact import Body, Edge, may_rest, struck_vel
 from warprock.kernels.event.body_view import View
 from warprock.kernels.event.body_weight import Weight, kicks
 from warprock.kernels.modes import FLAT, FLYING, PIVOTING
-from warprock.kernels.shape.body import turned_x, turned_z
+from warprock.kernels.shape.body import rotated_x, rotated_z
+
+if BOUNCES:
+    from warprock.kernels.event.body_bounce import bounce_velocity
 
 
 @wp.struct
@@ -84,8 +87,8 @@ def find_struck(
     swaps = up or down or (level and struck_ahead)
     next_x = wp.where(right, view.right_x, view.left_x)
     next_z = wp.where(right, view.right_z, view.left_z)
-    own_x, own_z = turned_x(view.x, view.z, s, c), turned_z(view.x, view.z, s, c)
-    beside_x, beside_z = turned_x(next_x, next_z, s, c), turned_z(next_x, next_z, s, c)
+    own_x, own_z = rotated_x(view.x, view.z, s, c), rotated_z(view.x, view.z, s, c)
+    beside_x, beside_z = rotated_x(next_x, next_z, s, c), rotated_z(next_x, next_z, s, c)
     return Struck(
         right, left or right, swaps, wp.where(swaps, beside_x, own_x),
         wp.where(swaps, beside_z, own_z) - body.radius, wp.where(swaps, own_x, beside_x),
@@ -118,10 +121,13 @@ def end_step(
     # A prescribed restitution is that of the edge on which the body stands at first.
     upright = end.theta == zero
     prescribed = falls and pivots and upright
-    after, contact, blow = struck_velocity(
-        body, corner.beside, prescribed, Lever(corner.x, corner.z), corner.other,
-        Velocity(kicked, dropped, end.omega),
-    )  # fmt: skip
+    at, before = Lever(corner.x, corner.z), Velocity(kicked, dropped, end.omega)
+    if BOUNCES:
+        after, contact, blow = bounce_velocity(body, corner.beside, at, corner.other, before)
+    else:
+        after, contact, blow = struck_velocity(
+            body, corner.beside, prescribed, at, corner.other, before
+        )
     # The base's work on the body is at the mean of both velocities: see account.py.
     lost = blow.lost - HALF * kick * (after.x - kicked)
     if VERTICAL:

@@ -20,7 +20,7 @@ from warprock.kernels.modes import FLAT, OVERTURNED, PIVOTING
 from warprock.kernels.motion import Ground, sample_index
 from warprock.kernels.rows import kernel, rows
 from warprock.kernels.shape.above import Above, Motions
-from warprock.kernels.shape.body import Corner, is_past, turned_x, turned_z
+from warprock.kernels.shape.body import Corner, is_past, rotated_x, rotated_z
 from warprock.kernels.shape.stack_found import BlockResult
 
 wp.set_module_options(TWO_VECTORS)
@@ -101,8 +101,8 @@ def start_lane(lowest: Corner, body: Body):
     zero, theta, omega = real(0.0), body.start, body.spin
     flat = theta == lowest.angle and omega == zero
     s, c = sine(theta), cosine(theta)
-    vx = -omega * (turned_z(lowest.x, lowest.z, s, c) - body.radius)
-    vz = omega * turned_x(lowest.x, lowest.z, s, c)
+    vx = -omega * (rotated_z(lowest.x, lowest.z, s, c) - body.radius)
+    vz = omega * rotated_x(lowest.x, lowest.z, s, c)
     mode = wp.where(flat, FLAT, PIVOTING)
     state = State(theta, zero, zero, vx, vz, omega, zero, mode, zero, 0, zero, NEVER)
     return state, start_seen(theta, flat)
@@ -149,16 +149,16 @@ def place_at(corner: Corner, radius: real, until: real, s: State, start: Start):
     part = wp.where(inside and d > real(0.0), tau / d, real(1.0))
     at = rotation_at(until, s, start)
     s0, c0 = sine(start.theta), cosine(start.theta)
-    glide = start.vx + start.omega * (turned_z(corner.x, corner.z, s0, c0) - radius)
-    climb = start.vz - start.omega * turned_x(corner.x, corner.z, s0, c0)
+    glide = start.vx + start.omega * (rotated_z(corner.x, corner.z, s0, c0) - radius)
+    climb = start.vz - start.omega * rotated_x(corner.x, corner.z, s0, c0)
     bend = part * part
     slid = start.slide + tau * glide + bend * (s.slide - start.slide - d * glide)
     high = start.gap + tau * climb + bend * (s.gap - start.gap - d * climb)
     s1, c1 = sine(at), cosine(at)
     rolled = corner.along + radius * at
     return (
-        slid + rolled - turned_x(corner.x, corner.z, s1, c1),
-        high + radius - turned_z(corner.x, corner.z, s1, c1),
+        slid + rolled - rotated_x(corner.x, corner.z, s1, c1),
+        high + radius - rotated_z(corner.x, corner.z, s1, c1),
     )
 
 

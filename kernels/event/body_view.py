@@ -7,7 +7,7 @@ from warprock.kernels.event.block_state import End, Span, State
 from warprock.kernels.event.body_contact import Body, Edge, tips_right
 from warprock.kernels.event.body_weight import Weight
 from warprock.kernels.modes import FLAT, FLYING
-from warprock.kernels.shape.body import turned_x, turned_z
+from warprock.kernels.shape.body import rotated_x, rotated_z
 
 
 @wp.struct
@@ -39,7 +39,7 @@ class View:
 def edge_of(body: Body, x1: real, z1: real, x2: real, z2: real, s: real, c: real) -> Edge:
     """The edge between two corners, the first at -x, of a body turned by (s, c)."""
     return Edge(
-        turned_x(x1, z1, s, c), turned_x(x2, z2, s, c), body.radius - turned_z(x1, z1, s, c)
+        rotated_x(x1, z1, s, c), rotated_x(x2, z2, s, c), body.radius - rotated_z(x1, z1, s, c)
     )
 
 
@@ -84,17 +84,17 @@ def find_contacts(body: Body, view: View, end: End):
     """
     near = NEARLY * body.longest_step
     s, c = sine(end.theta), cosine(end.theta)
-    spot = turned_z(view.x, view.z, s, c)
+    spot = rotated_z(view.x, view.z, s, c)
     zero, lies, flies = real(0.0), end.mode == FLAT, end.mode == FLYING
     right, left = end.omega > zero, end.omega < zero
     high, low = end.theta >= view.high - near * end.omega, end.theta <= view.low - near * end.omega
     up = not lies and right and high
     down = not lies and left and low
-    rise = end.vz - end.omega * turned_x(view.x, view.z, s, c)
+    rise = end.vz - end.omega * rotated_x(view.x, view.z, s, c)
     grain = GRAIN * (body.radius - spot)
     sinks, meets = rise < zero, end.gap <= grain - near * rise
     lands = flies and sinks and meets
     below = smaller(
-        turned_z(view.left_x, view.left_z, s, c), turned_z(view.right_x, view.right_z, s, c)
+        rotated_z(view.left_x, view.left_z, s, c), rotated_z(view.right_x, view.right_z, s, c)
     )
     return up, down, lands, larger(end.deep, spot - below + end.deep)

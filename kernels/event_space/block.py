@@ -131,9 +131,9 @@ def close_corners(block: Block, s: State, body: Body, closes: int, slow: real) -
     smooth = now
     # Without an impact a corner closes without friction, so that it adds no energy.
     smooth.friction = real(0.0)
-    v1, w1 = project(smooth, n.stance, n.slip, s.v, s.w)
-    n.v = v1
-    n.w = w1
+    v_after, w_after = project(smooth, n.stance, n.slip, s.v, s.w)
+    n.v = v_after
+    n.w = w_after
     n.lost = s.lost + kinetic_energy(body, s.v, s.w) - kinetic_energy(now, n.v, n.w)
     n.turn = Vector()
     n.swing = n.w
@@ -152,10 +152,10 @@ def end_step(
     struck = lands != 0
     for axis in range(3):
         struck = struck or (base.kick[axis] != real(0.0) and mask != 0)
-    v1, w1 = project(body, n.stance, n.slip, n.v, n.w)
-    v = v1 - base.kick
+    v_after, w_after = project(body, n.stance, n.slip, n.v, n.w)
+    v = v_after - base.kick
     n.v = v
-    n.w = w1
+    n.w = w_after
     if struck:
         mask = mask | lands
         for k in range(4):

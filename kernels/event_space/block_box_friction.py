@@ -164,11 +164,11 @@ def solve(
 @wp.func(inline=False)
 def project(body: Body, stance: int, slip: int, v: Vector, w: Vector):
     """Velocities projected on the contacts, along their force."""
-    v1 = v
-    w1 = w
+    v_after = v
+    w_after = w
     dirs = directions(body, v, w)
     if stance != FLYING and slip == 0:
-        v1, w1 = stick(body, stance, v, w)
+        v_after, w_after = stick(body, stance, v, w)
     elif stance == FLAT:
         most = Corners()
         enough = TWO * (wp.length(v) + size(w[2]) * wp.length(body.corners[0]))
@@ -177,16 +177,16 @@ def project(body: Body, stance: int, slip: int, v: Vector, w: Vector):
             y = wp.where((slip & (16 << k)) != 0, real(0.0), enough)
             most[k] = Vector(x, y, real(0.0))
         z, _f = solve_flat_friction(body, most, Vector(v[0], v[1], w[2]))
-        v1 = Vector(z[0], z[1], real(0.0))
-        w1 = Vector(real(0.0), real(0.0), z[2])
+        v_after = Vector(z[0], z[1], real(0.0))
+        w_after = Vector(real(0.0), real(0.0), z[2])
     elif stance < FLAT:
         i, j = ends_of(stance)
-        v1, w1 = apply_impulses(
+        v_after, w_after = apply_impulses(
             body, i, j,
             solve_corners(body, i, j, gains_of(body, i, j), kept_sides(slip, dirs), True, v, w),
             v, w,
         )  # fmt: skip
-    return v1, w1
+    return v_after, w_after
 
 
 @wp.func

@@ -73,8 +73,8 @@ def gains_of(body: Body, i: int, j: int) -> Gains:
         first = velocity_by_impulse(body, source, one, i)
         second = velocity_by_impulse(body, source, one, j)
         for row in range(3):
-            alone = i == j and column >= 3
-            a[row, column] = wp.where(alone, real(0.0), first[row])
+            single_corner = i == j and column >= 3
+            a[row, column] = wp.where(single_corner, real(0.0), first[row])
             a[3 + row, column] = wp.where(i == j and column < 3, real(0.0), second[row])
     return a
 
@@ -154,12 +154,12 @@ def apply_impulses(body: Body, i: int, j: int, p: Six, v: Vector, w: Vector):
     """Velocities after impulses at corners i and j; if i = j, the first three numbers count."""
     first = Vector(p[0], p[1], p[2])
     second = Vector(p[3], p[4], p[5])
-    v1 = v + first
-    w1 = w + body.inverse * wp.cross(body.corners[i], first)
+    v_after = v + first
+    w_after = w + body.inverse * wp.cross(body.corners[i], first)
     if i != j:
-        v1 = v1 + second
-        w1 = w1 + body.inverse * wp.cross(body.corners[j], second)
-    return v1, w1
+        v_after = v_after + second
+        w_after = w_after + body.inverse * wp.cross(body.corners[j], second)
+    return v_after, w_after
 
 
 @wp.func
@@ -179,13 +179,13 @@ def try_sides(
     h.stance = stance
     i, j = ends_of(stance)
     p = solve_corners(body, i, j, gains, sides, False, v, w)
-    v1, w1 = apply_impulses(body, i, j, p, v, w)
-    h.v = v1
-    h.w = w1
+    v_after, w_after = apply_impulses(body, i, j, p, v, w)
+    h.v = v_after
+    h.w = w_after
     h.fits = True
     for c in range(wp.where(i == j, 1, 2)):
         k = wp.where(c == 0, i, j)
-        u = corner_velocity(body, v1, w1, k)
+        u = corner_velocity(body, v_after, w_after, k)
         most = body.friction * p[3 * c + 2]
         h.fits = h.fits and most >= real(0.0) and size(u[2]) <= dust
         for axis in range(2):
@@ -196,7 +196,7 @@ def try_sides(
             h.fits = h.fits and within
             h.work -= u[axis] * p[3 * c + axis]
         h.slip = h.slip | slips_of(k, p[3 * c], p[3 * c + 1], most, most, u, dust)
-    h.fits = h.fits and not sinks(body, v1, w1, mask & ~mask_of(stance), dust)
+    h.fits = h.fits and not sinks(body, v_after, w_after, mask & ~mask_of(stance), dust)
     return h
 
 

@@ -145,21 +145,21 @@ def direction_of(u: Vector) -> Two:
 @wp.func
 def stick(body: Body, stance: int, v: Vector, w: Vector):
     """Velocities if the stance sticks: the projection on the motions that it allows."""
-    v1 = Vector()
-    w1 = Vector()
+    v_after = Vector()
+    w_after = Vector()
     if stance < FLAT:
         k = stance % 4
         a = -body.corners[k]
         spin = body.inertia * w + wp.cross(a, v)
         if stance < EDGE:
             about = body.inertia + wp.dot(a, a) * wp.identity(n=3, dtype=real) - wp.outer(a, a)
-            w1 = wp.inverse(about) * spin
+            w_after = wp.inverse(about) * spin
         else:
             e = wp.normalize(body.corners[(k + 1) % 4] - body.corners[k])
             arm = wp.cross(e, a)
-            w1 = e * (wp.dot(e, spin) / (wp.dot(e, body.inertia * e) + wp.dot(arm, arm)))
-        v1 = wp.cross(w1, a)
-    return v1, w1
+            w_after = e * (wp.dot(e, spin) / (wp.dot(e, body.inertia * e) + wp.dot(arm, arm)))
+        v_after = wp.cross(w_after, a)
+    return v_after, w_after
 
 
 @wp.func
@@ -269,14 +269,14 @@ def first_directions(body: Body, stance: int, v: Vector, w: Vector) -> Corners:
     """
     zero = real(0.0)
     dirs = Corners()
-    v1, w1 = stick(body, stance, v, w)
-    d = direction_of(v - v1)
+    v_after, w_after = stick(body, stance, v, w)
+    d = direction_of(v - v_after)
     for k in range(4):
         dirs[k] = Vector(d[0], d[1], zero)
     if stance >= EDGE and stance < FLAT:
         k = stance - EDGE
-        p = v1 - v
-        shares = edge_shares(body, k, p, body.inertia * (w1 - w))
+        p = v_after - v
+        shares = edge_shares(body, k, p, body.inertia * (w_after - w))
         one, other, e = shares.one, shares.other, shares.along
         way = e * wp.sign(wp.dot(p, e))
         left1 = left_along(body.friction * one[2], shares.room1)
@@ -354,9 +354,9 @@ def try_sticking(body: Body, stance: int, mask: int, v: Vector, w: Vector, dust:
     `mask` has the corners that touch.
     """
     h = Held()
-    v1, w1 = stick(body, stance, v, w)
-    h.v = v1
-    h.w = w1
+    v_after, w_after = stick(body, stance, v, w)
+    h.v = v_after
+    h.w = w_after
     h.stance = stance
     p = h.v - v
     if stance < EDGE:

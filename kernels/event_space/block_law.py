@@ -240,13 +240,13 @@ def directions(body: Body, v: Vector, w: Vector) -> Corners:
 @wp.func(inline=False)
 def project(body: Body, stance: int, slip: int, v: Vector, w: Vector):
     """Velocities projected on the contacts, along their force."""
-    v1 = v
-    w1 = w
+    v_after = v
+    w_after = w
     mask = mask_of(stance)
     if stance != FLYING and slip == 0:
-        v1, w1 = stick(body, stance, v, w)
+        v_after, w_after = stick(body, stance, v, w)
     elif stance < FLAT and slip == mask:
-        v1, w1, _n, _sound = solve_sliding(
+        v_after, w_after, _n, _sound = solve_sliding(
             body, stance, body.friction, directions(body, v, w), Shares(), v, w
         )
     elif stance < FLAT:
@@ -259,12 +259,12 @@ def project(body: Body, stance: int, slip: int, v: Vector, w: Vector):
         way = body.corners[slides] - body.corners[pinned]
         side = wp.where(way[0] * u[1] < way[1] * u[0], real(-1.0), real(1.0))
         swing = solve_swing(body, pinned, slides, side, v, w)
-        v1 = swing.v
-        w1 = swing.w
+        v_after = swing.v
+        w_after = swing.w
     elif stance == FLAT:
-        v1 = Vector(v[0], v[1], real(0.0))
-        w1 = Vector(real(0.0), real(0.0), w[2])
-    return v1, w1
+        v_after = Vector(v[0], v[1], real(0.0))
+        w_after = Vector(real(0.0), real(0.0), w[2])
+    return v_after, w_after
 
 
 @wp.func

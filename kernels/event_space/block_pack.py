@@ -327,19 +327,19 @@ def roll(block: Block, limits: Limits, b: Base, h: Hinge, s: State) -> Rolled:
     momentum = scale_in_body(r0, h.inertia, w)
     middle = frame(rotate_unnormalised(q, w * (HALF * d)))
     free = v - HALF * b.change - Vector(zero, zero, HALF * d * limits.gravity)
-    v1, w1, spun, holds = mean_motion(block, h, free, momentum, middle)
-    n.turn = d * w1
+    v_mean, w_mean, spun, holds = mean_motion(block, h, free, momentum, middle)
+    n.turn = d * w_mean
     n.q = rotate_unnormalised(q, n.turn)
     rise = in_base(frame(n.q), h.way) * (h.over + h.over)
     n.q = level_edge(n.q, rise)
     r = frame(n.q)
     a1 = in_base(r, h.lever)
-    n.deep = a1[2] - x[2] - d * v1[2]
+    n.deep = a1[2] - x[2] - d * v_mean[2]
     n.x = Vector(x[0] + a1[0] - a0[0], x[1] + a1[1] - a0[1], a1[2])
     if flat:
         n.q = q
         n.x = x
-    raw = TWO * v1 - v
+    raw = TWO * v_mean - v
     spin = TWO * spun - momentum
     n.swing = scale_in_body(r, inverse, spin)
     n.w = turn_about_hinge(h, r, spin + wp.cross(a1, raw))

@@ -147,11 +147,11 @@ def run_lanes(
                     pz = sample_index(mz, state[i].knots[2])
                     value = Vector(pool[0, px], pool[0, py], pool[0, pz])
                     slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
-                    alone = BaseMotion(mx, my, mz, value, slope)
+                    shaking = BaseMotion(mx, my, mz, value, slope)
                     limits = Limits(knobs.gravity, place[i].longest_step, place[i].rest_gap)
                     known = Seen(leaf[i], place[i].uplift_time, place[i].rest_time)
                     old = state[i]
-                    new, shown, turns = full_step(blocks[0, lane], limits, alone, end, old, known)
+                    new, shown, turns = full_step(blocks[0, lane], limits, shaking, end, old, known)
                     before[i] = wp.where(new.taken, keep_state(old), before[i])
                     state[i] = new
                     hinge[i] = turns
@@ -208,9 +208,9 @@ def run_lanes(
             bounds = Limits(knobs.gravity, place[i].longest_step, place[i].rest_gap)
             b = next_step(bounds, motion, end, now)
             n = roll(own, bounds, b, hinge[i], now)
-            told, whole = observe_hinge_step(own, leaf[i], now, n, b.d, b.time)
+            told, complete = observe_hinge_step(own, leaf[i], now, n, b.d, b.time)
             quiet, cut = runs_quietly(now, b, n)
-            ok = quiet and whole
+            ok = quiet and complete
             taken = place[i].steps + wp.where(now.mode == RUNNING, 1, 0)
             place[i].steps = taken
             late = ok and b.time >= place[i].until

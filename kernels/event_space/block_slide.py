@@ -95,9 +95,9 @@ def solve_sliding_face(body: Body, mu: real, dirs: Corners, pressed: Shares, v: 
     y = (-spin[0] - low * p[1]) / larger(p[2], TINY)
     n = p[2] * face_shares(body, x, y)
     sound = p[2] >= zero and inside(body, x, y)
-    v1 = Vector(v[0] + p[0], v[1] + p[1], zero)
-    w1 = Vector(zero, zero, w[2] + torsion / body.inertia[2, 2])
-    return v1, w1, n, sound
+    v_after = Vector(v[0] + p[0], v[1] + p[1], zero)
+    w_after = Vector(zero, zero, w[2] + torsion / body.inertia[2, 2])
+    return v_after, w_after, n, sound
 
 
 @wp.struct
@@ -156,9 +156,9 @@ def slide_edge(
     # sinking.
     stops = n[0] * sinking[0] + n[1] * sinking[1] < real(0.0)
     sound = (det > real(0.0) and a11 > real(0.0)) or stops
-    v1 = v + n[1] * other.force
-    w1 = w + n[1] * other.spin
-    return EdgeSlide(v1 + n[0] * one.force, w1 + n[0] * one.spin, n, sound)
+    v_after = v + n[1] * other.force
+    w_after = w + n[1] * other.spin
+    return EdgeSlide(v_after + n[0] * one.force, w_after + n[0] * one.spin, n, sound)
 
 
 @wp.func(inline=False)
@@ -181,15 +181,15 @@ def solve_sliding(
     """
     zero = real(0.0)
     n = Shares()
-    v1 = v
-    w1 = w
+    v_after = v
+    w_after = w
     sound = bool(True)
     if stance == FLAT:
-        v0, w0, n0, sound0 = solve_sliding_face(body, mu, dirs, pressed, v, w)
-        v1 = v0
-        w1 = w0
-        n = n0
-        sound = sound0
+        v_face, w_face, n_face, sound_face = solve_sliding_face(body, mu, dirs, pressed, v, w)
+        v_after = v_face
+        w_after = w_face
+        n = n_face
+        sound = sound_face
     else:
         i = stance % 4
         u = corner_velocity(body, v, w, i)
@@ -198,21 +198,21 @@ def solve_sliding(
             own = velocity_by_push(body, one, i)
             sound = own > zero
             n[i] = -u[2] / own
-            v1 = v1 + n[i] * one.force
-            w1 = w1 + n[i] * one.spin
+            v_after = v_after + n[i] * one.force
+            w_after = w_after + n[i] * one.spin
         else:
             j = (i + 1) % 4
-            u2 = corner_velocity(body, v, w, j)
+            u_other = corner_velocity(body, v, w, j)
             other = push_of(body, j, mu, dirs[j])
-            edge = slide_edge(body, stance, one, other, Two(u[2], u2[2]), v, w)
+            edge = slide_edge(body, stance, one, other, Two(u[2], u_other[2]), v, w)
             n[i] = edge.n[0]
             n[j] = edge.n[1]
             sound = edge.sound
-            v1 = edge.v
-            w1 = edge.w
+            v_after = edge.v
+            w_after = edge.w
         for k in range(4):
             sound = sound and n[k] >= zero
-    return v1, w1, n, sound
+    return v_after, w_after, n, sound
 
 
 @wp.struct
@@ -252,8 +252,8 @@ def solve_swing(body: Body, k: int, other: int, side: real, v: Vector, w: Vector
     gain = inverse * wp.cross(way, force)
     weight = wp.cross(gain, way)[2]
     n = -wp.cross(free, way)[2] / weight
-    w1 = free + n * gain
-    return Swing(wp.cross(w1, a), w1, n, d, weight > real(0.0))
+    w_after = free + n * gain
+    return Swing(wp.cross(w_after, a), w_after, n, d, weight > real(0.0))
 
 
 @wp.func
@@ -272,22 +272,22 @@ def try_swing(
     other = (edge + 1 - turn % 2) % 4
     side = wp.where(turn < 2, real(1.0), real(-1.0))
     swing = solve_swing(body, k, other, side, v, w)
-    v1, w1, n, d = swing.v, swing.w, swing.n, swing.d
-    h.v = v1
-    h.w = w1
+    v_after, w_after, n, d = swing.v, swing.w, swing.n, swing.d
+    h.v = v_after
+    h.w = w_after
     h.stance = EDGE + edge
     h.slip = 1 << other
-    u = corner_velocity(body, v1, w1, other)
+    u = corner_velocity(body, v_after, w_after, other)
     ahead = u[0] * d[0] + u[1] * d[1]
     forced = slip == h.slip and d[0] * start[other, 0] + d[1] * start[other, 1] > zero
     h.work = body.friction * n * ahead
     h.spare = body.friction * n
     h.turns = n < zero
-    p = v1 - v - n * Vector(-body.friction * d[0], -body.friction * d[1], real(1.0))
+    p = v_after - v - n * Vector(-body.friction * d[0], -body.friction * d[1], real(1.0))
     sticks = wp.sqrt(p[0] * p[0] + p[1] * p[1]) <= body.friction * p[2]
     h.fits = swing.sound and sticks and n >= zero and p[2] >= zero
     h.fits = h.fits and (forced or (slip == 0 and ahead >= zero))
-    h.fits = h.fits and not sinks(body, v1, w1, mask & ~mask_of(h.stance), dust)
+    h.fits = h.fits and not sinks(body, v_after, w_after, mask & ~mask_of(h.stance), dust)
     return h
 
 
@@ -449,22 +449,22 @@ def try_slipping(
         dirs = face
         n = pressed
         good = found_face
-    v1, w1, n1, sound = solve_sliding(body, stance, body.friction, dirs, n, v, w)
+    v_after, w_after, n1, sound = solve_sliding(body, stance, body.friction, dirs, n, v, w)
     for k in range(4):
         if (h.slip & (1 << k)) != 0:
-            u = corner_velocity(body, v1, w1, k)
+            u = corner_velocity(body, v_after, w_after, k)
             good = good and wp.dot(u, dirs[k]) >= -dust
             good = good and not (forced and wp.dot(start[k], dirs[k]) <= zero)
     if forced and not good:
         dirs = start
         good = bool(True)
         for _again in range(3):
-            v1, w1, n1, sound = solve_sliding(body, stance, body.friction, start, n, v, w)
+            v_after, w_after, n1, sound = solve_sliding(body, stance, body.friction, start, n, v, w)
             n = n1
-    h.v = v1
-    h.w = w1
+    h.v = v_after
+    h.w = w_after
     for k in range(4):
-        u = corner_velocity(body, v1, w1, k)
+        u = corner_velocity(body, v_after, w_after, k)
         h.work += body.friction * n1[k] * (u[0] * dirs[k, 0] + u[1] * dirs[k, 1])
-    h.fits = sound and good and not sinks(body, v1, w1, mask & ~h.slip, dust)
+    h.fits = sound and good and not sinks(body, v_after, w_after, mask & ~h.slip, dust)
     return h

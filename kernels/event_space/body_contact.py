@@ -8,7 +8,7 @@ import warp as wp
 
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.body import APART, Frame, Point, divide_by_moments, spans
-from warprock.kernels.shape_space.frame import frame, weighted
+from warprock.kernels.shape_space.frame import frame, rotate_diagonal
 from warprock.kernels.vectors import Matrix, Quaternion, Vector
 
 ALL = wp.uint64(2**64 - 1)
@@ -26,10 +26,13 @@ class Shape:
     """A body: friction coefficient, inverse moments of inertia, reach [m], and its points.
 
     The points are a row of the points of all lanes; `feet` are those on which it stands at rest.
-    `axis` is the block's axis in the body's axes.
+    `axis` is the block's axis in the body's axes. Of bodies that bounce, the normal restitution,
+    and the speed up to which a point does not bounce [m/s].
     """
 
     friction: real
+    rebound: real
+    slow: real
     inverse: Vector
     axis: Vector
     reach: real
@@ -104,8 +107,10 @@ def pose_of(s: Shape, x: Vector, q: Quaternion) -> Pose:
     pose.x = x
     pose.q = q
     pose.turn = frame(q)
-    pose.inverse = weighted(pose.turn, s.inverse[0], s.inverse[1], s.inverse[2])
-    pose.inertia = weighted(pose.turn, one / s.inverse[0], one / s.inverse[1], one / s.inverse[2])
+    pose.inverse = rotate_diagonal(pose.turn, s.inverse[0], s.inverse[1], s.inverse[2])
+    pose.inertia = rotate_diagonal(
+        pose.turn, one / s.inverse[0], one / s.inverse[1], one / s.inverse[2]
+    )
     return pose
 
 
@@ -169,7 +174,7 @@ def level_points(s: Shape, z: real, t: Touches):
         hx += gap * x
         hy += gap * y
     flat = spans(real(total), xx, xy, yy)
-    alone = total < 2 or xx + yy <= APART * s.reach * s.reach
-    ax, ay = divide_by_moments(flat, alone, xx, xy, yy, hx, hy)
+    single_point = total < 2 or xx + yy <= APART * s.reach * s.reach
+    ax, ay = divide_by_moments(flat, single_point, xx, xy, yy, hx, hy)
     turn = Vector(-ay, ax, zero)
     return -height - (turn[0] * my - turn[1] * mx), turn

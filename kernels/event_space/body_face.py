@@ -83,12 +83,12 @@ def first_on_hull(t: Touches) -> int:
 
 
 @wp.func
-def press_on_three(s: Shape, t: Touches, whole: real, along_x: real, along_y: real):
+def press_on_three(s: Shape, t: Touches, normal_sum: real, along_x: real, along_y: real):
     """Normal impulses on three corners of the hull; whether any three can carry the load."""
     zero, one = real(0.0), real(1.0)
     n, carried, total, least = PointNumbers(), bool(False), t.total, APART * s.reach * s.reach
     a = first_on_hull(t)
-    x, y = along_x / whole - t.lever[a][0], along_y / whole - t.lever[a][1]
+    x, y = along_x / normal_sum - t.lever[a][0], along_y / normal_sum - t.lever[a][1]
     i, turns = next_on_hull(t, least, a), int(0)
     while not carried and turns < total:
         j = next_on_hull(t, least, i)
@@ -98,16 +98,16 @@ def press_on_three(s: Shape, t: Touches, whole: real, along_x: real, along_y: re
         of_i, of_j = over * (x * jy - y * jx), over * (ix * y - iy * x)
         if of_i >= zero and of_j >= zero and of_i + of_j <= one:
             carried = bool(True)
-            n[a] = whole * (one - of_i - of_j)
-            n[i] = whole * of_i
-            n[j] = whole * of_j
+            n[a] = normal_sum * (one - of_i - of_j)
+            n[i] = normal_sum * of_i
+            n[j] = normal_sum * of_j
         i = int(j)
         turns = wp.where(j == a, total, turns + 1)
     return n, carried
 
 
 @wp.func
-def find_pressure(s: Shape, t: Touches, whole: real, along_x: real, along_y: real):
+def find_pressure(s: Shape, t: Touches, normal_sum: real, along_x: real, along_y: real):
     """Normal impulses of the touching points [m/s]; whether they can carry the load.
 
     Args:
@@ -137,32 +137,34 @@ def find_pressure(s: Shape, t: Touches, whole: real, along_x: real, along_y: rea
                 xy += x * y
                 yy += y * y
         over = one / larger(xx * yy - xy * xy, TINY)
-        gx, gy = along_x - whole * mx, along_y - whole * my
+        gx, gy = along_x - normal_sum * mx, along_y - normal_sum * my
         bx, by = over * (yy * gx - xy * gy), over * (xx * gy - xy * gx)
         settled = bool(True)
         for k in range(total):
-            now = part * whole + bx * (t.lever[k][0] - mx) + by * (t.lever[k][1] - my)
+            now = part * normal_sum + bx * (t.lever[k][0] - mx) + by * (t.lever[k][1] - my)
             settled = settled and (now > zero) == (n[k] > zero)
             n[k] = larger(now, zero)
         turns += 1
         if not spans(count, xx, xy, yy):
             settled = bool(False)
             turns = ROUNDS
-    if not settled and whole > zero:
-        n3, carried = press_on_three(s, t, whole, along_x, along_y)
+    if not settled and normal_sum > zero:
+        n3, carried = press_on_three(s, t, normal_sum, along_x, along_y)
         n = n3
         settled = carried
     return n, settled
 
 
 @wp.func(inline=False)
-def move_pressure(s: Shape, t: Touches, n: PointNumbers, whole: real, more_x: real, more_y: real):
+def move_pressure(
+    s: Shape, t: Touches, n: PointNumbers, normal_sum: real, more_x: real, more_y: real
+):
     """As `find_pressure`, for normal impulses n whose moments change by given amounts."""
     mx, my, total = real(more_x), real(more_y), t.total
     for k in range(total):
         mx += n[k] * t.lever[k][0]
         my += n[k] * t.lever[k][1]
-    now, carried = find_pressure(s, t, whole, mx, my)
+    now, carried = find_pressure(s, t, normal_sum, mx, my)
     return now, carried
 
 
@@ -261,11 +263,11 @@ def slide_flat(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carrie
     """The motion if the face slides, by the head of this file; whether it can."""
     zero, one, total = real(0.0), real(1.0), t.total
     c = Carried()
-    momentum, i, whole = pose.inertia * w, pose.inertia + Matrix(), -v[2]
+    momentum, i, normal_sum = pose.inertia * w, pose.inertia + Matrix(), -v[2]
     free = Vector(v[0], v[1], momentum[2] / i[2, 2])
-    z, n, on = free + Vector(), PointNumbers(), whole > zero
+    z, n, on = free + Vector(), PointNumbers(), normal_sum > zero
     for k in range(total):
-        n[k] = whole / real(total)
+        n[k] = normal_sum / real(total)
     most = wp.length(v) + s.reach * wp.length(w)
     change, last, part, tries = real(most), NEVER + zero, real(1.0), int(0)
     while on and change > SETTLED * most and tries < TURNS:
@@ -283,10 +285,10 @@ def slide_flat(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carrie
         # Under-relaxation, since pressure and friction depend strongly on each other.
         part = larger(wp.where(change > last, HALF * part, smaller(TWO * part, one)), LEAST)
         last = real(change)
-        now, carried = move_pressure(s, t, n, whole, part * mx, part * my)
+        now, carried = move_pressure(s, t, n, normal_sum, part * mx, part * my)
         if not carried:
             little = LEAST * part
-            now, carried = move_pressure(s, t, n, whole, little * mx, little * my)
+            now, carried = move_pressure(s, t, n, normal_sum, little * mx, little * my)
         on = carried
         n = now
         change += wp.length(Vector(more[0], more[1], s.reach * more[2]))

@@ -224,9 +224,9 @@ def solve_by_sweeps(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> C
     e, none, total = wp.identity(n=3, dtype=real), Vector(), t.total
     for k in range(total):
         gains[k] = gains_of(real(1.0), e, pose.inverse, Matrix(), t.lever[k], none)
-    whole = wp.length_sq(v) + s.reach * s.reach * wp.length_sq(w)
-    change, step = real(whole), int(0)
-    while change > SETTLED * SETTLED * whole and step < SWEEPS:
+    norm_sq = wp.length_sq(v) + s.reach * s.reach * wp.length_sq(w)
+    change, step = real(norm_sq), int(0)
+    while change > SETTLED * SETTLED * norm_sq and step < SWEEPS:
         u0, o0 = c.v + Vector(), c.w + Vector()
         part = wp.where(step > WHOLE, HALF, real(1.0))
         for turn in range(total):
@@ -240,7 +240,7 @@ def solve_by_sweeps(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> C
             c.w = c.w + pose.inverse * wp.cross(r, more)
         change = wp.length_sq(c.v - u0) + s.reach * s.reach * wp.length_sq(c.w - o0)
         step += 1
-    c.fits = change <= LOOSE * LOOSE * whole
+    c.fits = change <= LOOSE * LOOSE * norm_sq
     for k in range(total):
         if p[k][2] > zero:
             bit = bit_of(t.which[k])

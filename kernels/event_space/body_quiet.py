@@ -88,13 +88,13 @@ class Quiet:
 
 
 @wp.func
-def hinge_of(inertia: Vector, one: Vector, other: Vector, alone: bool) -> Hinge:
+def hinge_of(inertia: Vector, one: Vector, other: Vector, single_point: bool) -> Hinge:
     """The hinge of a point, or of two, at their places in the body's axes [m]."""
     h = Hinge()
     a = -HALF * (one + other)
     about = wp.diag(inertia) + wp.dot(a, a) * wp.identity(n=3, dtype=real) - wp.outer(a, a)
     m = wp.inverse(about)
-    if not alone:
+    if not single_point:
         h.way = HALF * (other - one)
         h.over = HALF / wp.length(h.way)
         e = (TWO * h.over) * h.way

@@ -55,7 +55,7 @@ from warprock.kernels.event_space.stack_look import (
 )
 from warprock.kernels.event_space.stack_solve import ROUNDS, solve
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
-from warprock.kernels.shape_space.frame import frame, weighted
+from warprock.kernels.shape_space.frame import frame, rotate_diagonal
 from warprock.kernels.shape_space.stack import Bodies, Points, rows_of
 from warprock.kernels.vectors import Vector
 
@@ -200,7 +200,7 @@ def integrate(
     n = begun
     d, vm, wm, spin, held, stuck = b.d, mean.v, mean.w, mean.spin, mean.held, mean.stuck
     bodies = int(BLOCKS + 1)
-    work, whole = real(0.0), energy(own, limits.gravity, s.x, s.q, s.v, s.w)
+    work, energy_before = real(0.0), energy(own, limits.gravity, s.x, s.q, s.v, s.w)
     n.q = attitudes_after(own, s, spin, wm, d)
     last = pose_of(own, s.x + d * vm, n.q)
     n.x = last.x
@@ -208,7 +208,7 @@ def integrate(
         block = block_of(own, k)
         work = work - block.mass * wp.dot(vm[k], b.change)
         n.v[k] = TWO * vm[k] - s.v[k]
-        mid = weighted(
+        mid = rotate_diagonal(
             wp.transpose(rows_of(pose.axes, k)), real(1.0) / block.inverse_x,
             real(1.0) / block.inverse_y, real(1.0) / block.inverse_z,
         )  # fmt: skip
@@ -218,7 +218,7 @@ def integrate(
     look = look_at_step(own, limits, s, n, pose0, last, held, d)
     if look.cut < NEVER:
         return retry_step(s, look.cut, d, NEARLY * limits.longest_step)
-    n.lost = s.lost + whole + work
+    n.lost = s.lost + energy_before + work
     n.deepest = larger(s.deepest, look.deepest)
     n = end_step(own, limits, n, last, look, b, held, stuck)
     n.mode = mode_of(n)

@@ -22,7 +22,7 @@ from warprock.kernels.shape.faces import SLOTS
 from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.contact import Gains, gains_of, solve_contact
-from warprock.kernels.shape_space.frame import axis_of, frame, relative_velocity, weighted
+from warprock.kernels.shape_space.frame import axis_of, frame, relative_velocity, rotate_diagonal
 from warprock.kernels.shape_space.stack import (
     Axes,
     Bodies,
@@ -125,9 +125,11 @@ def pose_of(own: Own, x: Bodies, q: Attitudes) -> Pose:
         r = frame(q[k])
         pose.friction[k] = block.friction
         pose.light[k] = real(1.0) / block.mass
-        j = weighted(r, block.inverse_x, block.inverse_y, block.inverse_z)
+        j = rotate_diagonal(r, block.inverse_x, block.inverse_y, block.inverse_z)
         one = real(1.0)
-        inertia = weighted(r, one / block.inverse_x, one / block.inverse_y, one / block.inverse_z)
+        inertia = rotate_diagonal(
+            r, one / block.inverse_x, one / block.inverse_y, one / block.inverse_z
+        )
         for i in range(3):
             pose.axes[3 * k + i] = axis_of(r, i)
             pose.inertia[3 * k + i] = axis_of(inertia, i) * block.mass
@@ -245,7 +247,7 @@ def solve_by_sweeps(sweeps: int, t: Touches, pose: Pose, first: Points, v: Bodie
         o[k] = w[k]
     good = bool(False)
     for step in range(-1, sweeps):
-        change, whole = real(0.0), real(0.0)
+        change, norm_sq = real(0.0), real(0.0)
         part = wp.where(2 * step > sweeps, real(0.5), real(1.0))
         for i in range(t.total):
             k = t.body[i]
@@ -260,7 +262,7 @@ def solve_by_sweeps(sweeps: int, t: Touches, pose: Pose, first: Points, v: Bodie
                 new = p[i] + part * (new - p[i])
             more = wp.transpose(e) * (new - p[i])
             change += wp.dot(more, more)
-            whole += wp.dot(new, new)
+            norm_sq += wp.dot(new, new)
             p[i] = new
             u[k] = u[k] + pose.light[k] * more
             o[k] = o[k] + ju * wp.cross(t.ru[i], more)
@@ -268,9 +270,9 @@ def solve_by_sweeps(sweeps: int, t: Touches, pose: Pose, first: Points, v: Bodie
             o[low] = o[low] - jl * wp.cross(t.rl[i], more)
         good = (
             step >= 0
-            and change <= wp.where(sweeps == SWEEPS, LOOSE * LOOSE, SETTLED * SETTLED) * whole
+            and change <= wp.where(sweeps == SWEEPS, LOOSE * LOOSE, SETTLED * SETTLED) * norm_sq
         )
-        if step >= 0 and change <= SETTLED * SETTLED * whole:
+        if step >= 0 and change <= SETTLED * SETTLED * norm_sq:
             break
     return p, u, o, good
 

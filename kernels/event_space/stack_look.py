@@ -26,7 +26,7 @@ from warprock.kernels.event_space.stack_contact import (
     sticking_law,
 )
 from warprock.kernels.shape.faces import SLOTS
-from warprock.kernels.shape_space.frame import frame, relative_velocity, weighted
+from warprock.kernels.shape_space.frame import frame, relative_velocity, rotate_diagonal
 from warprock.kernels.shape_space.stack import CONTACTS, Bodies, PointNumbers, rows_of
 from warprock.kernels.vectors import Vector
 
@@ -93,7 +93,9 @@ def momenta(own: Own, s: State) -> Bodies:
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
         b = block_of(own, k)
-        inertia = weighted(frame(s.q[k]), one / b.inverse_x, one / b.inverse_y, one / b.inverse_z)
+        inertia = rotate_diagonal(
+            frame(s.q[k]), one / b.inverse_x, one / b.inverse_y, one / b.inverse_z
+        )
         found[k] = inertia * s.w[k]
     return found
 
@@ -108,7 +110,9 @@ def energy(
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
         b = block_of(own, k)
-        inertia = weighted(frame(q[k]), one / b.inverse_x, one / b.inverse_y, one / b.inverse_z)
+        inertia = rotate_diagonal(
+            frame(q[k]), one / b.inverse_x, one / b.inverse_y, one / b.inverse_z
+        )
         kinetic = HALF * (wp.dot(v[k], v[k]) + wp.dot(w[k], inertia * w[k]))
         total += b.mass * (kinetic + gravity * (x[k, 2] - b.z))
     return total

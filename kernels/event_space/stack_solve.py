@@ -460,13 +460,13 @@ def descent(factored: wp.ref[Factor], slope: wp.ref[Slope]):
 @wp.func
 def size_of(s: wp.ref[System], g: wp.ref[Guess]) -> real:
     """Twice the energies of all velocities, with those without contact, or about that [J]."""
-    whole, reach = real(0.0), wp.length_sq(s.t.ru[0])
+    norm_sq, reach = real(0.0), wp.length_sq(s.t.ru[0])
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
         speeds = wp.length_sq(g.v[k]) + wp.length_sq(s.v[k])
         turns = wp.length_sq(g.w[k]) + wp.length_sq(s.w[k])
-        whole += (speeds + reach * turns) / s.pose.light[k]
-    return whole
+        norm_sq += (speeds + reach * turns) / s.pose.light[k]
+    return norm_sq
 
 
 @wp.func(inline=False)
@@ -517,7 +517,7 @@ def continue_pieces(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
 @wp.func(inline=False)
 def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
     """Whether as many rounds at most make a guess the solution."""
-    done, whole, ready = bool(False), real(0.0), bool(False)
+    done, norm_sq, ready = bool(False), real(0.0), bool(False)
     factored, on, before, reach = Factor(), PointInts(), PointNumbers(), wp.length_sq(s.t.ru[0])
     bodies = int(BLOCKS + 1)
     for turn in range(rounds):
@@ -551,8 +551,8 @@ def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
             for k in range(1, bodies):
                 turns = reach * wp.length_sq(part * dw[k])
                 change += (wp.length_sq(part * dv[k]) + turns) / s.pose.light[k]
-            whole = size_of(s, g)
-            if exact or change <= ALIKE * ALIKE * whole:
+            norm_sq = size_of(s, g)
+            if exact or change <= ALIKE * ALIKE * norm_sq:
                 fits = True
                 break
         last = g.lift
@@ -568,8 +568,8 @@ def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
                 reached = larger(g.lift[i] + ahead * more[i], real(0.0))
                 g.lift[i] = wp.where(s.t.law[i] == CONE, reached, g.lift[i])
         before = more
-        done = fits and slope.change <= SOUND * SOUND * whole
-        if fits and slope.change <= ENOUGH * ENOUGH * whole:
+        done = fits and slope.change <= SOUND * SOUND * norm_sq
+        if fits and slope.change <= ENOUGH * ENOUGH * norm_sq:
             break
     return done
 

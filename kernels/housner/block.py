@@ -347,7 +347,7 @@ def pass_knot(block: Block, passed: bool, dv: real, s: wp.ref[State], seen: wp.r
 
 
 @wp.func
-def overshot(live: bool, rocking: bool, theta: real, omega: real, tau: real, cap: real):
+def reject_overshoot(live: bool, rocking: bool, theta: real, omega: real, tau: real, cap: real):
     """Whether a block falls past pi/2 in a step: it repeats it up to there (Newton's method).
 
     Returns:
@@ -419,7 +419,7 @@ def step(block: Block, m: Motion, ground: Ground, until: real, s: State, seen: S
     turned, crossed = event.turned, event.crossed
     theta = value_at(rotation, event.tau)
     omega = slope_at(rotation, event.tau)
-    past, tau, cap = overshot(live, rocking, theta, omega, event.tau, event.cap)
+    past, tau, cap = reject_overshoot(live, rocking, theta, omega, event.tau, event.cap)
     uplift, impact = resting and crossed, rocking and crossed and not past
     needed = needed_in_step(
         s.needed, rocking, block.fall_angle, s.side * s.theta, s.side * s.omega, s.side * omega,

@@ -21,7 +21,7 @@ from warprock.kernels.motion import (
     between_samples,
     expand,
     knot_time,
-    undisturbed,
+    weak_samples_ahead,
 )
 from warprock.kernels.pool import AHEAD
 from warprock.kernels.shape.taylor import scale, slope_at, value_at
@@ -69,7 +69,7 @@ def rest_on(block: Block, m: Motion, ground: Ground, until: real, s: State):
         needed by then.
     """
     bound = NEARLY_ALL * block.uplift_acceleration
-    calm, far = undisturbed(m, s.segment, ground.strongest, bound)
+    calm, far = weak_samples_ahead(m, s.segment, ground.strongest, bound)
     # The sample that the segment starts at is one of the strongest.
     starts = s.time <= knot_time(m, s.segment - 1)
     leaps = calm and far <= until and starts

@@ -193,7 +193,7 @@ def first_event(
     watched = choose(resting, lack, way)
     event = next_event(watched, h, False)
     # A jump of the acceleration lifts a resting body, round-off sinks a rocking one: at once.
-    lack_at_end = hold.limit - pull * value_at(whole(a), h)
+    lack_at_end = hold.limit - pull * value_at(base_polynomial(a), h)
     if VERTICAL:
         lack_at_end = lack_at_end + per * lift_at(z, h)
     lifts = watched.c0 < -NEARLY * size(hold.limit) or (watched.c0 <= zero and lack_at_end < zero)
@@ -207,7 +207,7 @@ def first_event(
 
 
 @wp.func
-def whole(a: Acceleration) -> Polynomial:
+def base_polynomial(a: Acceleration) -> Polynomial:
     """The acceleration of the base as a polynomial."""
     zero = real(0.0)
     return Polynomial(a.a0, a.a1, a.a2, a.a3, a.a4, a.a5, a.a6, a.a7, a.a8, zero, zero)
@@ -334,7 +334,7 @@ def kick(
 
 
 @wp.func
-def overshot(live: bool, excess: real, omega: real, tau: real, cap: real):
+def reject_overshoot(live: bool, excess: real, omega: real, tau: real, cap: real):
     """Whether a body passes the other end of its foot's range: it repeats the step up to there.
 
     Returns:
@@ -385,12 +385,16 @@ def advance(
     z = expand_above(above, s.time)
     rotation, tilt = rolling_series(foot, s.theta, s.omega, a, z)
     upper = resting or watches_upper(foot, rotation, h)
-    hold = weaker_hold(behind, body.gravity, a.a0, value_at(whole(a), h), z.a0, lift_at(z, h))
+    hold = weaker_hold(
+        behind, body.gravity, a.a0, value_at(base_polynomial(a), h), z.a0, lift_at(z, h)
+    )
     event = first_event(resting, upper, hold, foot, rotation, a, z, h)
     theta = value_at(rotation, event.tau)
     omega = slope_at(rotation, event.tau)
     excess = wp.where(upper, foot.low - theta, theta - foot.high)
-    past, tau, cap = overshot(live, wp.where(rocking, excess, zero), omega, event.tau, event.cap)
+    past, tau, cap = reject_overshoot(
+        live, wp.where(rocking, excess, zero), omega, event.tau, event.cap
+    )
     force = force_series(body.gravity, body.radius, foot.reach, rotation, tilt, a, z)
     needed = friction_in_step(body, s, force, a, z, tau, omega)
     reaches = rocking and event.crossed and not past
@@ -410,6 +414,6 @@ def advance(
     )
     ending = Ending(
         reaches and strikes, resting and event.crossed, upper, hold.pull,
-        value_at(whole(a), tau), lift_at(z, tau),
+        value_at(base_polynomial(a), tau), lift_at(z, tau),
     )  # fmt: skip
     return after, ending

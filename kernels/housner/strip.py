@@ -311,19 +311,19 @@ def needed_at(strip: Strip, side: real, way: Way, pull: Series, t: real) -> real
     s2, c2 = value_of(way.sine2, t), value_of(way.cosine2, t)
     rate = slope_of(way.lean)
     swing = slope_of(way.turn)
-    v1, v2 = value_of(rate, t), value_of(swing, t)
+    lean_rate, turn_rate = value_of(rate, t), value_of(swing, t)
     bends = value_of(slope_of(rate), t)
     turns = value_of(slope_of(swing), t)
     base = value_of(pull, t)
     # Accelerations of the hinge and of the centres.
-    x0 = (h1 * c1 + b * s1) * bends + (b * c1 - h1 * s1) * v1 * v1
-    y0 = (b * c1 - h1 * s1) * bends - (h1 * c1 + b * s1) * v1 * v1
+    x0 = (h1 * c1 + b * s1) * bends + (b * c1 - h1 * s1) * lean_rate * lean_rate
+    y0 = (b * c1 - h1 * s1) * bends - (h1 * c1 + b * s1) * lean_rate * lean_rate
     across2, along2 = HALF * (b * s2 + h2 * c2), HALF * (b * c2 - h2 * s2)
     gain = Gain(
         base + HALF * x0,
         strip.gravity + HALF * y0,
-        base + x0 - across2 * turns - along2 * v2 * v2,
-        strip.gravity + y0 + along2 * turns - across2 * v2 * v2,
+        base + x0 - across2 * turns - along2 * turn_rate * turn_rate,
+        strip.gravity + y0 + along2 * turns - across2 * turn_rate * turn_rate,
         turns,
     )
     return needed_for(strip, arm, s2, c2, strip.weight, gain)

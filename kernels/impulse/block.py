@@ -27,7 +27,7 @@ Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 
 import warp as wp
 
-from warprock.kernels.cone import alone
+from warprock.kernels.cone import solve_single_contact
 from warprock.kernels.instance import MAX_UNROLL
 from warprock.kernels.shape.block import Gaps, State
 
@@ -194,7 +194,7 @@ def solve(mu: real, w: real, one: Corner, two: Corner, guess: Impulses) -> Impul
         -d1 * one.u, -e1 * one.s, -d2 * two.u, -e2 * two.s,
     )  # fmt: skip
     first, second = one.on > two.on, two.on > one.on
-    n, f = alone(
+    n, f = solve_single_contact(
         mu, wp.where(first, r.a1, r.c3), wp.where(first, r.b1, r.g3),
         wp.where(first, r.u1, r.u2), wp.where(first, r.s1, r.s2),
     )  # fmt: skip

@@ -12,7 +12,7 @@ lowest one and corner 3 the neighbour to +x.
 
 import warp as wp
 
-from warprock.kernels.cone import alone
+from warprock.kernels.cone import solve_single_contact
 from warprock.kernels.impulse.block import ENDS_EARLY, Knobs, least_normal_velocity
 from warprock.kernels.shape.block import State
 from warprock.kernels.shape.body_seen import Corners
@@ -171,7 +171,7 @@ def solve(
     least = wp.where(first, one.least, wp.where(last, three.least, two.least))
     dn, dt = one.dn + two.dn + three.dn, one.dt + two.dt + three.dt
     cross = -w * x * z
-    n, f = alone(
+    n, f = solve_single_contact(
         mu, dn * cross, dt * cross, -dn * (u.z - u.omega * x - least), -dt * (u.x + u.omega * z)
     )
     v = add_impulses(w, one, two, three, p, u)

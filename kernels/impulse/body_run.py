@@ -19,7 +19,7 @@ from warprock.kernels.parting import slack, slides
 from warprock.kernels.rows import kernel, rows
 from warprock.kernels.shape.above import Motions
 from warprock.kernels.shape.block import Base, State, mode_of
-from warprock.kernels.shape.body import Corner, is_past, turn_corner, turned_x
+from warprock.kernels.shape.body import Corner, is_past, rotate_corner, rotated_x
 from warprock.kernels.shape.body_found import Found, Sides, observe_sides
 from warprock.kernels.shape.body_seen import CornerParting, observe_corners, shift_corners
 from warprock.kernels.shape.rising import base_work, equivalent_gain
@@ -64,7 +64,7 @@ def start(corner: Corner, ahead: Corner, body: Body, fall: real):
     statics.
     """
     zero, one = real(0.0), real(1.0)
-    foot, low = turn_corner(corner.x, corner.z, sine(body.start), cosine(body.start))
+    foot, low = rotate_corner(corner.x, corner.z, sine(body.start), cosine(body.start))
     flat = body.start == corner.angle
     length = wp.where(flat, ahead.along - corner.along, one)
     share = larger(smaller(-foot / length, one), zero)
@@ -154,11 +154,13 @@ def run_lanes(
                 body.friction = blocks[first + i].friction
                 reach = blocks[first + i].reach
                 before, ahead = mid - has_left, mid + has_right
-                lx, lz = turn_corner(
+                lx, lz = rotate_corner(
                     corners[before, first + i].x, corners[before, first + i].z, s, c
                 )
-                mx, mz = turn_corner(corners[mid, first + i].x, corners[mid, first + i].z, s, c)
-                rx, rz = turn_corner(corners[ahead, first + i].x, corners[ahead, first + i].z, s, c)
+                mx, mz = rotate_corner(corners[mid, first + i].x, corners[mid, first + i].z, s, c)
+                rx, rz = rotate_corner(
+                    corners[ahead, first + i].x, corners[ahead, first + i].z, s, c
+                )
                 feet = Feet(mx, mz, lx, lz, rx, rz, has_left, has_right)
                 loss = account[i].loss
                 after, pushed, sees, low = step(
@@ -167,7 +169,7 @@ def run_lanes(
                 )  # fmt: skip
                 # The slide is that of the corner that was lowest at the start of the step.
                 theta = in_range(after.theta)
-                foot = turned_x(
+                foot = rotated_x(
                     corners[mid, first + i].x, corners[mid, first + i].z, sine(theta), cosine(theta)
                 )
                 slid = after.x + foot - corners[mid, first + i].along

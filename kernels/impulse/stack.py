@@ -37,7 +37,7 @@ Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 import warp as wp
 
 from warprock.kernels.account import Account
-from warprock.kernels.cone import alone
+from warprock.kernels.cone import solve_single_contact
 from warprock.kernels.shape.interface import Impulse, Mass, Point, Pose, Velocity
 from warprock.kernels.shape.rising import base_work, fall_depth, fall_in
 from warprock.kernels.shape.stack_run import Base
@@ -180,7 +180,7 @@ def solve_contact(
     r, q = contact.pn * contact.nt, contact.pt * contact.nt
     free_n = fused_less(contact.pn, normal, fused(r, last.t, last.n))
     free_t = fused_less(contact.pt, slip, fused(q, last.n, last.t))
-    both_n, both_t = alone(mu, r, q, free_n, free_t)
+    both_n, both_t = solve_single_contact(mu, r, q, free_n, free_t)
     lone = other <= zero and contact.pn > zero
     return Impulse(wp.where(lone, both_n, push), wp.where(lone, both_t, drag))
 

@@ -60,17 +60,17 @@ def balance(
     the other side of the centre.
     """
     zero, side = real(0.0), drop_round_off(place)
-    whole, first, last = even > zero, side >= zero, side <= zero
+    is_even, first, last = even > zero, side >= zero, side <= zero
     n = HALF * (wp.where(first, one.n, two.n) + wp.where(last, three.n, two.n))
     t = HALF * (wp.where(first, one.t, two.t) - wp.where(last, three.t, two.t))
-    one.n = wp.where(whole and first, n, one.n)
-    one.t = wp.where(whole and first, t, one.t)
-    two.n = wp.where(whole and side != zero, n, two.n)
-    two.t = wp.where(whole, wp.where(first and last, zero, wp.where(first, -t, t)), two.t)
-    three.n = wp.where(whole and last, n, three.n)
-    three.t = wp.where(whole and last, -t, three.t)
-    u.x = wp.where(whole, zero, u.x)
-    u.omega = wp.where(whole, zero, u.omega)
+    one.n = wp.where(is_even and first, n, one.n)
+    one.t = wp.where(is_even and first, t, one.t)
+    two.n = wp.where(is_even and side != zero, n, two.n)
+    two.t = wp.where(is_even, wp.where(first and last, zero, wp.where(first, -t, t)), two.t)
+    three.n = wp.where(is_even and last, n, three.n)
+    three.t = wp.where(is_even and last, -t, three.t)
+    u.x = wp.where(is_even, zero, u.x)
+    u.omega = wp.where(is_even, zero, u.omega)
 
 
 @wp.func

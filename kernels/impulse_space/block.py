@@ -46,6 +46,7 @@ from warprock.kernels.shape_space.lanes import (
     State,
     Symmetric,
     Triple,
+    elementwise_product,
     inertia_of,
     into_base,
     into_body,
@@ -53,7 +54,6 @@ from warprock.kernels.shape_space.lanes import (
     plus,
     product,
     scalar_product,
-    scaled_each,
     times,
     turn_of,
     vector_product,
@@ -380,7 +380,7 @@ def integrate(
     dt, zero = knobs.time_step, real(0.0)
     r = turn_of(s)
     # Body axes: momentum before, and the change of the angular velocity by contacts.
-    a = scaled_each(inverse, into_body(r, spin_of(s)))
+    a = elementwise_product(inverse, into_body(r, spin_of(s)))
     b = minus(into_body(r, rate_of(u)), a)
     h = Triple(b.x / inverse.x, b.y / inverse.y, b.z / inverse.z)
     p = Triple(u.x - s.vx + dv.x, u.y - s.vy + dv.y, u.z - s.vz + dv.z + dt * knobs.gravity)

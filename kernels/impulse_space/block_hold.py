@@ -43,10 +43,10 @@ from warprock.kernels.shape_space.lanes import (
     inertia_of,
     into_base,
     minus,
+    multiple,
     plus,
     product,
     scalar_product,
-    scaled,
     times,
     turn_of,
 )
@@ -136,7 +136,7 @@ def solve_symmetric(m: Symmetric, v: Triple) -> Triple:
     """The inverse of a symmetric matrix times a vector."""
     c = cofactors(m)
     part = real(1.0) / product(m.xx, m.xy, m.xz, c.xx, c.xy, c.xz)
-    return scaled(part, times(c, v))
+    return multiple(part, times(c, v))
 
 
 @wp.func
@@ -165,9 +165,15 @@ def motion_on_face(t: Four, face: Face) -> Motion:
 
 @wp.func
 def motion_on_line(
-    first: real, last: real, alone: bool, free: Triple, spin: Triple, line: Line, inertia: Symmetric
+    first: real,
+    last: real,
+    one_corner: bool,
+    free: Triple,
+    spin: Triple,
+    line: Line,
+    inertia: Symmetric,
 ) -> Motion:
-    """Motion of a block on one corner (`alone`) or two, with vertical velocities first and last."""
+    """Motion of a block on `one_corner` or two, with vertical velocities first and last."""
     w, m, j = line.w, line.m, inertia
     closes = HALF * (last - first) / larger(scalar_product(w, w), TINY)
     ox, oy, rise = closes * w.y, -closes * w.x, HALF * (first + last)
@@ -186,9 +192,9 @@ def motion_on_line(
     rate = scalar_product(w, s) / larger(scalar_product(w, times(about, w)), TINY)
     free_turn = solve_symmetric(about, s)
     o = Triple(
-        wp.where(alone, ox + free_turn.x, fused(rate, w.x, ox)),
-        wp.where(alone, oy + free_turn.y, fused(rate, w.y, oy)),
-        wp.where(alone, free_turn.z, rate * w.z),
+        wp.where(one_corner, ox + free_turn.x, fused(rate, w.x, ox)),
+        wp.where(one_corner, oy + free_turn.y, fused(rate, w.y, oy)),
+        wp.where(one_corner, free_turn.z, rate * w.z),
     )
     v = cross_product(m, o)
     return Motion(Triple(v.x, v.y, v.z + rise), o)
@@ -261,7 +267,7 @@ def choose_held(s: Four, pushes: bool, at: Pressure) -> Four:
 def tilt_share(p: Push, w: Triple) -> Triple:
     """Impulse of the last of two corners beyond one half of the whole; w as at the head."""
     part = HALF / larger(scalar_product(w, w), TINY)
-    q = scaled(part, cross_product(p.g, w))
+    q = multiple(part, cross_product(p.g, w))
     along = (part + part) * scalar_product(p.e, w) * q.z / larger(p.e.z, TINY)
     return Triple(fused(along, w.x, q.x), fused(along, w.y, q.y), fused(along, w.z, q.z))
 

@@ -324,8 +324,8 @@ def find_edges(
     free = Speeds(dot(x, y, u.x, u.y), u.z, wedge(x, y, u.turn_x, u.turn_y))
     reach = size(a.x) + size(b.x) + size(a.h) + size(b.h)
     fall = knobs.gravity * knobs.time_step
-    whole = fall + size(free.along) + size(free.up) + reach * size(free.turn)
-    return Edges(a, b, free, inertia, box.friction, EXACT * whole)
+    speed_scale = fall + size(free.along) + size(free.up) + reach * size(free.turn)
+    return Edges(a, b, free, inertia, box.friction, EXACT * speed_scale)
 
 
 @wp.func

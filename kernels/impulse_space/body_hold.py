@@ -128,8 +128,8 @@ def add_held(held: real, at: Contact, sums: wp.ref[Sums]):
 
 
 @wp.func
-def turn_about(alone: bool, m: Triple, w: Triple, s: Triple, j: Symmetric) -> Triple:
-    """Angular velocity about a point m, alone, or a line w through it, from s about m.
+def turn_about(point: bool, m: Triple, w: Triple, s: Triple, j: Symmetric) -> Triple:
+    """Angular velocity about a `point` m, or about a line w through it, from s about m.
 
     j are moments of inertia about the centre of mass.
     """
@@ -141,8 +141,8 @@ def turn_about(alone: bool, m: Triple, w: Triple, s: Triple, j: Symmetric) -> Tr
     spin = scalar_product(w, s) / larger(scalar_product(w, times(about, w)), TINY)
     o = solve_symmetric(about, s)
     return Triple(
-        wp.where(alone, o.x, spin * w.x), wp.where(alone, o.y, spin * w.y),
-        wp.where(alone, o.z, spin * w.z),
+        wp.where(point, o.x, spin * w.x), wp.where(point, o.y, spin * w.y),
+        wp.where(point, o.z, spin * w.z),
     )  # fmt: skip
 
 
@@ -157,14 +157,14 @@ def find_motion(reach: real, u: Velocity, s: State, r: Turn, inverse: Triple, su
     over_count = one / larger(n.count, one)
     m, rise = Triple(over_count * n.x, over_count * n.y, over_count * n.z), over_count * n.t
     axx, axy, ayy = n.xx - n.x * m.x, n.xy - n.x * m.y, n.yy - n.y * m.y
-    flat, whole = spans(n.count, axx, axy, ayy), axx + ayy
-    some, alone = n.count > zero, n.count < real(1.5) or whole <= APART * reach * reach
+    flat, trace = spans(n.count, axx, axy, ayy), axx + ayy
+    some, point = n.count > zero, n.count < real(1.5) or trace <= APART * reach * reach
     # Slopes of the plane, or the line, through the points; and of their aims.
     slope_x, slope_y = divide_by_moments(
-        flat, alone, axx, axy, ayy, n.zx - n.z * m.x, n.zy - n.z * m.y
+        flat, point, axx, axy, ayy, n.zx - n.z * m.x, n.zy - n.z * m.y
     )
     climb_x, climb_y = divide_by_moments(
-        flat, alone, axx, axy, ayy, n.tx - n.t * m.x, n.ty - n.t * m.y
+        flat, point, axx, axy, ayy, n.tx - n.t * m.x, n.ty - n.t * m.y
     )
     closes = Triple(climb_y, -climb_x, zero)
     # In the plane of the points; along a line the motion that closes gaps is level.
@@ -178,7 +178,7 @@ def find_motion(reach: real, u: Velocity, s: State, r: Turn, inverse: Triple, su
     left = Triple(u.x - closing.x, u.y - closing.y, u.z - closing.z - rise)
     spin = minus(Triple(s.lx, s.ly, s.lz), times(j, closes))
     about = plus(spin, cross_product(left, m))
-    rolls = turn_about(alone, m, w, about, j)
+    rolls = turn_about(point, m, w, about, j)
     o = Triple(
         closes.x + wp.where(flat, zero, rolls.x), closes.y + wp.where(flat, zero, rolls.y),
         level + wp.where(flat, zero, rolls.z),
@@ -192,7 +192,7 @@ def find_motion(reach: real, u: Velocity, s: State, r: Turn, inverse: Triple, su
     lost = Triple(v.x - u.x, v.y - u.y, v.z - u.z)
     h = times(j, Triple(v.turn_x, v.turn_y, v.turn_z))
     g = cross_product(lost, m)
-    bx, by = divide_by_moments(flat, alone, axx, axy, ayy, s.ly - h.y - g.y, h.x - s.lx + g.x)
+    bx, by = divide_by_moments(flat, point, axx, axy, ayy, s.ly - h.y - g.y, h.x - s.lx + g.x)
     return v, Bed(m.x, m.y, lost.x, lost.y, lost.z, h.z - s.lz + g.z, over_count * lost.z, bx, by)
 
 

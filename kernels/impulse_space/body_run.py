@@ -186,9 +186,9 @@ def run_lanes(
                     good[i] = real(1.0)
                 for c in range(corners):
                     for i in range(LANES):
-                        whole = sums[i]
-                        add_held(held[c, i], contact[c, i], whole)
-                        sums[i] = whole
+                        held_sums = sums[i]
+                        add_held(held[c, i], contact[c, i], held_sums)
+                        sums[i] = held_sums
                 for i in range(LANES):
                     stops, carries = find_motion(
                         reach[i], free[i], state[i], turn[i], inverse[i], sums[i]

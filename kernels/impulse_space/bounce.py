@@ -13,7 +13,14 @@ from warprock.kernels.impulse_space.block import (
     rate_of,
     spin_of,
 )
-from warprock.kernels.shape_space.lanes import State, Triple, Turn, minus, scaled_each, turn_of
+from warprock.kernels.shape_space.lanes import (
+    State,
+    Triple,
+    Turn,
+    elementwise_product,
+    minus,
+    turn_of,
+)
 
 SLOW = real(4.0)
 """Largest speed, over g dt, at which a corner does not bounce: the corners of a block at rest come
@@ -64,7 +71,7 @@ def remove_gained_energy(knobs: Knobs, dv: Triple, inverse: Triple, s: State, u:
         Kane and Levinson (1985), Dynamics: Theory and Applications.
     """
     r = turn_of(s)
-    a = scaled_each(inverse, rounded_into_body(r, spin_of(s)))
+    a = elementwise_product(inverse, rounded_into_body(r, spin_of(s)))
     b = minus(rounded_into_body(r, rate_of(u)), a)
     fx, fy, fz = s.vx - dv.x, s.vy - dv.y, s.vz - dv.z - knobs.time_step * knobs.gravity
     px, py, pz = u.x - fx, u.y - fy, u.z - fz

@@ -117,7 +117,7 @@ def solve(
         u[k] = v[k]
         o[k] = w[k]
     for step in range(-1, sweeps):
-        change, whole = real(0.0), real(0.0)
+        change, norm_sq = real(0.0), real(0.0)
         for i in range(total):
             k = body[i]
             low = k - 1
@@ -130,7 +130,7 @@ def solve(
                 new = solve_contact(friction[k], gap[i], rate, gains[i], e, p[i], at)
             more = wp.transpose(e) * (new - p[i])
             change += wp.dot(more, more)
-            whole += wp.dot(new, new)
+            norm_sq += wp.dot(new, new)
             p[i] = new
             u[k] = push_velocity(u[k], light[k], more)
             o[k] = push_spin(o[k], ju, ru[i], more)
@@ -138,7 +138,7 @@ def solve(
             if low > 0:
                 u[low] = push_velocity(u[low], light[low], -more)
                 o[low] = push_spin(o[low], jl, rl[i], -more)
-        if step >= 0 and change <= SETTLED * SETTLED * whole:
+        if step >= 0 and change <= SETTLED * SETTLED * norm_sq:
             break
     return p, u, o
 

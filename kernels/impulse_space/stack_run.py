@@ -22,7 +22,7 @@ from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_
 from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape_space.block import Block, slide_of, turn_freely, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
-from warprock.kernels.shape_space.frame import axis_of, frame, turn_of_matrix, weighted
+from warprock.kernels.shape_space.frame import axis_of, frame, rotate_diagonal, turn_of_matrix
 from warprock.kernels.shape_space.lanes import Triple
 from warprock.kernels.shape_space.stack import (
     Bodies,
@@ -163,8 +163,8 @@ def integrate(
     """
     dt, one, r = knobs.time_step, real(1.0), frame(s.q)
     x, y, z = block.inverse_x, block.inverse_y, block.inverse_z
-    before = weighted(r, x, y, z) * s.spin
-    gain = weighted(r, one / x, one / y, one / z) * (o - before)
+    before = rotate_diagonal(r, x, y, z) * s.spin
+    gain = rotate_diagonal(r, one / x, one / y, one / z) * (o - before)
     if settles:
         return State(s.at, -HALF * u, -HALF * gain, s.q), real(0.0)
     push = u - s.v + dv + Vector(real(0.0), real(0.0), dt * knobs.gravity)
@@ -218,7 +218,7 @@ def run_lanes(
             for k in range(1, bodies):
                 block = blocks[k - 1, lane]
                 r = frame(attitude[k])
-                j = weighted(r, block.inverse_x, block.inverse_y, block.inverse_z)
+                j = rotate_diagonal(r, block.inverse_x, block.inverse_y, block.inverse_z)
                 for i in range(3):
                     pose.axes[3 * k + i] = axis_of(r, i)
                     pose.ease[3 * k + i] = pose.light[k] * axis_of(j, i)

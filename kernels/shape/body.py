@@ -34,18 +34,18 @@ def is_past(theta: real, angle: real) -> int:
 
 
 @wp.func
-def turned_x(x: real, z: real, s: real, c: real) -> real:
+def rotated_x(x: real, z: real, s: real, c: real) -> real:
     """X of a corner of a body turned by an angle with the sine s and the cosine c [m]."""
     return x * c + z * s
 
 
 @wp.func
-def turned_z(x: real, z: real, s: real, c: real) -> real:
+def rotated_z(x: real, z: real, s: real, c: real) -> real:
     """Z of a corner of a body turned by such an angle [m]."""
     return z * c - x * s
 
 
 @wp.func
-def turn_corner(x: real, z: real, s: real, c: real):
+def rotate_corner(x: real, z: real, s: real, c: real):
     """X and z of a corner of a body turned by such an angle [m]."""
-    return turned_x(x, z, s, c), turned_z(x, z, s, c)
+    return rotated_x(x, z, s, c), rotated_z(x, z, s, c)

@@ -276,7 +276,7 @@ def turn_of(pose: wp.ref[Pose], k: int) -> real:
 
 
 @wp.func
-def leaning(turn: real) -> int:
+def nearest_ends(turn: real) -> int:
     """Ends of an interface that are nearest to the face below; both if it is level.
 
     Args:
@@ -292,7 +292,7 @@ def ends_below(pose: wp.ref[Pose], k: int) -> int:
 
     They give the place of an open interface: with a fixed end a mirrored scene would differ.
     """
-    return wp.where(pose.touch[k] == OPEN, leaning(turn_of(pose, k)), pose.touch[k])
+    return wp.where(pose.touch[k] == OPEN, nearest_ends(turn_of(pose, k)), pose.touch[k])
 
 
 @wp.func

@@ -13,7 +13,7 @@ replaced by the point above that end, on the edge to that corner.
 
 import warp as wp
 
-from warprock.kernels.shape.body import turned_x, turned_z
+from warprock.kernels.shape.body import rotated_x, rotated_z
 from warprock.kernels.shape.interface import GROUND_FACE, Impulse, Point, Pose
 
 
@@ -120,8 +120,8 @@ def start_impulses(block: Block, lean: real, below: real):
 def along_top(foot: Foot, at: Pose, below: Pose) -> real:
     """Place of a corner of a block along the top below [m]."""
     dx, dz = at.x - below.x, at.z - below.z
-    across = dx + turned_x(foot.x, foot.z, at.s, at.c)
-    return across * below.c - (dz + turned_z(foot.x, foot.z, at.s, at.c)) * below.s
+    across = dx + rotated_x(foot.x, foot.z, at.s, at.c)
+    return across * below.c - (dz + rotated_z(foot.x, foot.z, at.s, at.c)) * below.s
 
 
 @wp.func
@@ -182,7 +182,7 @@ def find_foot(window: Window, role: int, at: Pose, below: Pose, top: Top):
     x = wp.where(role < 0, before.x, wp.where(role > 0, after.x, middle.x))
     z = wp.where(role < 0, before.z, wp.where(role > 0, after.z, middle.z))
     along = wp.where(role < 0, before.along, wp.where(role > 0, after.along, middle.along))
-    px, pz = turned_x(x, z, s, c), turned_z(x, z, s, c)
+    px, pz = rotated_x(x, z, s, c), rotated_z(x, z, s, c)
     ax, az = dx + px, dz + pz
     place = ax * lc - az * ls
     first = along_top(middle, at, below)

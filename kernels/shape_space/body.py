@@ -134,16 +134,16 @@ def touches_as_lowest(gap: real, lowest: real, half_width: real) -> bool:
 @wp.func
 def spans(count: real, xx: real, xy: real, yy: real) -> bool:
     """Whether points span a plane, from their number and their second moments about the middle."""
-    whole = xx + yy
-    return count > real(2.5) and xx * yy - xy * xy > PLANE * whole * whole
+    trace = xx + yy
+    return count > real(2.5) and xx * yy - xy * xy > PLANE * trace * trace
 
 
 @wp.func
-def divide_by_moments(flat: bool, alone: bool, xx: real, xy: real, yy: real, x: real, y: real):
+def divide_by_moments(flat: bool, point: bool, xx: real, xy: real, yy: real, x: real, y: real):
     """The inverse of second moments times a vector; of a line, or a point, their pseudo-inverse."""
-    whole = larger(xx + yy, TINY)
-    part = real(1.0) / wp.where(flat, xx * yy - xy * xy, whole * whole)
+    trace = larger(xx + yy, TINY)
+    part = real(1.0) / wp.where(flat, xx * yy - xy * xy, trace * trace)
     a, b = yy * x - xy * y, xx * y - xy * x
     c, d = xx * x + xy * y, xy * x + yy * y
-    part = wp.where(alone, real(0.0), part)
+    part = wp.where(point, real(0.0), part)
     return part * wp.where(flat, a, c), part * wp.where(flat, b, d)

@@ -33,7 +33,7 @@ def turn_of_matrix(r: Matrix) -> Turn:
 
 
 @wp.func
-def weighted(r: Matrix, x: real, y: real, z: real) -> Matrix:
+def rotate_diagonal(r: Matrix, x: real, y: real, z: real) -> Matrix:
     """R diag(x, y, z) R^T: a moment of inertia, or its inverse, in the axes of the base."""
     j = inertia_of(turn_of_matrix(r), Triple(x, y, z))
     return Matrix(j.xx, j.xy, j.xz, j.xy, j.yy, j.yz, j.xz, j.yz, j.zz)

@@ -94,13 +94,13 @@ def minus(a: Triple, b: Triple) -> Triple:
 
 
 @wp.func
-def scaled(part: real, a: Triple) -> Triple:
+def multiple(part: real, a: Triple) -> Triple:
     """A multiple of a vector."""
     return Triple(part * a.x, part * a.y, part * a.z)
 
 
 @wp.func
-def scaled_each(a: Triple, b: Triple) -> Triple:
+def elementwise_product(a: Triple, b: Triple) -> Triple:
     """The products of the components of two vectors."""
     return Triple(a.x * b.x, a.y * b.y, a.z * b.z)
 

@@ -212,14 +212,14 @@ def first_opening(stack: Stack, state: State, x1: Series, x2: Series, a: Series,
     s1 = state.ground
     s2 = state.interface
     if s1 == zero or s2 == zero:
-        whole, tilt, normal, moment = bearing_series(stack, s1, s2, x1, x2, a)
+        ground_load, tilt, normal, moment = bearing_series(stack, s1, s2, x1, x2, a)
         slack = SLACK * stack.reach * stack.gravity
         contact = int(0)
         while contact < 4:
             side = wp.where(contact % 2 == 0, real(1.0), real(-1.0))
             margin = Series()
             if contact < 2 and s1 == zero:
-                margin = stack.ground * whole + side * tilt
+                margin = stack.ground * ground_load + side * tilt
                 margin[0] = margin[0] + slack * (stack.lower.mass + stack.upper.mass)
             if contact >= 2 and s2 == zero:
                 margin = stack.interface * normal + side * moment
@@ -245,21 +245,21 @@ def first_fall(x: Series, h: real) -> real:
 def end_step(state: State, x1: Series, x2: Series, tau: real, time: real) -> State:
     """The state after a time tau of a step, with its peaks; closed contacts are exactly closed."""
     s = state
-    v1 = derive(x1)
-    v2 = derive(x2)
-    w1 = value(v1, tau)
-    w2 = value(v2, tau)
-    if w1 * v1[0] < real(0.0):
-        turn1 = root(v1, real(0.0), tau)
+    rate1 = derive(x1)
+    rate2 = derive(x2)
+    end_rate1 = value(rate1, tau)
+    end_rate2 = value(rate2, tau)
+    if end_rate1 * rate1[0] < real(0.0):
+        turn1 = root(rate1, real(0.0), tau)
         s = observe_peak(s, 0, value(x1, turn1), state.time + turn1)
-    if w2 * v2[0] < real(0.0):
-        turn2 = root(v2, real(0.0), tau)
+    if end_rate2 * rate2[0] < real(0.0):
+        turn2 = root(rate2, real(0.0), tau)
         s = observe_peak(s, 1, value(x2, turn2), state.time + turn2)
     first = value(x1, tau)
     second = value(x2, tau)
     glued = s.interface == real(0.0)
     s.rotation = Pair(first, wp.where(glued, first, second))
-    s.rate = Pair(w1, wp.where(glued, w1, w2))
+    s.rate = Pair(end_rate1, wp.where(glued, end_rate1, end_rate2))
     s.time = time
     s = observe_peak(s, 0, s.rotation[0], time)
     return observe_peak(s, 1, s.rotation[1], time)
@@ -273,8 +273,8 @@ def step(stack: Stack, state: State, a: Series, until: real, x1: Series, x2: Ser
     s2 = state.interface
     room = until - state.time
     h = smaller(sure_step(x1, x2, TOLERANCE), stack.step_length)
-    whole = h >= room
-    h = wp.where(whole, room, h)
+    reaches_end = h >= room
+    h = wp.where(reaches_end, room, h)
     gap1 = s1 * x1
     gap2 = s2 * (x2 - x1)
     event = int(NOTHING)
@@ -294,7 +294,7 @@ def step(stack: Stack, state: State, a: Series, until: real, x1: Series, x2: Ser
             event = wp.where(first == lands2, INTERFACE, event)
             event = wp.where(first == lands1, GROUND, event)
             tau = wp.where(event == OPENING, smaller(tau + OVERSTEP, h), tau)
-    time = wp.where(whole and tau >= h, until, state.time + tau)
+    time = wp.where(reaches_end and tau >= h, until, state.time + tau)
     s = end_step(state, x1, x2, tau, time)
     lands = event < OPENING and event > NOTHING
     if lands:

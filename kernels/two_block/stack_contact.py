@@ -124,21 +124,21 @@ def after_impulse(
         i2 = place // 3
         place += 1
         if (shut1 or i1 == 0) and (shut2 or i2 == 0):
-            n1 = wp.where(shut1, corner(i1), s1)
-            n2 = wp.where(shut2, corner(i2), s2)
-            w = project(stack, n1, n2, rotation, before, spin)
-            force = momenta(stack, n1, n2, rotation, w, real(0.0)) - before
+            ground = wp.where(shut1, corner(i1), s1)
+            interface = wp.where(shut2, corner(i2), s2)
+            w = project(stack, ground, interface, rotation, before, spin)
+            force = momenta(stack, ground, interface, rotation, w, real(0.0)) - before
             turn = spins(stack, w - rate)
             pulls1 = ground_pulls(force)
             pulls2 = interface_pulls(stack, rotation, force)
-            margin = least_margin(stack, n1, n2, rotation, force, turn)
-            energy = kinetic_energy(stack, n1, n2, rotation, w)
+            margin = least_margin(stack, ground, interface, rotation, force, turn)
+            energy = kinetic_energy(stack, ground, interface, rotation, w)
             sound = margin >= real(0.0) and not (pulls1 and shut1) and not (pulls2 and shut2)
             rank = wp.where(sound, ADMISSIBLE, OPENED)
-            rank = wp.where(opens(n1, n2, shut1, shut2, w), rank, NONE)
+            rank = wp.where(opens(ground, interface, shut1, shut2, w), rank, NONE)
             if rank > best.rank or (rank == best.rank and rank > NONE and energy > best.energy):
-                best.ground = n1
-                best.interface = n2
+                best.ground = ground
+                best.interface = interface
                 best.motion = w
                 best.energy = energy
                 best.rank = rank
@@ -161,16 +161,16 @@ def after_force(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, a:
         i1 = place % 3
         i2 = place // 3
         if (shut1 or i1 == 0) and (shut2 or i2 == 0):
-            n1 = wp.where(shut1, corner(i1), s1)
-            n2 = wp.where(shut2, corner(i2), s2)
-            bend = accelerations(stack, n1, n2, rotation, rate, a)
-            force = reactions(stack, n1, n2, rotation, rate, bend, a)
+            ground = wp.where(shut1, corner(i1), s1)
+            interface = wp.where(shut2, corner(i2), s2)
+            bend = accelerations(stack, ground, interface, rotation, rate, a)
+            force = reactions(stack, ground, interface, rotation, rate, bend, a)
             turn = spins(stack, bend)
-            margin = least_margin(stack, n1, n2, rotation, force, turn)
-            holds = margin >= real(0.0) and opens(n1, n2, shut1, shut2, bend)
+            margin = least_margin(stack, ground, interface, rotation, force, turn)
+            holds = margin >= real(0.0) and opens(ground, interface, shut1, shut2, bend)
             if holds or place == 0:
-                best.ground = n1
-                best.interface = n2
+                best.ground = ground
+                best.interface = interface
                 best.motion = bend
                 best.rank = wp.where(holds, ADMISSIBLE, NONE)
                 best.pulls = ground_pulls(force) or interface_pulls(stack, rotation, force)
@@ -206,15 +206,15 @@ def close_slow_contacts(
     spin = spins(stack, w)
     part = int(0)
     while part < 3:
-        n1 = wp.where(small1 and part != 2, zero, s1)
-        n2 = wp.where(small2 and part != 1, zero, s2)
+        ground = wp.where(small1 and part != 2, zero, s1)
+        interface = wp.where(small2 and part != 1, zero, s2)
         part += 1
-        if n1 != s1 or n2 != s2:
-            rate = project(stack, n1, n2, rotation, momentum, spin)
-            kept = after_force(stack, n1, n2, rotation, rate, a)
-            if kept.rank == ADMISSIBLE and kept.ground == n1 and kept.interface == n2:
-                found.ground = n1
-                found.interface = n2
+        if ground != s1 or interface != s2:
+            rate = project(stack, ground, interface, rotation, momentum, spin)
+            kept = after_force(stack, ground, interface, rotation, rate, a)
+            if kept.rank == ADMISSIBLE and kept.ground == ground and kept.interface == interface:
+                found.ground = ground
+                found.interface = interface
                 found.motion = rate
                 part = 3
     return found

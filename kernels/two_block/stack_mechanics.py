@@ -267,16 +267,16 @@ def least_margin(
     from_above = wp.where(s2 == zero, moment, -s2 * stack.interface * force[3])
     rise = stack.lower.half_height + stack.lower.half_height
     tilt = turn[0] + stack.lower.half_height * force[0] + rise * force[2] + from_above
-    whole_size = upper_size + size(force[0]) + size(force[1]) + size(turn[0])
-    stands = stack.ground * (force[1] + force[3]) - size(tilt) + slack * whole_size
+    total_size = upper_size + size(force[0]) + size(force[1]) + size(turn[0])
+    stands = stack.ground * (force[1] + force[3]) - size(tilt) + slack * total_size
     return smaller(wp.where(s2 == zero, held, LARGE), wp.where(s1 == zero, stands, LARGE))
 
 
 @wp.func
 def ground_pulls(force: Places) -> bool:
     """Whether the ground would have to pull the stack down."""
-    whole = size(force[0]) + size(force[1]) + size(force[2]) + size(force[3])
-    return force[1] + force[3] < -ROUND_OFF * whole
+    total = size(force[0]) + size(force[1]) + size(force[2]) + size(force[3])
+    return force[1] + force[3] < -ROUND_OFF * total
 
 
 @wp.func

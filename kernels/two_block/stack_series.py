@@ -186,12 +186,12 @@ def bearing_series(stack: Stack, s1: real, s2: real, x1: Series, x2: Series, a: 
             turned = fused(cos2[i], fx[j], fused_less(sin2[i], fz[j], turned))
         normal[n] = pressed
         moment[n] = fused(stack.upper.inertia, bend2[n], h2 * turned)
-    whole = Series(fz)
-    whole[0] = whole[0] + stack.lower.mass * stack.gravity
+    ground_load = Series(fz)
+    ground_load[0] = ground_load[0] + stack.lower.mass * stack.gravity
     tilt = stack.lower.half_height * stack.lower.mass * a + rise * fx
     for k in range(DEGREE - 1):
         tilt[k] = tilt[k] + wp.where(s2 == zero, moment[k], -edge * fz[k])
-    return whole, tilt, normal, moment
+    return ground_load, tilt, normal, moment
 
 
 @wp.func

@@ -32,7 +32,7 @@ from warprock.case.load import load_case
 from warprock.errors import InputError
 from warprock.findings.incremental import find_analysis
 from warprock.model import rocking
-from warprock.records import fema_p695
+from warprock.recordings import fema_p695
 
 Array = np.ndarray
 

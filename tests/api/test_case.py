@@ -14,7 +14,7 @@ from tests.shared.case_texts import FREE, PULSE
 from warprock.case.load import load_case
 from warprock.case.text import case_names, data_folder
 from warprock.case.writing import toml_text
-from warprock.records import load_record
+from warprock.recordings import load_record
 
 BLOCK = wr.Block(width="0.5 m", height="2 m", depth="0.5 m", density="2400 kg/m^3")
 

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 import warprock as wr
-from warprock.records.loading import load_record
+from warprock.recordings.loading import load_record
 
 TIMES = np.arange(200) * 0.01
 PULSE = np.sin(2.0 * np.pi * TIMES)

@@ -37,6 +37,7 @@ def test_the_shipped_cases_are_these_and_load():
         "sobol-single-block",
         "space-biaxial",
         "space-free",
+        "square-drops",
         "stack-collapse",
         "stack-continuous-sine",
         "stack-continuous-sine-ensemble",
@@ -436,6 +437,7 @@ PARTS = sorted(
 )
 
 
+@pytest.mark.thorough
 @settings(max_examples=40)
 @given(path=st.lists(st.sampled_from(PARTS), min_size=1, max_size=3), value=JUNK)
 def test_whatever_is_written_the_answer_is_a_case_or_one_line(path, value):

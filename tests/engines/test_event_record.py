@@ -14,7 +14,7 @@ from warprock.engines.launching import Form
 from warprock.kernels.pool import AHEAD
 from warprock.model.motion import RecordMotions
 from warprock.model.response import SampleTimes, Status
-from warprock.records import record_motions
+from warprock.recordings import record_motions
 from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY

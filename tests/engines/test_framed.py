@@ -15,7 +15,7 @@ from warprock.measure import bench
 from warprock.model import rocking
 from warprock.model.motion import Control, StillBase
 from warprock.model.response import Outcome, SampleTimes
-from warprock.records import load_record, record_motions
+from warprock.recordings import load_record, record_motions
 from warprock.running.batch import run_batch
 from warprock.running.machine import cpu_vector_flags
 from warprock.settings.engines import SETTINGS

@@ -18,7 +18,7 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase, Waveform, ricker_motions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.oracle.block import OracleResponse, rock
-from warprock.records import Record, record_motions
+from warprock.recordings import Record, record_motions
 from warprock.running.batch import run_batch
 from warprock.settings.engines import HousnerSettings
 from warprock.units import GRAVITY

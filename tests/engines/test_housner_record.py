@@ -18,7 +18,7 @@ from warprock.kernels.pool import AHEAD
 from warprock.model import rocking
 from warprock.model.motion import StillBase, UprightMotions
 from warprock.model.response import SampleTimes
-from warprock.records import record_motions
+from warprock.recordings import record_motions
 from warprock.running.batch import run_batch
 from warprock.units import GRAVITY
 

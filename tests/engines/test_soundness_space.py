@@ -38,7 +38,7 @@ from warprock.model.motion import (
 from warprock.model.pose import bottom_corners, start_poses
 from warprock.model.response import USABLE, SampleTimes, Status
 from warprock.model.turning import rotate
-from warprock.records import load_record, record_motions
+from warprock.recordings import load_record, record_motions
 from warprock.running.batch import run_batch
 from warprock.settings.engines import build_settings
 from warprock.units import GRAVITY

@@ -27,7 +27,7 @@ from warprock.model.response import LANE_FIELDS, Outcome, Response, SampleTimes,
 from warprock.model.scene import scene_kind
 from warprock.oracle.pair import TwoBlockResponse, rock_two_blocks
 from warprock.oracle.pair_mechanics import Pattern, StackMechanics, TwoBlocks
-from warprock.records import Record, record_motions
+from warprock.recordings import Record, record_motions
 from warprock.running.batch import run_batch
 from warprock.settings.engines import TwoBlockSettings
 from warprock.units import GRAVITY

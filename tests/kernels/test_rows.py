@@ -79,7 +79,7 @@ def test_text_has_a_variable_a_field(tmp_path):
     module_of(tmp_path, "rows_in_text")
     text = rows_module.TEXTS["rows_in_text"]
     assert "state_theta = RealRows()" in text
-    assert "slab_count = WholeRows3()" in text
+    assert "slab_count = IntRows3()" in text
     assert "place_theta = RealRowsOf8()" in text
     assert "double(slab_theta[k, i])" in text
 
@@ -124,7 +124,7 @@ def test_a_vector_has_a_variable_a_component(tmp_path):
     module = module_of(tmp_path, "rows_of_vectors", VECTORS)
     text = rows_module.TEXTS["rows_of_vectors"]
     assert "flight_place_2 = RealRows()" in text
-    assert "flight_knots_1 = WholeRows()" in text
+    assert "flight_knots_1 = IntRows()" in text
     assert "flight_place_1[i] = flight_place_1[i] + real(4.0)" in text
     found = wp.zeros((4, 4), dtype=wp.float64, device="cpu")
     wp.launch(module.fly_all, 1, [found], device="cpu")

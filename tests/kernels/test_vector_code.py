@@ -16,7 +16,7 @@ from warprock.engines.launching import Form
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions
 from warprock.model.response import SampleTimes
-from warprock.records import load_record, record_motions
+from warprock.recordings import load_record, record_motions
 from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings, ImpulseSettings
 

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from tests.shared.blocks import sines
 from warprock.model.floor import SAMPLES, Floors, floor_motions
 from warprock.model.motion import Control
-from warprock.records import Record, record_motions
+from warprock.recordings import Record, record_motions
 
 DURATION = np.full(1, 12.0)
 

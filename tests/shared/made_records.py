@@ -7,7 +7,7 @@ from typing import Any
 import numpy.typing as npt
 
 from warprock.model.motion import Control
-from warprock.records import Record
+from warprock.recordings import Record
 
 
 def made_record(samples: npt.NDArray[Any], interval: float) -> Record:

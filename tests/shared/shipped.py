@@ -6,7 +6,7 @@ import json
 
 from warprock.case.load import load_case
 from warprock.case.text import case_names
-from warprock.records import fema_p695
+from warprock.recordings import fema_p695
 
 
 def _missing(name: str) -> bool:

@@ -19,7 +19,7 @@ from warprock.figures.identification import draw_identified
 from warprock.findings.identification import find_identified
 from warprock.model import rocking
 from warprock.quantity import NOTHING, NumberKey, Said
-from warprock.records.rotation_file import Rotations, read_rotations
+from warprock.recordings.rotation_file import Rotations, read_rotations
 
 Frequency = str
 """A text with a unit. The name of such an alias is the placeholder of the option."""

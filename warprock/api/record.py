@@ -12,9 +12,9 @@ import numpy.typing as npt
 from warprock.api.names import python_names
 from warprock.arguments import at_the_door
 from warprock.errors import InputError
-from warprock.records.loading import load_record
-from warprock.records.sample_file import csv_text
-from warprock.records.writing import NOT_STATED
+from warprock.recordings.loading import load_record
+from warprock.recordings.sample_file import csv_text
+from warprock.recordings.writing import NOT_STATED
 from warprock.running.files import replacing, require_writable_file
 
 

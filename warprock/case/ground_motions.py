@@ -32,11 +32,11 @@ from warprock.model.motion import (
 )
 from warprock.model.stacking import uplift_ratio
 from warprock.quantity import NumberKey, Said
-from warprock.records.intensity import FINEST, spectral_accelerations
+from warprock.recordings.intensity import FINEST, spectral_accelerations
 from warprock.units import GRAVITY
 
 if TYPE_CHECKING:
-    from warprock.records import Record
+    from warprock.recordings import Record
 
 Array = npt.NDArray[np.float64]
 
@@ -220,7 +220,7 @@ def case_records(case: Case) -> list[Record]:
     Raises:
         InputError: A record that does not exist or cannot be used.
     """
-    from warprock.records import load_record
+    from warprock.recordings import load_record
 
     records = []
     for key, name in _record_names(LaneValues(case, range(1))):
@@ -241,7 +241,7 @@ def _record_names(values: LaneValues) -> list[tuple[str, str]]:
 
 def _records(values: LaneValues, table: str, start: Array) -> Motions:
     """Records times a scale."""
-    from warprock.records import record_motions
+    from warprock.recordings import record_motions
 
     records = case_records(values.case)
     before = [key for key, _ in _record_names(values)].index(f"{table}.record")

@@ -120,6 +120,16 @@ class Direction(Table):
             column=Column("tilt_to", "deg"),
         ),
     ] = None
+    rise: Annotated[
+        float,
+        NumberKey(
+            "the time in which a push, a sideways load that then stays, rises to its amplitude",
+            "0 s to 1e5 s",
+            low_open=True,
+            swept=True,
+            column=Column("rise"),
+        ),
+    ] = 1.0
     record: Annotated[
         str | None,
         TextKey(

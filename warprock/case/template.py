@@ -26,11 +26,11 @@ from warprock.case.writing import toml_text
 from warprock.errors import InputError, did_you_mean
 from warprock.model.undecided import decided_after
 from warprock.quantity import NumberKey
-from warprock.records import load_record, record_names
-from warprock.records.column_file import Reading
-from warprock.records.loading import AS_WRITTEN
-from warprock.records.record import Record
-from warprock.records.writing import format_imported
+from warprock.recordings import load_record, record_names
+from warprock.recordings.column_file import Reading
+from warprock.recordings.loading import AS_WRITTEN
+from warprock.recordings.record import Record
+from warprock.recordings.writing import format_imported
 from warprock.units import Dimension, parse_quantity
 
 SIZES = ("width", "depth", "diameter", "height")

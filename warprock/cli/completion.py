@@ -88,7 +88,7 @@ def targets(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> li
 
 def records(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Names of shipped records, and files."""
-    from warprock.records import record_names
+    from warprock.recordings import record_names
 
     return [*_starting(record_names(), incomplete), CompletionItem(incomplete, type="file")]
 

@@ -12,7 +12,7 @@ from warprock.cli.options import json_option, output_file_to, reading_options, w
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
-    from warprock.records.importing import Importing
+    from warprock.recordings.importing import Importing
 
 
 @click.group()
@@ -31,7 +31,7 @@ def records() -> None:
 @json_option
 def list_command(fema: bool, as_json: bool) -> None:
     """The shipped records: unit, interval, PGA, PGV, licence and SHA-256."""
-    from warprock.records.summary import record_rows
+    from warprock.recordings.summary import record_rows
     from warprock.tables.records import print_records
     from warprock.tables.terminal import print_json
 
@@ -61,9 +61,9 @@ def info(
 ) -> None:
     """What a record or a file holds, with all its intensity measures."""
     from warprock.errors import InputError
-    from warprock.records.column_file import Reading
-    from warprock.records.intensity import PERIODS
-    from warprock.records.summary import record_facts
+    from warprock.recordings.column_file import Reading
+    from warprock.recordings.intensity import PERIODS
+    from warprock.recordings.summary import record_facts
     from warprock.tables.records import print_facts
     from warprock.tables.terminal import print_json
 
@@ -136,15 +136,15 @@ def import_command(
     Several files, a pattern in quotes ("raw/T???.txt") or a folder are written to the folder
     OUTPUT, each under its own name.
     """
-    from warprock.records.column_file import Reading
-    from warprock.records.importing import (
+    from warprock.recordings.column_file import Reading
+    from warprock.recordings.importing import (
         Importing,
         convert_file,
         displacement_reading,
         found_files,
         require_one_name,
     )
-    from warprock.records.processing import parse_step
+    from warprock.recordings.processing import parse_step
 
     asked, beside = Reading(**table), None
     if displacement is not None:
@@ -191,7 +191,7 @@ def _write_many(
     weights: pathlib.Path | None,
 ) -> None:
     """Writes several records to a folder and says what is in them."""
-    from warprock.records.importing import import_files, weighted_table
+    from warprock.recordings.importing import import_files, weighted_table
     from warprock.running.files import replacing, require_writable
     from warprock.running.machine import core_count
     from warprock.tables.records import print_imported
@@ -232,8 +232,8 @@ def generate(
     as_json: bool,
 ) -> None:
     """Writes a stochastic motion: Kanai-Tajimi noise under an envelope, scaled to a peak."""
-    from warprock.records.stochastic import GroundNoise
-    from warprock.records.writing import format_generated
+    from warprock.recordings.stochastic import GroundNoise
+    from warprock.recordings.writing import format_generated
 
     noise = GroundNoise(
         seed=seed,
@@ -262,7 +262,7 @@ def _positive(option: str, text: str, dimension: str) -> float:
 
 def _write(output: pathlib.Path, content: bytes, as_json: bool) -> None:
     """Writes a CSV file and says what is in it."""
-    from warprock.records.summary import record_facts
+    from warprock.recordings.summary import record_facts
     from warprock.running.files import replacing, require_writable_file
     from warprock.tables.records import print_facts
     from warprock.tables.terminal import print_json, print_written

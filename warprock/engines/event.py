@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, ClassVar, final
+from typing import Any, ClassVar, cast, final
 
 import numpy as np
 import numpy.typing as npt
@@ -33,8 +33,8 @@ from warprock.engines.stack_bodies import edge_columns, foot_columns
 from warprock.engines.workload import step_limit
 from warprock.kernels import event, event_space
 from warprock.model import rocking
-from warprock.model.bodies import Bodies
-from warprock.model.lanes import Lanes, as_stacks
+from warprock.model.bodies import CORNERS, Bodies, boxes_on_corners
+from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions, RecordMotions, UprightMotions
 from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
@@ -114,6 +114,10 @@ class Event(KernelEngine):
     the nearest that friction allows (`struck_velocity` in kernels/event/body_contact.py).
     `friction_needed` is the friction that such impacts need; a lane with less is OUTSIDE_MODEL.
 
+    With a `restitution` single blocks and bodies bounce, boxes as bodies
+    (kernels/event/body_bounce.py, kernels/event_space/body_bounce.py): second order through all
+    bounces. Those that are left out have heights of second order in the step.
+
     Stacks in the plane (kernels/event/stack/): fifth order while all contacts stick, second where
     something slides or flies. A body in a stack stands on an edge of its chain of corners
     (kernels/event/stack/edges.py).
@@ -169,6 +173,20 @@ class Event(KernelEngine):
             )
         return None
 
+    def refuses(self, scene: SceneKind) -> str | None:
+        """Why its settings are not for a scene: only single free blocks bounce."""
+        if not self._bounces:
+            return None
+        why = None
+        if scene.stacked or scene.held:
+            why = "the case has " + ("a stack" if scene.stacked else f"[{scene.held[0]}]")
+        elif scene.restitution_given:
+            why = "the case prescribes contact.angular_restitution"
+        return why and (
+            "engines.event.restitution above 0 is for single free-standing blocks and bodies, "
+            f"and {why}"
+        )
+
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: packed are single blocks alone, in space on a cone."""
         if not scene.spatial:
@@ -176,15 +194,17 @@ class Event(KernelEngine):
                 return Kernel(event, "stack_run")
             if scene.held:
                 return Kernel(event, "held_run")
-            cornered = scene.on_points or scene.restitution_given
+            cornered = scene.on_points or scene.restitution_given or self._bounces
             name = "body_run" if cornered else "block_run"
-            return Kernel(event, name, lanes=self.target.lanes)
+            return Kernel(event, name, lanes=self.target.lanes, bounces=self._bounces)
         friction = "box" if self.settings.friction_box else "cone"
         if scene.stacked:
             return Kernel(event_space, "stack_run", friction=friction)
-        if scene.bodies:
-            rows = point_rows(scene)
-            return Kernel(event_space, "body_run", friction=friction, points=rows)
+        if scene.bodies or self._bounces:
+            rows = point_rows(scene) if scene.bodies else CORNERS
+            return Kernel(
+                event_space, "body_run", friction=friction, points=rows, bounces=self._bounces
+            )
         if scene.moving:
             return Kernel(event_space, "block_run", friction=friction, thrown=True)
         if self.target.kernel_form is Form.PACKED and friction == "cone":
@@ -193,12 +213,37 @@ class Event(KernelEngine):
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step that every lane may take [s]: also cut at the knots of a record."""
-        return np.asarray(np.minimum(self._own_step(lanes, motions), motions.knot_interval))
+        step = self._own_step(self.kernel_lanes(lanes, motions), motions)
+        return np.asarray(np.minimum(step, motions.knot_interval))
 
     def step_of_settings(self, lanes: Lanes, motions: GroundMotions) -> float:
         """Longest step that the settings ask for [s]; polynomials take longer ones."""
-        parts = POLYNOMIAL_STEPS if _rolls(lanes, motions) else 1.0
+        parts = POLYNOMIAL_STEPS if self._rolls(lanes, motions) else 1.0
         return parts * float(self.settings.time_step)
+
+    def kernel_lanes(self, lanes: Lanes, motions: GroundMotions) -> Lanes:
+        """Lanes as its kernels take them: boxes are bodies where they bounce, too."""
+        if not self._bounces or lanes.body is not None or lanes.stacked:
+            return super().kernel_lanes(lanes, motions)
+        if not lanes.spatial:
+            return dataclasses.replace(lanes, body=box_bodies(lanes))
+        own = None if lanes.release is None else lanes.release.gyration
+        boxes = cast(SpatialLanes, lanes)
+        sizes = np.stack([boxes.width, boxes.depth, boxes.height], axis=-1)
+        body = boxes_on_corners(sizes=sizes, mass=lanes.mass, gyration=own)
+        release = lanes.release and dataclasses.replace(lanes.release, gyration=None)
+        return dataclasses.replace(boxes, body=body, release=release)
+
+    @property
+    def _bounces(self) -> bool:
+        """Whether corners that strike the base leave it again."""
+        return bool(self.settings.restitution > 0.0)
+
+    def _rolls(self, lanes: Lanes, motions: GroundMotions) -> bool:
+        """Whether lanes are boxes that rock by Taylor polynomials (kernels/event/block.py)."""
+        boxes = not lanes.spatial and not lanes.stacked and lanes.body is None
+        follows = lanes.restitution_given or self._bounces or isinstance(motions, UprightMotions)
+        return boxes and not follows
 
     def _own_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step [s]: a part of 1 / p, the largest of blocks, and in space of both planes."""
@@ -220,7 +265,7 @@ class Event(KernelEngine):
         ]
         fastest = np.concatenate(rates, axis=1).max(axis=1)
         step = np.asarray(np.minimum(self.step_of_settings(lanes, motions), PHASE_STEP / fastest))
-        if _rolls(lanes, motions):
+        if self._rolls(lanes, motions):
             rate = motions.components[0].fastest_rate
             with np.errstate(divide="ignore"):
                 step = np.minimum(step, MOTION_STEP / np.asarray(rate))
@@ -234,7 +279,7 @@ class Event(KernelEngine):
 
         See `AbstractEngine.alike_order`.
         """
-        if self.target.lanes == 1 or not _rolls(lanes, motions) or lanes.release is not None:
+        if self.target.lanes == 1 or not self._rolls(lanes, motions) or lanes.release is not None:
             return None
         if lanes.hold is not None:
             return None
@@ -261,6 +306,7 @@ class Event(KernelEngine):
             "longest_step": longest_step,
             "step_limit": step_limit(motions, times.duration, short_step, STEPS_SPARE),
         }
+        per_lane |= self._rebound(longest_step)
         if lanes.spatial:
             per_lane["rest_gap"] = _rest_gap(lanes, self.settings)
             columns = spatial_inputs(lanes)
@@ -286,6 +332,15 @@ class Event(KernelEngine):
         per_lane["short_step"] = short_step
         blocks |= {name: each[:, None] for name, each in per_lane.items()}
         return {"blocks": blocks, "knobs": knobs} | start_columns(lanes)
+
+    def _rebound(self, longest_step: Array) -> dict[str, Array]:
+        """How corners bounce: the restitution, and the speed [m/s] up to which they do not.
+
+        A bounce that would last less than the longest step, 2 e v / g, is left out.
+        """
+        kept = np.full(longest_step.shape, self.settings.restitution)
+        with np.errstate(divide="ignore"):
+            return {"rebound": kept, "slow": 0.5 * GRAVITY * longest_step / kept}
 
     def _held_inputs(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes
@@ -325,12 +380,6 @@ class Event(KernelEngine):
         # Of single blocks in the plane the kernel knows the energy of unit mass.
         mass = 1.0 if lanes.stacked or lanes.spatial else lanes.mass
         return fields | blocks | {"energy_lost": mass * rows["loss"]}
-
-
-def _rolls(lanes: Lanes, motions: GroundMotions) -> bool:
-    """Whether lanes are single boxes that rock by Taylor polynomials (kernels/event/block.py)."""
-    boxes = not lanes.spatial and not lanes.stacked and lanes.body is None
-    return boxes and not lanes.restitution_given and not isinstance(motions, UprightMotions)
 
 
 def _hold_acceleration(lanes: Lanes) -> Array:

@@ -34,7 +34,7 @@ from warprock.model.motion import (
 from warprock.model.response import Response, SampleTimes
 from warprock.oracle.block import oracle_response
 from warprock.oracle.pair_lanes import two_block_response
-from warprock.records import load_record, record_motions
+from warprock.recordings import load_record, record_motions
 from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY

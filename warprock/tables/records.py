@@ -32,7 +32,7 @@ MEASURES = (
 
 
 def print_records(rows: Sequence[Mapping[str, Any]], console: Console | None = None) -> None:
-    """Prints the rows of `records.summary.record_rows`.
+    """Prints the rows of `recordings.summary.record_rows`.
 
     Args:
         rows: One a record.
@@ -73,7 +73,7 @@ def print_imported(
     """Prints what records were written to a folder.
 
     Args:
-        rows: One a record, as of `records.importing.import_files`.
+        rows: One a record, as of `recordings.importing.import_files`.
         folder: The folder.
         table: A table for a sweep over them; None where none was written.
         console: Where to; the terminal if not given.
@@ -102,7 +102,7 @@ def print_facts(
     said: Sequence[str] = (),
     console: Console | None = None,
 ) -> None:
-    """Prints what `records.summary.record_facts` found.
+    """Prints what `recordings.summary.record_facts` found.
 
     Args:
         records: One a channel.

@@ -26,8 +26,8 @@ from warprock.kernels.shape.stack import (
     find_anchor,
     flat_rotation,
     interface_rows,
-    leaning,
     lower_face,
+    nearest_ends,
     place_block,
     side_of,
     slide_place,
@@ -58,7 +58,7 @@ def start_pose(blocks: wp.ref[Blocks], pose: wp.ref[Pose]) -> Pose:
     p = pose
     for k in range(BLOCKS):
         turn_block(blocks, p, k, p.theta[k])
-        touch = leaning(turn_of(p, k))
+        touch = nearest_ends(turn_of(p, k))
         p.touch[k] = touch
         side = side_of(touch)
         low, _height = lower_face(blocks, k)
