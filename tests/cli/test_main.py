@@ -85,8 +85,13 @@ def refused(result: Result, *words: str) -> None:
         ("main(['keys', 'contact'], standalone_mode=False)", {"rich", "pydantic", "numpy"}),
         ("main(['list'], standalone_mode=False)", {"rich", "numpy"}),
         ("main(['explain', 'space-free'], standalone_mode=False)", {"rich", "pydantic", "numpy"}),
+        (
+            "main(['run', 'free-b0'], standalone_mode=False)",
+            {"rich", "pydantic", "numpy", "warp"},
+        ),
+        ("import warprock; warprock.Case; warprock.run", {"pydantic", "numpy"}),
     ],
-    ids=["help", "keys", "list", "explain"],
+    ids=["help", "keys", "list", "explain", "run", "import"],
 )
 def test_the_command_line_starts_without_anything_heavy(does: str, needs: set[str], python: Python):
     used = f"print('uses:', *(set({HEAVY!r}) & sys.modules.keys()))"
@@ -313,7 +318,8 @@ def test_explain_says_what_runs_or_why_not(name: str, monkeypatch: pytest.Monkey
     assert all(engine["name"] in printed for engine in found["engines"])
     left_out = found["scene"]["left_out"]
     # A block that is thrown falls on any of its sides.
-    assert any("sides of blocks" in text for text in left_out) == (name != "cube-tosses")
+    thrown = name in ("cube-tosses", "square-drops")
+    assert any("sides of blocks" in text for text in left_out) != thrown
     assert any("out of the plane" in text for text in left_out) != bool(
         found["scene"]["spatial_because"]
     )
