@@ -100,6 +100,14 @@ def test_the_command_line_starts_without_anything_heavy(does: str, needs: set[st
     assert set(done.stdout.split("uses:")[-1].split()) <= needs
 
 
+def test_a_command_ends_without_a_last_look_for_garbage(python: Python):
+    told = "import atexit, gc, sys; atexit.register(lambda: print(gc.get_freeze_count() > 0))"
+    asked = "sys.argv = ['warprock', '--version']; from warprock.cli.main import entry; entry()"
+    done = python("-c", f"{told}; {asked}")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "True"
+
+
 def test_python_m_warprock_is_the_command_line(python: Python):
     done = python("-m", "warprock", "--version")
     assert done.returncode == 0, done.stderr
