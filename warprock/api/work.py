@@ -28,6 +28,7 @@ Density = str
 Length = str
 Mass = str
 Quantity = str
+Time = str
 """Texts with a unit."""
 Share = float
 """A share, from 0 to 1."""

@@ -1,0 +1,60 @@
+"""Records of ground motion: shipped ones, and what a file holds."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from warprock.findings.finding import Finding, rows_table
+from warprock.units import GRAVITY
+
+Rows = Sequence[Mapping[str, Any]]
+
+
+def find_records(rows: Rows, show: Callable[..., None]) -> Finding:
+    """Shipped records, one row each.
+
+    Args:
+        rows: What `recordings.summary.record_rows` found.
+        show: Prints them.
+    """
+    most = max(rows, key=lambda row: float(row["pga_m_s2"]))
+    peak = most["pga_m_s2"] / GRAVITY
+    return Finding(
+        kind="Records",
+        facts={},
+        tables={"records": rows_table(rows)},
+        sentences=[f"{len(rows)} records; the strongest is {most['name']}, {peak:.3g} g."],
+        said={"records": rows},
+        show=functools.partial(show, rows),
+    )
+
+
+def find_record(channels: Rows, show: Callable[..., None]) -> Finding:
+    """What a record holds, or each channel of a file.
+
+    Args:
+        channels: What `recordings.summary.record_facts` found.
+        show: Prints them.
+    """
+    first = channels[0]
+    peak, length = first["pga_m_s2"] / GRAVITY, first["duration_s"]
+    spectrum = [
+        {"name": each["name"], "period_s": float(period), "sa_m_s2": value}
+        for each in channels
+        for period, value in each["sa_m_s2"].items()
+    ]
+    own = [
+        {name: value for name, value in each.items() if name not in ("sa_m_s2", "warnings")}
+        for each in channels
+    ]
+    return Finding(
+        kind="Record",
+        facts={},
+        tables={"records": rows_table(own), "spectrum": rows_table(spectrum)},
+        sentences=[f"The record reaches {peak:.3g} g in {length:.3g} s."],
+        said={"records": channels},
+        title=first["name"],
+        show=functools.partial(show, channels),
+    )
