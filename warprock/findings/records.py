@@ -6,6 +6,7 @@ import functools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from warprock.findings.digits import number_of, quantity_of
 from warprock.findings.finding import Finding, rows_table
 from warprock.units import GRAVITY
 
@@ -20,12 +21,12 @@ def find_records(rows: Rows, show: Callable[..., None]) -> Finding:
         show: Prints them.
     """
     most = max(rows, key=lambda row: float(row["pga_m_s2"]))
-    peak = most["pga_m_s2"] / GRAVITY
+    peak = number_of("pga_g", most["pga_m_s2"] / GRAVITY)
     return Finding(
         kind="Records",
         facts={},
         tables={"records": rows_table(rows)},
-        sentences=[f"{len(rows)} records; the strongest is {most['name']}, {peak:.3g} g."],
+        sentences=[f"{len(rows)} records; the strongest is {most['name']}, {peak} g."],
         said={"records": rows},
         show=functools.partial(show, rows),
     )
@@ -39,7 +40,8 @@ def find_record(channels: Rows, show: Callable[..., None]) -> Finding:
         show: Prints them.
     """
     first = channels[0]
-    peak, length = first["pga_m_s2"] / GRAVITY, first["duration_s"]
+    peak = number_of("pga_g", first["pga_m_s2"] / GRAVITY)
+    length = quantity_of("record_length_s", first["duration_s"])
     spectrum = [
         {"name": each["name"], "period_s": float(period), "sa_m_s2": value}
         for each in channels
@@ -53,7 +55,7 @@ def find_record(channels: Rows, show: Callable[..., None]) -> Finding:
         kind="Record",
         facts={},
         tables={"records": rows_table(own), "spectrum": rows_table(spectrum)},
-        sentences=[f"The record reaches {peak:.3g} g in {length:.3g} s."],
+        sentences=[f"The record reaches {peak} g in {length}."],
         said={"records": channels},
         title=first["name"],
         show=functools.partial(show, channels),
