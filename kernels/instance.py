@@ -92,6 +92,7 @@ PARAMETERS = (
     "CHAINS",
     "PRESCRIBED",
     "THROWN",
+    "BOUNCES",
     "SPRINGS",
     "BONDS",
 )
@@ -178,6 +179,7 @@ def kernel_module(
     chains: bool = False,
     prescribed: bool = False,
     thrown: bool = False,
+    bounces: bool = False,
     springs: bool = False,
     bonds: bool = False,
 ) -> ModuleType:
@@ -197,6 +199,7 @@ def kernel_module(
         chains: Whether blocks of a stack in the plane stand on chains of corners.
         prescribed: Whether the lanes prescribe their angular restitution.
         thrown: Whether blocks in space start in motion, or bounce.
+        bounces: Whether what strikes its base in `event` leaves it with a part of its speed.
         springs: Whether the contacts of an assembly are springs.
         bonds: Whether joints of an assembly have cohesion and tensile strength until they break.
 
@@ -205,7 +208,7 @@ def kernel_module(
     """
     values = (
         precision, motion, iterations, blocks, lanes, friction, points, vertical, chains,
-        prescribed, thrown, springs, bonds,
+        prescribed, thrown, bounces, springs, bonds,
     )  # fmt: skip
     with _LOCK:
         return _instance(file, dict(zip(PARAMETERS, values, strict=True)))

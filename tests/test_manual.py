@@ -84,6 +84,7 @@ def _run_commands(text: str) -> list[list[str]]:
     return [shlex.split(line)[1:] for line in lines if line.startswith("warprock ")]
 
 
+@pytest.mark.thorough
 def test_the_maps_of_the_manual_show_more_than_one_colour():
     found = [each for page in PAGES for each in _run_commands(page.read_text(encoding="utf-8"))]
     maps = [each for each in found if each[0] == "map"]

@@ -2,9 +2,11 @@
 
     python -m tools.try_wheel OUT                                  # with the Python that runs this
     python -m tools.try_wheel OUT --python python3.12 --python python3.13
+    python3.14 try_wheel.py OUT --wheel warprock-0.1.0-py3-none-any.whl   # built elsewhere
 
 The source distribution is built from the tree and the wheel from it. The wheel is installed into a
-new environment in OUT, one for each Python, with the packages that it requires. There its commands
+new environment in OUT, one for each Python, with the packages that it requires. A wheel that was
+built elsewhere needs this file and no tree: so it is tried in a container. There its commands
 run in an empty folder, with an empty home, with packages that cannot be written to, and with
 nothing on the search path but the environment: no git, no compiler, not this tree. Where root runs
 this, `setpriv` takes root's right to write everywhere. It prints a line for each check; the exit
@@ -156,11 +158,15 @@ def main() -> int:
     )
     ask.add_argument("out", type=pathlib.Path)
     ask.add_argument("--python", action="append", default=[], help="a Python to try it with")
+    ask.add_argument("--wheel", type=pathlib.Path, help="a wheel that is built already")
     asked = ask.parse_args()
     out = asked.out.resolve()
     out.mkdir(parents=True, exist_ok=True)
-    source, wheel = build(out)
-    print(f"{source.name}: {source.stat().st_size / 1e6:.1f} MB")
+    if asked.wheel is None:
+        source, wheel = build(out)
+        print(f"{source.name}: {source.stat().st_size / 1e6:.1f} MB")
+    else:
+        wheel = asked.wheel.resolve(strict=True)
     print(f"{wheel.name}: {wheel.stat().st_size / 1e6:.1f} MB")
     failed = 0
     for python in asked.python or [sys.executable]:

@@ -10,6 +10,9 @@ from warprock.kernels.event.body_weight import Weight, kicks
 from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 from warprock.kernels.shape.body import rotated_x, rotated_z
 
+if BOUNCES:
+    from warprock.kernels.event.body_bounce import bounce_velocity
+
 
 @wp.struct
 class Struck:
@@ -118,10 +121,13 @@ def end_step(
     # A prescribed restitution is that of the edge on which the body stands at first.
     upright = end.theta == zero
     prescribed = falls and pivots and upright
-    after, contact, blow = struck_velocity(
-        body, corner.beside, prescribed, Lever(corner.x, corner.z), corner.other,
-        Velocity(kicked, dropped, end.omega),
-    )  # fmt: skip
+    at, before = Lever(corner.x, corner.z), Velocity(kicked, dropped, end.omega)
+    if BOUNCES:
+        after, contact, blow = bounce_velocity(body, corner.beside, at, corner.other, before)
+    else:
+        after, contact, blow = struck_velocity(
+            body, corner.beside, prescribed, at, corner.other, before
+        )
     # The base's work on the body is at the mean of both velocities: see account.py.
     lost = blow.lost - HALF * kick * (after.x - kicked)
     if VERTICAL:

@@ -58,12 +58,12 @@ import warp as wp
 from warprock.kernels.account import Account
 from warprock.kernels.cone import solve_single_contact
 from warprock.kernels.shape.interface import Impulse, Mass, Point, Pose, Velocity
-from warprock.kernels.xpbd.stack_pair import Contact, End, Grip
+from warprock.kernels.xpbd.stack_pair import Contact, Coupling, End, Grip
 
 if BLOCKS == 1:
-    from warprock.kernels.xpbd.stack_ground import TURNS, couple, gap_and_slip
+    from warprock.kernels.xpbd.stack_ground import TURNS, gap_and_slip
 else:
-    from warprock.kernels.xpbd.stack_pair import TURNS, couple, gap_and_slip
+    from warprock.kernels.xpbd.stack_pair import TURNS, gap_and_slip
 
 LOOSE = real(1.0e30)
 """Anchor of an end without one: it has slipped or opened."""
@@ -204,19 +204,18 @@ def find_contact(
 
 
 @wp.func
-def solve(mu: real, up: Mass, low: Mass, first: End, second: End, u: Velocity, v: Velocity):
+def solve(mu: real, k: Coupling, first: End, second: End, u: Velocity, v: Velocity):
     """TURNS sweeps over the multipliers of an interface; a single contact is solved exactly.
 
     Args:
         mu: Friction coefficient.
-        up, low: Masses of the upper and of the lower body.
-        first, second: The ends of the interface.
+        k: Coupling of the multipliers of both ends of the interface.
+        first, second: These ends.
         u, v: Corrections of the upper and of the lower body.
 
     Returns:
         The multipliers of the first end, and those of the second.
     """
-    k = couple(up, low, first.point, second.point)
     dn1, dt1, dn2, dt2 = first.contact.dn, first.dt, second.contact.dn, second.dt
     a = real(first.last.n)
     b = real(first.last.t)

@@ -6,9 +6,6 @@ lane a thread the same text is the plain form for any device.
 
 A run begins with SETTLING solves at the start. shape/stack_run.py holds what all stepped stacks
 share.
-
-Measured: with structs the packed form of two blocks runs in float32 at 0.97 of the speed that it
-had with one argument a number, since the loop over lanes of a sweep has 5 % more instructions.
 """
 
 import warp as wp
@@ -73,13 +70,19 @@ from warprock.kernels.xpbd.stack import (
     turn_ahead,
     warm_start,
 )
-from warprock.kernels.xpbd.stack_pair import Contact, End, Grip
+from warprock.kernels.xpbd.stack_pair import Contact, Coupling, End, Grip
 
 if BLOCKS == 1:
-    from warprock.kernels.xpbd.stack_ground import TURNS, add_changes, add_impulses, find_end
+    from warprock.kernels.xpbd.stack_ground import (
+        TURNS,
+        add_changes,
+        add_impulses,
+        couple,
+        find_end,
+    )
 else:
     from warprock.kernels.shape.interface import add_impulses, find_end
-    from warprock.kernels.xpbd.stack_pair import TURNS, add_changes
+    from warprock.kernels.xpbd.stack_pair import TURNS, add_changes, couple
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -110,6 +113,7 @@ def run_lanes(
     velocity = rows(Velocity, BLOCKS + 1)
     move = rows(Velocity, 2 * BLOCKS + 2)
     interface = rows(Interface, BLOCKS + 1)
+    coupling = rows(Coupling, BLOCKS + 1)
     parting = rows(Parting, BLOCKS + 1)
     slide = rows(Slide, BLOCKS + 1)
     peaks = rows(Peaks, BLOCKS + 1)
@@ -201,6 +205,12 @@ def run_lanes(
                     impulse[p, i] = one
                     move[k, i] = u
                     move[low, i] = v
+            # Found once a step: found in every sweep, it would take a tenth of the time of a run.
+            for k in range(1, bodies):
+                for i in range(LANES):
+                    coupling[k, i] = couple(
+                        mass[k, i], mass[k - 1, i], point[2 * k - 2, i], point[2 * k - 1, i]
+                    )
             for part in range(parts):  # Velocities, then poses, which start from their multipliers.
                 for k in range(1, bodies * part):
                     p, q, b = 2 * k - 2, 2 * k - 1, bodies + k
@@ -226,9 +236,8 @@ def run_lanes(
                         u = move[b, i]
                         v = move[b - 1, i]
                         one, two = solve(
-                            interface[k, i].friction, mass[k, i], mass[low, i], first_end,
-                            second_end, u, v,
-                        )  # fmt: skip
+                            interface[k, i].friction, coupling[k, i], first_end, second_end, u, v
+                        )
                         add_changes(mass[k, i], mass[low, i], first_end, second_end, one, two, u, v)
                         impulse[r, i] = one
                         impulse[w, i] = two

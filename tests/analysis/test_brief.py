@@ -68,6 +68,7 @@ def test_a_brief_says_what_risk_and_measures_say():
     assert "this engine leaves sliding out" in text
 
 
+@pytest.mark.thorough
 def test_slides_before_a_fall_are_counted_at_the_motions_below_it():
     low = {**ONE, "contact.friction": 0.15}
     asked = {"overrides": low, "measure": "block.width=0.6 m", **LAW, **QUICK}
@@ -147,6 +148,7 @@ def test_a_browser_prints_the_page(tmp_path: pathlib.Path, monkeypatch: pytest.M
     assert "did not print it" in printing.print_page(page, str(tmp_path / "none"))
 
 
+@pytest.mark.thorough
 @pytest.mark.extra
 @pytest.mark.skipif(printing.find_browser() is None, reason="there is no browser")
 def test_the_page_prints_on_two_sheets(tmp_path: pathlib.Path):

@@ -45,6 +45,7 @@ def test_an_arch_that_slides_has_to_be_thicker(friction: float, least: float):
     assert found.upper_bound
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("pieces", "bound", "coulomb"),
     [

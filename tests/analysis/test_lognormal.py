@@ -136,6 +136,7 @@ def test_the_band_of_a_fit_alone_is_that_of_its_curvature():
     np.testing.assert_allclose(ends, wanted, rtol=2.0 / 400.0)
 
 
+@pytest.mark.thorough
 def test_bands_of_few_capacities_hold_the_truth():
     inside, studies = np.zeros(2), 200
     for seed in range(studies):

@@ -91,6 +91,7 @@ def test_what_an_engine_cannot_do_is_said_beside_the_others():
     assert "1 measure could not be judged" in " ".join(found.finding.sentences)
 
 
+@pytest.mark.thorough
 def test_the_width_that_meets_a_rate_lies_in_its_bracket(tmp_path: pathlib.Path):
     options = ("-e", "housner", "-s", "motion.scale=1", "-s", "block.width=0.5 m")
     options += ("-s", "run.duration=25 s", "--from", 0.2, "--count", 9, "--accuracy", 0.2)
@@ -116,6 +117,7 @@ def test_the_width_that_meets_a_rate_lies_in_its_bracket(tmp_path: pathlib.Path)
         assert (tied.table["rate_per_year"].iloc[0] <= 8e-4) == met
 
 
+@pytest.mark.thorough
 def test_a_block_that_has_ties_is_given_no_others():
     quick = {**LADDER, "count": 5, "accuracy": 0.3, "progress": False}
     tied = {**ONE, **measures._straps(600.0, 1.5, 0.05)}

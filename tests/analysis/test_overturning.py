@@ -335,6 +335,7 @@ def test_a_check_is_of_one_column(tmp_path: pathlib.Path):
             overturning_boundaries.boundaries_at(case, "housner", where, at, accuracy=0.1)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("body", ["column", "2 m x 9 m x 2 m"])
 def test_a_map_to_start_from_is_long_enough_and_a_short_one_says_how_long_is(
     tmp_path: pathlib.Path, body: str

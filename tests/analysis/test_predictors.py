@@ -111,6 +111,7 @@ def test_a_measure_that_is_another_but_for_a_factor_is_left_out():
     assert "tells these lanes apart as peak_velocity_m_s does" in found.finding.sentences[-1]
 
 
+@pytest.mark.thorough
 def test_the_test_over_records_holds_its_size_where_lanes_of_a_record_are_alike():
     """With nothing in a second measure it is found sufficient in 95 of 100 studies."""
     over, alone, studies = 0, 0, 40

@@ -53,6 +53,7 @@ def test_each_side_is_set_against_its_own_statics():
     assert table["outcome"].nunique() == 1
 
 
+@pytest.mark.thorough
 def test_two_drawings_come_of_it(tmp_path):
     found = wr.capacity("record-ridgecrest", dynamics=True, overrides={"run.duration": "30 s"})
     found.save(tmp_path)

@@ -102,6 +102,7 @@ def test_quoted_and_plain_dotted_sweep_keys_are_the_same(write):
 SHAPES = st.lists(st.integers(1, 5), max_size=4).map(tuple)
 
 
+@pytest.mark.thorough
 @given(shape=SHAPES)
 def test_lane_numbers_are_digits_in_mixed_radix(shape):
     total = math.prod(shape)

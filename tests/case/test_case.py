@@ -436,6 +436,7 @@ PARTS = sorted(
 )
 
 
+@pytest.mark.thorough
 @settings(max_examples=40)
 @given(path=st.lists(st.sampled_from(PARTS), min_size=1, max_size=3), value=JUNK)
 def test_whatever_is_written_the_answer_is_a_case_or_one_line(path, value):

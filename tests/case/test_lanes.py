@@ -214,6 +214,7 @@ MILLION = (
 )
 
 
+@pytest.mark.thorough
 def test_a_million_lanes_are_judged_by_their_axes(monkeypatch):
     calls = []
     read = quantity.parse_any

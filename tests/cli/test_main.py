@@ -396,6 +396,7 @@ TOLD = """if 1:
 """The command line, which tells of each launch."""
 
 
+@pytest.mark.thorough
 def test_ctrl_c_does_not_wait_for_the_launch_in_hand(tmp_path, interruptible):
     # One pack of 96 million steps, of the 1e8 steps that a lane may have: a launch of many minutes,
     # which nothing can interrupt.

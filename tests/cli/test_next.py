@@ -11,6 +11,7 @@ import pytest
 
 from tests.shared.case_texts import pulse_text
 from tests.shared.commands import invoke
+from tests.shared.marks import first
 from warprock.cli.main import main
 
 RECORD = """
@@ -125,7 +126,7 @@ CHAINS = [
 
 
 @pytest.mark.usefixtures("unrendered")
-@pytest.mark.parametrize("arguments", CHAINS, ids=lambda chain: " ".join(chain[:2]))
+@pytest.mark.parametrize("arguments", first(3, CHAINS), ids=lambda chain: " ".join(chain[:2]))
 def test_what_is_named_next_works_on_the_users_own_case(arguments: list[str], own: str):
     asked = [word.format(own=own) for word in arguments]
     second = _next(asked)
@@ -150,6 +151,7 @@ def test_after_one_record_no_fragility_is_named(own: str):
     assert _next(["run", f"{own}/pulses", *out])[0] == "fragility"
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("unrendered")
 def test_after_a_fit_the_case_is_that_of_its_table_or_none(own: str):
     case = f"{own}/pulses"

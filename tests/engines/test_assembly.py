@@ -97,6 +97,7 @@ def test_a_wall_whose_joints_slide_falls_between_its_two_bounds():
     assert found["slid_joints"][1] > 0
 
 
+@pytest.mark.thorough
 def test_a_wall_with_an_opening_falls_between_its_two_bounds():
     """Wall 3 of Ferris and Tin-Loi (2001): 46 blocks.
 
@@ -252,6 +253,7 @@ def test_a_tilting_table_brings_down_what_limit_analysis_says():
     assert column == {("ground", "1")}
 
 
+@pytest.mark.thorough
 def test_walls_that_slide_and_fall_have_an_answer():
     """Random walls under strong pulses: at most one in 32 has a step that does not settle."""
     draw = np.random.default_rng(2)

@@ -50,6 +50,7 @@ def test_a_team_finds_what_packed_lanes_find(monkeypatch: pytest.MonkeyPatch):
     assert (alone["joint_state"][2] == packed["joint_state"][2]).all()
 
 
+@pytest.mark.thorough
 def test_threads_change_no_bit(small_ones_are_large: None):
     one, three = (by_team(SCENES[:2], LOADS[:2], 0.6, threads) for threads in (1, 3))
     for name, values in one.fields.items():

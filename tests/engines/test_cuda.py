@@ -14,6 +14,7 @@ import pytest
 import warp as wp
 
 from tests.shared.device_scenes import Run, compiled, measured, runs
+from tests.shared.marks import first
 from warprock.engines.launching import Form
 from warprock.kernels.instance import BYTES
 from warprock.model.lanes import Lanes
@@ -48,7 +49,7 @@ ON_RECORD = [
 ]
 
 
-@pytest.mark.parametrize("precision", BYTES)
+@pytest.mark.parametrize("precision", first(1, BYTES))
 @pytest.mark.parametrize("run", ON_RECORD)
 def test_kernels_can_be_built_for_a_gpu(run: Run, precision: str, tmp_path: pathlib.Path):
     code = compiled(run.module(precision=precision), tmp_path).read_text(encoding="ascii")

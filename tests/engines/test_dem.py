@@ -77,6 +77,7 @@ def test_table_6_is_within_three_per_cent_of_the_papers_dem() -> None:
     np.testing.assert_allclose(peaks[0], peaks[1], rtol=3e-3)
 
 
+@pytest.mark.thorough
 def test_stiff_springs_at_the_ends_converge_to_housner() -> None:
     lanes, times = free_lanes(), SampleTimes(1.0, 0.01)
     reference = run(lanes, StillBase(9), times, engine="housner")

@@ -42,6 +42,7 @@ def pushed(stiffness: float, below: float, above: float) -> Response:
     return run_batch("dem", LANES, motions, SampleTimes(END), settings=stiff(stiffness))
 
 
+@pytest.mark.thorough
 def test_collapse_loads_come_to_those_of_rigid_joints_as_springs_stiffen():
     """At 3e9 N/m^3 within 1 %; at 1e8, sinking by millimetres, the arch falls 3 % below."""
     found = pushed(3e9, 0.99, 1.01)

@@ -14,6 +14,7 @@ import warp as wp
 from tests.shared.blocks import shakes, two_equal
 from tests.shared.case_texts import FREE
 from tests.shared.kinds import SCENES, in_every_kind, lanes_of, motions_of
+from tests.shared.marks import first
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
@@ -157,7 +158,8 @@ SETTINGS_TEXTS = {
 
 
 @pytest.mark.parametrize(
-    ("scene", "settings"), [*((scene, "") for scene in SCENE_TEXTS), *SETTINGS_TEXTS.items()]
+    ("scene", "settings"),
+    first(2, [*((scene, "") for scene in SCENE_TEXTS), *SETTINGS_TEXTS.items()]),
 )
 def test_explain_names_the_kernel_that_is_launched(
     scene: str, settings: str, write: Callable[[str], pathlib.Path], monkeypatch: pytest.MonkeyPatch

@@ -142,6 +142,7 @@ def assert_follows_oracle(count: int, seed: int, duration: float) -> None:
     np.testing.assert_allclose(found["friction_needed"], oracle["friction_needed"], rtol=LOOKED_UP)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [1])
 def test_random_lanes_follow_the_oracle(seed):
     assert_follows_oracle(4, seed, 1.5)

@@ -11,6 +11,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from tests.shared.blocks import at_rest, make_lanes, sines, velocity_steps
 from tests.shared.held import held_batch, one_tie
+from tests.shared.marks import first
 from tests.shared.strips import strip_batch
 from warprock.engines import housner
 from warprock.model import rocking
@@ -329,7 +330,7 @@ def assert_follows_oracle(count: int, seed: int, *, wall: bool, ties: int, load:
     np.testing.assert_allclose(found["friction_needed"], oracle["friction_needed"], rtol=LOOKED_UP)
 
 
-@pytest.mark.parametrize(("wall", "ties", "load", "seed"), KINDS)
+@pytest.mark.parametrize(("wall", "ties", "load", "seed"), first(1, KINDS))
 def test_random_lanes_follow_the_oracle(wall, ties, load, seed):
     assert_follows_oracle(8, seed, wall=wall, ties=ties, load=load)
 
@@ -373,7 +374,7 @@ def test_random_frames_follow_the_oracle():
     assert "friction_needed" not in found.fields
 
 
-@pytest.mark.parametrize("kind", ["free", "ties", "frame", "strip"])
+@pytest.mark.parametrize("kind", first(1, ["ties", "free", "frame", "strip"]))
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.thorough)])
 def test_what_an_impact_leaves_no_rate_rests_until_it_is_lifted(kind, seed):
     count = 8

@@ -146,6 +146,7 @@ def flight(upwards: Array, time: Array) -> tuple[float, float]:
     return float(fine[leaves]), float(speed[lands])
 
 
+@pytest.mark.thorough
 def test_lanes_keep_to_themselves_and_to_their_mirror_images() -> None:
     # Swings of the weight beyond g: with flights, slides and landings.
     lanes, motions = stacks(5, friction=0.6), shaken(5, 20.0, 0.8, along=5.0)

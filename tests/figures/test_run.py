@@ -44,6 +44,9 @@ TEXTS = {
 SAMPLES_MISSING = ("no interval", "map", "names")
 
 
+pytestmark = pytest.mark.thorough
+
+
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, CaseRun]:
     folder = tmp_path_factory.mktemp("cases")

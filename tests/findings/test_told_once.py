@@ -68,6 +68,8 @@ IN_PARTS = ("sweep",)
 """Functions whose command is several."""
 MEASURED = ("bench",)
 """Functions that take minutes: `tests/measure/test_peers.py` cuts them short and holds them."""
+OFTEN = ("capacity", "compare", "ida", "limit", "spectrum", "sweep")
+"""Functions that the ordinary run holds; the others, which take longer: `thorough`."""
 OWN_TITLES = ("run", "compare", "stability")
 """Functions whose figures each say something else than the finding."""
 
@@ -105,7 +107,14 @@ def made(asked: list[str], place: pathlib.Path) -> list[str]:
 
 
 @pytest.mark.usefixtures("pages_bare")
-@pytest.mark.parametrize("name", [name for name in functions() if name not in MEASURED])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name in OFTEN else pytest.mark.thorough)
+        for name in functions()
+        if name not in MEASURED
+    ],
+)
 def test_terminal_page_notebook_and_figure_say_the_same_sentence(
     name: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ):

@@ -10,7 +10,7 @@ import pytest
 import warp as wp
 
 from warprock.kernels.instance import kernel_module, module_options
-from warprock.kernels.modes import FLAT
+from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 
 Array = npt.NDArray[np.float64]
 
@@ -18,9 +18,12 @@ real = wp.float64
 boxes: Any = kernel_module("event/block_contact", precision="float64")
 box_impact: Any = kernel_module("event/block_impact", precision="float64")
 body_contact: Any = kernel_module("event/body_contact", precision="float64", vertical=True)
+body_bounce: Any = kernel_module("event/body_bounce", precision="float64", vertical=True)
 wp.set_module_options(module_options())
 Block, Body, Lever, Velocity = boxes.Block, body_contact.Body, boxes.Lever, boxes.Velocity
 strike_box, strike_body = box_impact.struck_velocity, body_contact.struck_velocity
+
+bounce_body = body_bounce.bounce_velocity
 
 COUNT = 20_000
 
@@ -58,6 +61,28 @@ def strike_bodies(
         bodies[i], True, False, Lever(p[0], p[1]), p[2], Velocity(v[0], v[1], v[2])
     )
     after[i] = wp.vec3d(found.x, found.z, found.omega)
+    modes[i] = contact.mode
+
+
+@wp.kernel
+def bounce_bodies(
+    bodies: wp.array(dtype=Body),
+    place: wp.array(dtype=wp.vec3d),
+    beside: wp.array(dtype=bool),
+    before: wp.array(dtype=wp.vec3d),
+    after: wp.array(dtype=wp.vec3d),
+    lost: wp.array(dtype=real),
+    modes: wp.array(dtype=int),
+):
+    """As `strike_bodies`, where corners bounce; `beside` says which bodies are level."""
+    i = wp.tid()
+    v = before[i]
+    p = place[i]
+    found, contact, blow = bounce_body(
+        bodies[i], beside[i], Lever(p[0], p[1]), p[2], Velocity(v[0], v[1], v[2])
+    )
+    after[i] = wp.vec3d(found.x, found.z, found.omega)
+    lost[i] = blow.lost
     modes[i] = contact.mode
 
 
@@ -144,3 +169,89 @@ def test_bodies_obey_it(beside: bool) -> None:
     wp.launch(strike_bodies, dim=COUNT, inputs=inputs, device="cpu")
     check_law(friction, inertia, first, -height, other, before, after.numpy())
     assert (modes.numpy() == FLAT).sum() > COUNT // 100
+
+
+def bounced(
+    rows: npt.NDArray[Any], first: Array, z: Array, other: Array, beside: Any, before: Array
+) -> tuple[Array, Array, npt.NDArray[np.int32]]:
+    """Velocities after impacts that bounce, the energy they lose, and the contacts that stay."""
+    place = np.stack([first, z, other], axis=1)
+    out = [wp.zeros(len(z), dtype=kind) for kind in (wp.vec3d, real, int)]
+    level = np.broadcast_to(np.asarray(beside), len(z))
+    inputs = [wp.array(rows, dtype=Body), wp.array(place, dtype=wp.vec3d), wp.array(level),
+              wp.array(before, dtype=wp.vec3d), *out]  # fmt: skip
+    wp.launch(bounce_bodies, dim=len(z), inputs=inputs, device="cpu")
+    after, lost, modes = (each.numpy() for each in out)
+    return after, lost, modes
+
+
+def bouncing(count: int, friction: Any, inertia: Any, rebound: Any) -> npt.NDArray[Any]:
+    rows = np.zeros(count, dtype=Body.numpy_dtype())
+    rows["friction"], rows["rebound"], rows["slow"] = friction, rebound, 1e-9
+    rows["inertia"], rows["inverse_inertia"] = inertia, 1.0 / np.asarray(inertia)
+    return rows
+
+
+def test_corners_that_bounce_obey_newtons_law_and_make_no_energy() -> None:
+    """Of one corner and of both ends of an edge; one in seventy would make energy (Kane)."""
+    random = np.random.default_rng(3)
+    height, friction, before = scenes(random)
+    beside, rebound = random.random(COUNT) < 0.7, random.uniform(0.0, 1.0, COUNT)
+    before[:, 2] = np.abs(before[:, 2])
+    level = before[:, 2] == 0.0
+    before[level, 0] = np.abs(before[level, 0])
+    inertia, one = (1.0 + height**2) / 3.0, np.ones(COUNT)
+    rows = bouncing(COUNT, friction, inertia, rebound)
+    after, lost, modes = bounced(rows, one, -height, -one, beside, before)
+    ends = np.stack([one, -one], axis=1)
+    came = np.maximum(-(before[:, 1:2] - before[:, 2:] * ends), 0.0)
+    leaves = after[:, 1:2] - after[:, 2:] * ends
+    along, press, _turn = (after - before).T
+    moment = along * -height - inertia * (after[:, 2] - before[:, 2])
+    share = np.where(beside, 0.5 * (moment + press), press)
+    shares = np.stack([share, press - share], axis=1)
+    dust = 1e-9 * np.abs(before).sum(axis=1) * (1.0 + height)
+    held = 0.5 * (before[:, 0] ** 2 + before[:, 1] ** 2 + inertia * before[:, 2] ** 2)
+    kept = 0.5 * (after[:, 0] ** 2 + after[:, 1] ** 2 + inertia * after[:, 2] ** 2)
+    np.testing.assert_allclose(lost, held - kept, atol=1e-12 * held.max())
+    assert np.all(lost >= -1e-12 * held)
+    # No corner sinks, none pulls, friction stays within its bound.
+    touches = np.stack([one, np.where(beside, one, 0.0)], axis=1) > 0.0
+    assert np.all(leaves[touches] >= np.repeat(-dust, touches.sum(axis=1)))
+    assert np.all(shares >= -dust[:, None])
+    assert np.all(np.abs(along) <= friction * press + dust)
+    # Where energy is lost, nothing had to be lowered: there Newton's law holds to round-off.
+    free = lost > 1e-9 * held
+    assert np.sum(~free & (rebound < 0.99)) > COUNT // 100
+    aim = rebound[:, None] * came
+    gap = np.where(touches, leaves - aim, 0.0)[free]
+    assert np.all(gap >= -dust[free, None])
+    assert np.all(np.minimum(np.abs(gap), shares[free]) <= dust[free, None])
+    drags = free & (np.abs(after[:, 0] - after[:, 2] * height) > dust)
+    pull = -friction * press * np.sign(after[:, 0] - after[:, 2] * height)
+    assert drags.sum() > COUNT // 10
+    np.testing.assert_allclose(along[drags], pull[drags], atol=dust.max())
+    # A corner stays on the base where it did not come down: an edge whose other end rises.
+    assert np.all(modes[~beside] == FLYING)
+    assert min((modes == FLYING).sum(), (modes == PIVOTING).sum()) > COUNT // 100
+
+
+def test_a_free_rectangle_leaves_a_corners_impact_as_closed_forms_say() -> None:
+    """Without friction by the mass that the corner feels, stuck by its matrix; flat by e alone."""
+    half, height, speed, rebound = 0.03, 0.05, 1.3, 0.4
+    inertia = (half**2 + height**2) / 3.0
+    for friction, slides in ((0.0, True), (1e3, False)):
+        rows = bouncing(1, friction, inertia, rebound)
+        before = np.array([[0.2, -speed, 0.0]])
+        after, _lost, modes = bounced(rows, [half], np.array([-height]), [0.0], False, before)
+        # Of (n, f): what the corner's velocity upwards and along the base answers.
+        answer = np.array([[inertia + half**2, half * height],
+                           [half * height, inertia + height**2]]) / inertia  # fmt: skip
+        wanted = np.array([(1.0 + rebound) * speed, -0.2])
+        push = np.linalg.solve(answer, wanted) if not slides else [wanted[0] / answer[0, 0], 0.0]
+        turn = (-half * push[0] - height * push[1]) / inertia
+        np.testing.assert_allclose(after[0], [0.2 + push[1], push[0] - speed, turn], rtol=1e-12)
+        assert modes[0] == FLYING
+    rows = bouncing(1, 0.0, inertia, rebound)
+    after, _lost, _modes = bounced(rows, [half], np.array([-height]), [-half], True, before)
+    np.testing.assert_allclose(after[0], [0.2, rebound * speed, 0.0], atol=1e-15)

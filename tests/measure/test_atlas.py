@@ -336,6 +336,7 @@ def test_a_second_run_reads_what_is_there_and_runs_the_rest(
     assert ran[2:] == ["step--housner--float64.parquet"]
 
 
+@pytest.mark.thorough
 def test_figures_can_be_read_without_a_caption(table: pd.DataFrame):
     # The others differ in the names of their inputs.
     assert_maps_can_be_read(table, [BY_NAME["step"]])

@@ -103,6 +103,7 @@ def test_a_cell_is_coloured_by_nine_lanes_in_ten_and_marked_by_one():
     np.testing.assert_array_equal(everywhere["count"], [[20, 20]])
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("pages_bare")
 def test_the_command_writes_maps_figures_and_a_summary(
     tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch

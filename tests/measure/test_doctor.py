@@ -53,6 +53,7 @@ BOTH = """if 1:
 """
 
 
+@pytest.mark.thorough
 def test_without_room_for_kernels_one_line_says_where_to_put_them(tmp_path: pathlib.Path):
     file = tmp_path / "file"
     file.touch()

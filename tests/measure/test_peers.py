@@ -21,6 +21,7 @@ from warprock.running import machine
 from warprock.settings.programs import PEER_SETTINGS
 
 
+@pytest.mark.thorough
 @pytest.mark.extra
 @pytest.mark.parametrize("peer", peers.PEERS)
 def test_finer_steps_are_tried_for_as_long_as_the_budget_lasts(

@@ -400,6 +400,7 @@ def test_shipped_errors_are_those_of_today(engine: str) -> None:
         )
 
 
+@pytest.mark.thorough
 def test_run_takes_the_cheapest_within_its_tolerance(tmp_path: pathlib.Path) -> None:
     arguments = ["run", "free-b1-b3", "-s", "run.duration=2 s", "--cheapest", "--tolerance", "1e-3"]
     result = succeed(*arguments, "-e", "event", "--precision", "float64", "--json", "-o", tmp_path)

@@ -387,6 +387,7 @@ def test_a_ricker_pulse_starts_and_ends_still() -> None:
     assert found.peak_rotation == pytest.approx(nearest, abs=1e-3)
 
 
+@pytest.mark.thorough
 def test_every_lane_field_is_filled_and_workers_change_nothing() -> None:
     motions = sine(TABLE_4_M[:3], TABLE_4_HZ[:3], 1.0, Control.DISPLACEMENT)
     lanes = blocks(0.17, 1.0, count=3)

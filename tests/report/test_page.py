@@ -67,6 +67,7 @@ def opened(browser: Browser, page: pathlib.Path) -> Browser:
     return browser
 
 
+@pytest.mark.thorough
 def test_nothing_complains_and_nothing_is_fetched(opened: Browser):
     assert opened.run("document.title") == "A block under pulses"
     assert opened.complaints == []
@@ -179,6 +180,7 @@ def test_a_folder_without_results_is_refused(tmp_path: pathlib.Path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_a_fallen_stack_says_that_its_model_ended(browser: Browser, tmp_path: pathlib.Path):
     change = ["-s", "motion.amplitude=6 mm, 60 mm", "-s", "run.duration=2 s"]
     arguments = ["run", "stack-sine-pulse", *change, "-o", str(tmp_path)]
@@ -228,6 +230,7 @@ def test_every_button_of_a_body_is_pressed(browser: Browser, tmp_path: pathlib.P
     assert browser.asked == []
 
 
+@pytest.mark.thorough
 def test_what_holds_a_block_is_drawn_and_moves(browser: Browser, tmp_path: pathlib.Path):
     (tmp_path / "case.toml").write_text(pulse_text(amplitude="0.8 g") + HELD)
     succeed("run", str(tmp_path / "case.toml"), "-e", "housner", "-o", str(tmp_path / "out"))

@@ -97,6 +97,7 @@ def test_a_merged_sweep_plays_the_lanes_of_its_table(sweep: pathlib.Path):
     assert scenes(sweep) == found
 
 
+@pytest.mark.thorough
 def test_a_statue_of_a_stack_is_played_by_its_outline(tmp_path: pathlib.Path):
     (tmp_path / "case.toml").write_text(STATUE)
     out = tmp_path / "out"

@@ -243,6 +243,7 @@ def test_a_record_that_is_cut_off_is_the_same_until_then() -> None:
     assert not np.any(cut.acceleration(late[late > 12.02], 2))
 
 
+@pytest.mark.thorough
 def test_six_records_at_ten_scales_cost_less_than_three_runs(cabinet: pathlib.Path) -> None:
     run = run_case(load_case(cabinet), "event", histories=False)
     counts = refinement_counts(run.response, run.lane_set, run.settings, run.options.tolerance)
@@ -332,6 +333,7 @@ def test_the_command_says_what_missed_the_tolerance_and_what_to_do(cabinet: path
         assert wrong[0] in refused.output
 
 
+@pytest.mark.thorough
 def test_a_sweep_counts_what_a_run_counts_and_its_plan_holds_the_tolerance(
     cabinet: pathlib.Path, tmp_path: pathlib.Path
 ) -> None:

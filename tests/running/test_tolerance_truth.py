@@ -228,6 +228,7 @@ def test_no_lane_that_is_ok_has_a_wrong_outcome(problem: str, engine: str) -> No
     np.testing.assert_array_equal(found.fell[found.ok], found.truly_fell[found.ok])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("problem", ["free B1 to B3", "free B0", "bursts", "record"])
 def test_boxes_that_rock_with_fifth_order_err_by_less_than_their_estimates(problem: str) -> None:
     lanes, motions, duration = PROBLEMS[problem]()
@@ -373,6 +374,7 @@ def test_a_failed_companion_leaves_no_bound(monkeypatch: pytest.MonkeyPatch) -> 
     assert np.all(np.isfinite(np.delete(found["rotation_error"], 7)))
 
 
+@pytest.mark.thorough
 def test_blocks_of_a_stack_have_estimates_of_their_own() -> None:
     lane_set = expand_lanes(load_case("stack-sine-pulse"))
     first = np.arange(4)

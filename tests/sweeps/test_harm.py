@@ -104,6 +104,7 @@ def test_signals_drop_the_chunk_in_hand(
     assert signal.getsignal(number) is handler
 
 
+@pytest.mark.thorough
 @on_posix
 def test_a_process_that_is_told_to_stop_ends_at_once(case_file, undisturbed, tmp_path):
     planned(load_case(case_file), tmp_path, 20)

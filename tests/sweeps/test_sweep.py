@@ -345,6 +345,7 @@ def test_lanes_far_into_a_long_sample_cost_no_more_memory(case_file):
     assert peaks[1] < 1.5 * peaks[0]
 
 
+@pytest.mark.thorough
 def test_many_more_lanes_are_planned_and_merged_in_the_same_memory(
     case_file, tmp_path, monkeypatch
 ):

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.shared.marks import first
 from warprock.figures import study as plots_study
 from warprock.figures.drawing import write_drawings
 from warprock.figures.sheet import style
@@ -201,7 +202,7 @@ def drawings():
     return found
 
 
-@pytest.mark.parametrize("name", figure_makers())
+@pytest.mark.parametrize("name", first(1, figure_makers()))
 def test_a_figure_is_written_at_print_resolution(tmp_path, drawings, name: str):
     (path,) = write_drawings([drawings[name]], tmp_path)
     width, _height = png_size(path)

@@ -87,7 +87,25 @@ def test_what_was_measured_has_the_unit_of_its_heading(read):
         [np.pi / 2.0, np.nan, np.pi / 4.0], nan_ok=True
     )
     assert found.measured["peak_slide"] == pytest.approx([0.005, np.nan, np.nan], nan_ok=True)
-    assert np.isnan(read("lane,observed\n0,0\n").measured["peak_slide"]).all()
+    assert read("lane,observed\n0,0\n").measured == {}
+
+
+def test_what_was_measured_may_be_of_one_block_of_a_stack():
+    case = load_case("stack-sine-pulse", {"check": []})
+    lanes = expand_lanes(case)
+    headings = {"peak_rotation_2_deg": 90.0, "peak_slide_1 [mm]": 5.0, "peak_rotation_mrad": 3.0}
+    table = pd.DataFrame({"lane": [0], "observed": [0], **headings})
+    found = read_tests(case, lanes, table).measured
+    assert {name: float(values[0]) for name, values in found.items()} == pytest.approx(
+        {"peak_rotation_2": np.pi / 2.0, "peak_slide_1": 5e-3, "peak_rotation": 3e-3}
+    )
+    for heading, words in (
+        ("peak_rotation_3_deg", "got 'block 3', must be from 1, the lowest block, to 2"),
+        ("peak_displacement_mm", "must be peak_rotation or peak_slide"),
+        ("peak_rotation_2_rad", "must be there once"),
+    ):
+        with pytest.raises(InputError, match=words):
+            read_tests(case, lanes, table.assign(**{heading: 1.0}))
 
 
 def test_the_labels_of_a_case_may_say_the_outcomes():
@@ -120,6 +138,7 @@ def test_the_labels_of_a_case_may_say_the_outcomes():
         ("lane,obsrved\n1,1\n", "did you mean obsrved?"),
         ("lane,observed\n", "at least one row"),
         ("lane,lane,observed\n1,1,1\n", "the column again"),
+        ("lane,observed,peak_slide_2_mm\n1,1,3\n", "the case has no stack"),
         ("lane,observed,peak_rotation\n1,1,3\n", "must have the unit behind it: peak_rotation"),
         ("lane,observed,peak_slide_kg\n1,1,3\n", "must have the unit behind it: peak_slide"),
         ("lane,observed,peak_slide_mm\n1,1,-3\n", "must be a number from 0 up, or nothing (row 1)"),

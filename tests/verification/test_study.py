@@ -245,6 +245,7 @@ def test_an_engine_that_cannot_do_the_scene_is_refused_before_anything_runs(file
     assert done == []
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("pages_bare")
 def test_run_writes_the_table_with_units_where_from_and_figures(file, folder):
     result = invoke("run", file, "-o", folder / "out", "--json")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import pathlib
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -89,6 +90,18 @@ def test_what_was_measured_is_held_against_members_that_stood():
     angle = lanes.lanes.slenderness_angle[0]
     ours = predict_largest(found, "peak_rotation", 4)
     assert ours == pytest.approx([0.3 * angle, np.nan], rel=1e-12, nan_ok=True)
+
+
+def test_what_is_predicted_of_a_stack_is_of_the_block_that_is_named():
+    table = pd.DataFrame({"peak_rotation_1_rad": [0.1, 0.4], "peak_rotation_2_rad": [0.3, 0.2]})
+    table = table.assign(outcome="rocking", status="ok")
+    engine = SimpleNamespace(table=table, tests=np.arange(2))
+    for what, peaks in (
+        ("peak_rotation", [0.3, 0.4]),
+        ("peak_rotation_1", [0.1, 0.4]),
+        ("peak_rotation_2", [0.3, 0.2]),
+    ):
+        assert predict_largest(engine, what, 1).tolist() == peaks
 
 
 @pytest.fixture(scope="module")

@@ -5,18 +5,28 @@ from __future__ import annotations
 import functools
 
 from warprock.analysis.load_limit import run_limits
+from warprock.analysis.pushing import run_pushes
 from warprock.api.case import AnyCase, any_case
 from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
+from warprock.api.work import working
 from warprock.arguments import at_the_door
 from warprock.case.load import Overrides
+from warprock.errors import InputError
 from warprock.figures.limit import draw_limit
 from warprock.findings.limit import find_limit
 
 
 @at_the_door
-def limit(case: AnyCase, *, overrides: Overrides = (), progress: Shown = True) -> Found:
+def limit(
+    case: AnyCase,
+    engine: str | None = None,
+    *,
+    push: bool = False,
+    overrides: Overrides = (),
+    progress: Shown = True,
+) -> Found:
     """At which sideways load an assembly collapses, or tilt, and by which mechanism.
 
     Limit analysis by linear programme, without a simulation: blocks are rigid, joints have no
@@ -24,8 +34,13 @@ def limit(case: AnyCase, *, overrides: Overrides = (), progress: Shown = True) -
     lane of the case is judged to both sides; the weaker one is told. Where joints slide the load
     is an upper bound.
 
+    With `push` each assembly is pushed, too, by simulation: a sideways load rises slowly and stays,
+    and is halved until the load that brings the assembly down is known to a thousandth.
+
     Args:
-        case: The case, as in `run`, with an `Assembly`.
+        case: The case, as in `run`, with an `Assembly`. Its motion plays no part.
+        engine: Name of the engine that pushes; None takes the one that the case has as a rule.
+        push: Push each assembly slowly, and set the load at which it collapses beside the others.
         overrides: As in `run`.
         progress: As in `run`.
 
@@ -33,7 +48,8 @@ def limit(case: AnyCase, *, overrides: Overrides = (), progress: Shown = True) -
         A `Found` whose table has one row a lane.
 
     Raises:
-        InputError: The case has no assembly, or something of it cannot be used.
+        InputError: The case has no assembly, something of it cannot be used, or an engine is named
+            and nothing is to be pushed.
 
     References:
         R. K. Livesley (1978), Limit analysis of structures formed from rigid blocks,
@@ -47,14 +63,23 @@ def limit(case: AnyCase, *, overrides: Overrides = (), progress: Shown = True) -
         ...                run=wr.Times(duration="1 s"))
         >>> wr.limit(case, progress=False).table["load_factor"].round(4).tolist()
         [0.1667]
+        >>> found = wr.limit(case, push=True, progress=False)
+        >>> found.table["pushed_load_factor"].round(3).tolist()
+        [0.167]
     """
     with python_names():
         judged = any_case(case, overrides).judged
+        if engine is not None and not push:
+            raise InputError("--engine", "", engine, "must be left out without --push")
         with shown(progress, judged.name, judged.lane_count) as report:
             found = run_limits(judged, report)
+        pushes = None
+        if push:
+            with working(judged, engine, runs=0, progress=progress) as work:
+                pushes = run_pushes(found, work.engine, work.options)
         return Found(
             f"{judged.name}: limit analysis",
             found,
-            functools.partial(find_limit, found),
-            functools.partial(draw_limit, found),
+            functools.partial(find_limit, found, pushes),
+            functools.partial(draw_limit, found, pushes),
         )

@@ -120,6 +120,17 @@ class Direction(Table):
             column=Column("tilt_to", "deg"),
         ),
     ] = None
+    rise: Annotated[
+        float,
+        NumberKey(
+            "the time in which a push rises to its amplitude, a sideways load over the mass of "
+            "every block, positive towards +x, which then stays",
+            "0 s to 1e5 s",
+            low_open=True,
+            swept=True,
+            column=Column("rise"),
+        ),
+    ] = 1.0
     record: Annotated[
         str | None,
         TextKey(

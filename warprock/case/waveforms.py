@@ -15,6 +15,7 @@ import numpy.typing as npt
 from warprock.case.run import DURATION
 from warprock.model.harmonic import harmonic_motions
 from warprock.model.lane_motion import Control, Waveform
+from warprock.model.loads import push_motions
 from warprock.model.modulated import mavroeidis_papageorgiou_motions, modulated_peak_acceleration
 from warprock.model.pulse import PulseMotions
 from warprock.model.record_motion import RecordMotions
@@ -172,6 +173,26 @@ def _tilt(values: Values, table: str, start: Array) -> Followed:
     return Followed(tilt_motions(tilting, end), GRAVITY * np.tan(steep))
 
 
+def _push(values: Values, table: str, start: Array) -> Followed:
+    """Sideways loads that rise slowly and stay; their amplitude is the load over the mass."""
+    key, rise = f"{table}.rise", values.numbers(f"{table}.rise")
+    load, end = values.numbers(f"{table}.amplitude"), values.numbers(DURATION)
+    values.refuse(
+        np.full(len(load), _WRITTEN[values.dimension(f"{table}.amplitude")] != 2),
+        f"{table}.amplitude",
+        'must be an acceleration with waveform push: "0.3 g" is three tenths of the weight',
+    )
+    values.refuse(
+        end > MOST_RISES * rise, key, f"must be at least the duration of the run / {MOST_RISES:,}"
+    )
+    reached = np.minimum((end - start) / rise, 1.0)
+    return Followed(push_motions(load, rise, start, end), np.abs(load) * reached)
+
+
+MOST_RISES = 10_000
+"""Duration of a run over the time in which a push rises: that many samples of each are kept."""
+
+
 def _refuse_kinds(values: Values, table: str, control: npt.NDArray[np.str_]) -> None:
     """Refuses an amplitude of another kind than the control: these pulses have no one frequency."""
     waveform = values.texts(f"{table}.waveform")[0][0]
@@ -205,6 +226,7 @@ FAMILIES = (
         ("tilt_rate", *_PAUSES, "tilt_to"),
         _tilt,
     ),
+    Family((Waveform.PUSH,), ("amplitude",), ("rise", "start"), ("amplitude", "rise"), _push),
     Family(
         (Waveform.RECORD,),
         ("record",),

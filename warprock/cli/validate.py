@@ -57,7 +57,8 @@ def validate(
     paired tests.
 
     Words of an outcome: overturned, fell, 1, true, yes, or stood, standing, 0, false, no; an empty
-    cell was not seen. Columns such as peak_rotation_deg and peak_slide_mm are held against peaks.
+    cell was not seen. Columns such as peak_rotation_deg and peak_slide_mm are held against peaks,
+    peak_rotation_2_deg of block 2 of a stack, peak_displacement_mm of an assembly.
     """
     from warprock.api import validation as api
 

@@ -143,6 +143,10 @@ class AbstractEngine(abc.ABC):
         """Why its model is not for a scene, besides what its attributes say; None if it is."""
         return None
 
+    def refuses(self, scene: SceneKind) -> str | None:
+        """Why its settings are not for a scene that the engine supports; None if they are."""
+        return None
+
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
         """Longest step that every lane may take [s], shape [lane], of an engine with an order."""
         return np.full(lanes.lane_count, self.settings.time_step)
@@ -229,6 +233,7 @@ class KernelEngine(AbstractEngine):
             chains=lanes.profiles is not None,
             prescribed=lanes.restitution_given,
             thrown=kernel.thrown,
+            bounces=kernel.bounces,
         )
         return module
 

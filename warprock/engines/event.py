@@ -114,6 +114,10 @@ class Event(KernelEngine):
     the nearest that friction allows (`struck_velocity` in kernels/event/body_contact.py).
     `friction_needed` is the friction that such impacts need; a lane with less is OUTSIDE_MODEL.
 
+    With a `restitution` single blocks and bodies in the plane bounce, boxes as bodies
+    (kernels/event/body_bounce.py): second order through all bounces but for those that the settings
+    leave out, whose height is of second order, too.
+
     Stacks in the plane (kernels/event/stack/): fifth order while all contacts stick, second where
     something slides or flies. A body in a stack stands on an edge of its chain of corners
     (kernels/event/stack/edges.py).
@@ -169,6 +173,20 @@ class Event(KernelEngine):
             )
         return None
 
+    def refuses(self, scene: SceneKind) -> str | None:
+        """Why its settings are not for a scene: only single free blocks bounce."""
+        if not self._bounces:
+            return None
+        why = None
+        if scene.spatial or scene.stacked or scene.held:
+            why = f"the case has {_lying(scene)}"
+        elif scene.restitution_given:
+            why = "the case prescribes contact.angular_restitution"
+        return why and (
+            "engines.event.restitution above 0 is for single free-standing blocks and bodies in "
+            f"the plane, and {why}"
+        )
+
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: packed are single blocks alone, in space on a cone."""
         if not scene.spatial:
@@ -176,9 +194,9 @@ class Event(KernelEngine):
                 return Kernel(event, "stack_run")
             if scene.held:
                 return Kernel(event, "held_run")
-            cornered = scene.on_points or scene.restitution_given
+            cornered = scene.on_points or scene.restitution_given or self._bounces
             name = "body_run" if cornered else "block_run"
-            return Kernel(event, name, lanes=self.target.lanes)
+            return Kernel(event, name, lanes=self.target.lanes, bounces=self._bounces)
         friction = "box" if self.settings.friction_box else "cone"
         if scene.stacked:
             return Kernel(event_space, "stack_run", friction=friction)
@@ -197,8 +215,19 @@ class Event(KernelEngine):
 
     def step_of_settings(self, lanes: Lanes, motions: GroundMotions) -> float:
         """Longest step that the settings ask for [s]; polynomials take longer ones."""
-        parts = POLYNOMIAL_STEPS if _rolls(lanes, motions) else 1.0
+        parts = POLYNOMIAL_STEPS if self._rolls(lanes, motions) else 1.0
         return parts * float(self.settings.time_step)
+
+    @property
+    def _bounces(self) -> bool:
+        """Whether corners that strike the base leave it again."""
+        return bool(self.settings.restitution > 0.0)
+
+    def _rolls(self, lanes: Lanes, motions: GroundMotions) -> bool:
+        """Whether lanes are boxes that rock by Taylor polynomials (kernels/event/block.py)."""
+        boxes = not lanes.spatial and not lanes.stacked and lanes.body is None
+        follows = lanes.restitution_given or self._bounces or isinstance(motions, UprightMotions)
+        return boxes and not follows
 
     def _own_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step [s]: a part of 1 / p, the largest of blocks, and in space of both planes."""
@@ -220,7 +249,7 @@ class Event(KernelEngine):
         ]
         fastest = np.concatenate(rates, axis=1).max(axis=1)
         step = np.asarray(np.minimum(self.step_of_settings(lanes, motions), PHASE_STEP / fastest))
-        if _rolls(lanes, motions):
+        if self._rolls(lanes, motions):
             rate = motions.components[0].fastest_rate
             with np.errstate(divide="ignore"):
                 step = np.minimum(step, MOTION_STEP / np.asarray(rate))
@@ -234,7 +263,7 @@ class Event(KernelEngine):
 
         See `AbstractEngine.alike_order`.
         """
-        if self.target.lanes == 1 or not _rolls(lanes, motions) or lanes.release is not None:
+        if self.target.lanes == 1 or not self._rolls(lanes, motions) or lanes.release is not None:
             return None
         if lanes.hold is not None:
             return None
@@ -276,16 +305,26 @@ class Event(KernelEngine):
                 }
             feet = foot_columns(lanes, module.Foot)
             return {"blocks": blocks, "lanes": per_lane, "feet": feet, "knobs": knobs}
-        if lanes.body is not None or lanes.restitution_given:
+        if lanes.body is not None or lanes.restitution_given or self._bounces:
             body = lanes.body or box_bodies(lanes)
             corners = Corners.of(body)
             per_lane |= _bodies(lanes, body, corners, self.settings)
+            per_lane |= self._rebound(longest_step)
             blocks = {name: each[:, None] for name, each in per_lane.items()}
             return {"blocks": blocks, "corners": corners.columns, "knobs": knobs}
         blocks = _single_blocks(lanes, self.settings)
         per_lane["short_step"] = short_step
         blocks |= {name: each[:, None] for name, each in per_lane.items()}
         return {"blocks": blocks, "knobs": knobs} | start_columns(lanes)
+
+    def _rebound(self, longest_step: Array) -> dict[str, Array]:
+        """How corners bounce: the restitution, and the speed [m/s] up to which they do not.
+
+        A bounce that would last less than the longest step, 2 e v / g, is left out.
+        """
+        kept = np.full(longest_step.shape, self.settings.restitution)
+        with np.errstate(divide="ignore"):
+            return {"rebound": kept, "slow": 0.5 * GRAVITY * longest_step / kept}
 
     def _held_inputs(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes
@@ -327,10 +366,11 @@ class Event(KernelEngine):
         return fields | blocks | {"energy_lost": mass * rows["loss"]}
 
 
-def _rolls(lanes: Lanes, motions: GroundMotions) -> bool:
-    """Whether lanes are single boxes that rock by Taylor polynomials (kernels/event/block.py)."""
-    boxes = not lanes.spatial and not lanes.stacked and lanes.body is None
-    return boxes and not lanes.restitution_given and not isinstance(motions, UprightMotions)
+def _lying(scene: SceneKind) -> str:
+    """What keeps a scene from bouncing."""
+    if scene.stacked:
+        return "a stack"
+    return "a block in space" if scene.spatial else f"[{scene.held[0]}]"
 
 
 def _hold_acceleration(lanes: Lanes) -> Array:

@@ -107,6 +107,7 @@ class Kernel:
         friction: Law of friction where a block slides in two directions: cone or box.
         points: Contact points of a body, where they are a constant.
         thrown: Whether blocks in space start in motion, or bounce.
+        bounces: Whether what strikes its base in `event` leaves it with a part of its speed.
         springs: Whether the contacts of an assembly are springs.
         bonds: Whether joints of an assembly have cohesion and tensile strength until they break.
     """
@@ -118,6 +119,7 @@ class Kernel:
     friction: str = "cone"
     points: int = 0
     thrown: bool = False
+    bounces: bool = False
     springs: bool = False
     bonds: bool = False
 

@@ -8,15 +8,23 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.analysis.load_limit import Collapse, LoadLimits, collapse_beside
+from warprock.analysis.pushing import Pushes
 from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLUE, DARK, GREY, PALE, VERMILION
+from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, legend_below, style, subplots
+from warprock.findings.asked import naming_columns
+from warprock.findings.limit import COULOMB, LOAD_FACTOR, PUSHED, find_limit
 from warprock.findings.numbers import counted, even_selection, three
+from warprock.findings.sheets import heading
 from warprock.model.response import JointState
 from warprock.running.case_run import CaseRun
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
+
+    from warprock.findings.finding import Facts
 
 MOST_SHOWN = 4
 """Mechanisms that are drawn, an even selection of the lanes that stand."""
@@ -30,11 +38,12 @@ MOVED = 0.12
 """Largest displacement of a centre of mass in the drawing, over the size of the assembly."""
 
 
-def draw_limit(found: LoadLimits, title: str) -> list[Drawing]:
+def draw_limit(found: LoadLimits, pushes: Pushes | None, title: str) -> list[Drawing]:
     """Draws the mechanisms of a few lanes that stand, or blocks alone where none does.
 
     Args:
         found: What `run_limits` returned.
+        pushes: What slow pushes came to, which have a drawing of their own; None without.
         title: What came out, in one line.
     """
     lanes, places = np.arange(len(found.lane)), found.lane
@@ -59,7 +68,8 @@ def draw_limit(found: LoadLimits, title: str) -> list[Drawing]:
         )
         headline(figure, title, about)
     said = "; ".join(_name(found.collapses[places[lane]], lane) for lane in shown)
-    return [Drawing("mechanism", figure, title, f"{title}. Mechanisms: {said}.")]
+    mechanism = Drawing("mechanism", figure, title, f"{title}. Mechanisms: {said}.")
+    return [mechanism, *draw_pushes(found, pushes)]
 
 
 def draw_collapse(run: CaseRun) -> list[Drawing]:
@@ -172,7 +182,85 @@ def _mark_joints(axes: Axes, collapse: Collapse, scale: float) -> None:
     opens, slides = collapse.opens, collapse.slides
     closed = np.argmin(collapse.parting, axis=1)
     hinges = ends[np.arange(joints.count), closed][opens]
-    axes.plot(*hinges.T, "o", color=VERMILION, markersize=5.0, zorder=3, label="hinge")
+    if len(hinges):
+        axes.plot(*hinges.T, "o", color=VERMILION, markersize=5.0, zorder=3, label="hinge")
     for place, line in enumerate(ends[slides]):
         label = "sliding joint" if place == 0 else None
         axes.plot(*line.T, color=BLUE, linewidth=2.5, zorder=3, label=label)
+
+
+def draw_pushes(found: LoadLimits, pushes: Pushes | None) -> list[Drawing]:
+    """Draws slow pushes beside limit analysis.
+
+    Of one assembly it is how far each load moved it; of several the load of each over what sets
+    them apart.
+
+    Returns:
+        The drawing; none where nothing was pushed, or no load was found.
+    """
+    if pushes is None or not np.isfinite(pushes.factor).any():
+        return []
+    one = len(found.collapses) == 1
+    finding = find_limit(found, pushes)
+    title = next(text for text in finding.sentences if text.startswith("Pushed")).removesuffix(".")
+    about = f"{found.case.name}: the load is the same part of the weight of every block"
+    with style():
+        figure, panels = subplots(1, 1, (7.0, 3.8))
+        axes = panels[0, 0]
+        if one:
+            _draw_tries(axes, found.collapses[0], pushes)
+        else:
+            _draw_loads(axes, finding.facts, finding.tables["limits"])
+        legend_below(figure, axes, columns=3)
+        headline(figure, title, about)
+    return [Drawing("push", figure, title, f"{title}.")]
+
+
+LIMIT_LABEL = "limit analysis"
+LEAST_SHOWN = 1e-3
+"""Displacement as which less is drawn, too [mm]."""
+
+
+def _draw_tries(axes: Axes, collapse: Collapse, pushes: Pushes) -> None:
+    """The largest displacement under each load that was tried, and the loads of limit analysis."""
+    tried, most = pushes.tried, collapse.load_factor
+    for fell, color, mark, label in (
+        (False, BLUE, "o", "stands"),
+        (True, VERMILION, "x", "collapses"),
+    ):
+        mine = tried.fell == fell
+        moved = np.maximum(1e3 * tried.moved[mine], LEAST_SHOWN)
+        axes.plot(
+            tried.factor[mine], moved, mark, color=color, markersize=5.0, zorder=3, label=label
+        )
+    least = float(np.fmin(collapse.coulomb_load, most))
+    if least < most:
+        axes.axvspan(least, most, color=PALE, linewidth=0.0, label=LIMIT_LABEL)
+    else:
+        axes.axvline(most, color=GREY, linewidth=1.2, label=LIMIT_LABEL)
+    logarithmic(axes.yaxis)
+    axes.set_xlim(left=0.0)
+    axes.set_xlabel(LOAD_LABEL)
+    axes.set_ylabel("largest displacement [mm]")
+
+
+LOAD_LABEL = "sideways load / self-weight [-]"
+
+
+def _draw_loads(axes: Axes, facts: Facts, table: pd.DataFrame) -> None:
+    """Loads of limit analysis and of pushes over the input that is swept, or over lanes."""
+    names = [name for name in naming_columns(facts, table) if table[name].dtype.kind in "if"]
+    across = names[0] if len(names) == 1 else "lane"
+    at, most = table[across].to_numpy(dtype=float), table[LOAD_FACTOR].to_numpy(dtype=float)
+    least = np.fmin(table[COULOMB].to_numpy(dtype=float), most)
+    axes.vlines(at, least, most, color=GREY, linewidth=4.0, alpha=0.6)
+    slide = least < most
+    upper = f"{LIMIT_LABEL}, upper end" if slide.any() else LIMIT_LABEL
+    axes.plot(at, most, "_", color=GREY, markersize=14.0, label=upper)
+    if slide.any():
+        lower = f"{LIMIT_LABEL}, lower end"
+        axes.plot(at[slide], least[slide], "_", color=DARK, markersize=9.0, label=lower)
+    axes.plot(at, table[PUSHED], "o", color=VERMILION, markersize=4.5, zorder=3, label="slow push")
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel(heading(across).label)
+    axes.set_ylabel(LOAD_LABEL)

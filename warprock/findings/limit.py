@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from warprock.analysis.load_limit import Collapse, LoadLimits
+from warprock.analysis.pushing import ACCURACY, Pushes
 from warprock.case.assembly import BETWEEN
 from warprock.case.input_columns import input_meaning
 from warprock.findings.asked import naming_columns
@@ -37,6 +38,14 @@ COLUMNS: dict[str, tuple[str, str]] = {
     "opens": ("-", "Blocks between which joints open"),
     "slides": ("-", "Blocks between which joints slide"),
 }
+PUSHED = "pushed_load_factor"
+PUSHED_COLUMN = {
+    PUSHED: (
+        "-",
+        "The same under a slow push, by simulation; nothing where it was not found",
+    ),
+}
+"""The column besides, where assemblies were pushed."""
 SHOWN = tuple(COLUMNS)[:-2]
 """Columns of the table to read: names of many joints are in the file."""
 MOST_NAMED = 8
@@ -48,7 +57,7 @@ BOUND = (
 )
 
 
-def limit_facts(found: LoadLimits) -> dict[str, Any]:
+def limit_facts(found: LoadLimits, pushes: Pushes | None = None) -> dict[str, Any]:
     """What was asked and what came of it, ready for JSON."""
     lanes = found.lane
     stands = np.array([each.stands for each in found.collapses])[lanes]
@@ -60,10 +69,29 @@ def limit_facts(found: LoadLimits) -> dict[str, Any]:
         "standing": int(stands.sum()),
         "upper_bounds": int(bounds.sum()),
         "wall_time_s": found.wall_time,
+        **_push_facts(found, pushes),
     }
 
 
-def limit_table(found: LoadLimits) -> pd.DataFrame:
+def _push_facts(found: LoadLimits, pushes: Pushes | None) -> dict[str, Any]:
+    """How assemblies were pushed; nothing where they were not."""
+    if pushes is None:
+        return {}
+    borne = np.isinf(pushes.high)
+    return {
+        "push": {
+            "engine": pushes.engine,
+            "rise_s": pushes.rise,
+            "hold_s": pushes.hold,
+            "accuracy": ACCURACY,
+            "runs": len(pushes.tried.factor),
+            "unsound": int(pushes.unsound[found.lane].sum()),
+            "borne": int(borne[found.lane].sum()),
+        }
+    }
+
+
+def limit_table(found: LoadLimits, pushes: Pushes | None = None) -> pd.DataFrame:
     """The inputs of the lanes, and at which load each collapses and how."""
     inputs, lanes = found.lane_set.inputs, found.lane
     columns: dict[str, Any] = {"lane": np.arange(len(lanes))}
@@ -72,7 +100,10 @@ def limit_table(found: LoadLimits) -> pd.DataFrame:
     looked = found.with_coulomb
     kinds = enumerate(found.collapses)
     rows = pd.DataFrame([_row(each, coulomb=place in looked) for place, each in kinds]).iloc[lanes]
-    return declared(table.assign(**{name: rows[name].to_numpy() for name in COLUMNS}), COLUMNS)
+    table = declared(table.assign(**{name: rows[name].to_numpy() for name in COLUMNS}), COLUMNS)
+    if pushes is None:
+        return table
+    return declared(table.assign(**{PUSHED: pushes.factor[lanes]}), PUSHED_COLUMN)
 
 
 def _row(collapse: Collapse, *, coulomb: bool) -> dict[str, Any]:
@@ -99,15 +130,17 @@ def _joints(collapse: Collapse, chosen: np.ndarray[Any, np.dtype[np.bool_]]) -> 
     return list(dict.fromkeys(pairs))
 
 
-def find_limit(found: LoadLimits) -> Finding:
-    """What limit analysis came to."""
-    return tell_limit(limit_facts(found), {"limits": limit_table(found)})
+def find_limit(found: LoadLimits, pushes: Pushes | None = None) -> Finding:
+    """What limit analysis came to, and slow pushes beside it."""
+    return tell_limit(limit_facts(found, pushes), {"limits": limit_table(found, pushes)})
 
 
 def tell_limit(facts: Facts, tables: Tables) -> Finding:
     """What limit analysis came to, of its facts and table."""
     table = tables["limits"]
     shown = ["lane", *naming_columns(facts, table), *SHOWN]
+    if PUSHED in table:
+        shown.insert(shown.index(TILT), PUSHED)
     sheet = table[shown].copy()
     sheet.attrs = table.attrs
     return Finding(
@@ -117,7 +150,7 @@ def tell_limit(facts: Facts, tables: Tables) -> Finding:
         sentences=_sentences(facts, table),
         sheets=[sheet_of("Lanes", sheet, file="limits.parquet")],
         rows={"rows": "limits"},
-        pictures=["mechanism*.png"],
+        pictures=["mechanism*.png", "push.png"],
     )
 
 
@@ -125,7 +158,21 @@ LIMIT = Kind(
     ("limits",),
     tell_limit,
     "upper_bounds",
-    {"case": CASE, "lanes": int, "standing": int, "upper_bounds": int},
+    {
+        "case": CASE,
+        "lanes": int,
+        "standing": int,
+        "upper_bounds": int,
+        "push?": {
+            "engine": str,
+            "rise_s": float,
+            "hold_s": float,
+            "accuracy": float,
+            "runs": int,
+            "unsound": int,
+            "borne": int,
+        },
+    },
 )
 
 
@@ -137,6 +184,7 @@ def _sentences(facts: Facts, table: pd.DataFrame) -> list[str]:
     else:
         found = [_of_many(facts, table, up)]
         found += _where_it_stands(facts, table)
+    found += _pushed(facts, table)
     if len(up):
         weakest = up.iloc[int(up[LOAD_FACTOR].argmin())]
         found += _mechanism(facts, table, weakest)
@@ -196,6 +244,46 @@ def _where_it_stands(facts: Facts, table: pd.DataFrame) -> list[str]:
     )
     stood, fell = (below, above) if stands[0] else (above, below)
     return [f"With a {head.text} of {stood} it stands, with {fell} it does not."]
+
+
+def _pushed(facts: Facts, table: pd.DataFrame) -> list[str]:
+    """At which load slow pushes bring assemblies down, beside limit analysis."""
+    if "push" not in facts:
+        return []
+    push, told = facts["push"], []
+    known = table[table[PUSHED].notna()]
+    rise, hold = three(push["rise_s"]), three(push["hold_s"])
+    how = f"by a load that rises within {rise} s and stays for {hold} s (engine {push['engine']})"
+    if len(known):
+        least, most = float(known[PUSHED].min()), float(known[PUSHED].max())
+        what = "it collapses" if len(table) == 1 else f"{len(known):,} of them collapse"
+        at = three(least) if three(least) == three(most) else f"{three(least)} to {three(most)}"
+        told.append(f"Pushed slowly, {how}, {what} at {at} of the weight, {_beside(known)}.")
+    for count, what in (
+        (push["unsound"], "a lane below the collapse has no usable number"),
+        (push["borne"], "the largest load that was tried did not bring it down"),
+    ):
+        if count:
+            where = "" if len(table) == 1 else f" for {counted(count, 'assembly', 'assemblies')}"
+            told.append(f"Pushes found no load{where}: {what}.")
+    return told
+
+
+def _beside(known: pd.DataFrame) -> str:
+    """How far the loads of pushes are from those of limit analysis."""
+    pushed, most = known[PUSHED].to_numpy(), known[LOAD_FACTOR].to_numpy()
+    least = np.fmin(known[COULOMB].to_numpy(dtype=float), most)
+    away = np.maximum(np.maximum(least - pushed, pushed - most), 0.0) / pushed
+    if not known["upper_bound"].any():
+        return f"within {_percent(away.max())} of the load of limit analysis"
+    if not (away > ACCURACY).any():
+        return "in the interval of limit analysis"
+    return f"up to {_percent(away.max())} outside the interval of limit analysis"
+
+
+def _percent(part: float) -> str:
+    """A share rounded upwards, not finer than pushes are found."""
+    return f"{np.ceil(1e3 * max(part, ACCURACY)) / 10.0:.1f} %"
 
 
 def _mechanism(facts: Facts, table: pd.DataFrame, row: pd.Series[Any]) -> list[str]:

@@ -15,6 +15,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from warprock.model.loads import LoadMotions
 from warprock.model.motion import (
     GroundMotions,
     HarmonicMotions,
@@ -25,7 +26,6 @@ from warprock.model.motion import (
     StillBase,
 )
 from warprock.model.pulse import PulseMotions
-from warprock.model.tilt import TiltMotions
 
 Array = npt.NDArray[np.float64]
 Path = Callable[[Array], tuple[Array, Array]]
@@ -56,7 +56,10 @@ class BasePath:
 
 
 def base_path(motions: GroundMotions, lane: int) -> BasePath | None:
-    """The motion of one lane's base; None if it stands still."""
+    """The motion of one lane's base; None if it stands still.
+
+    Of a load it is that of the level base which acts on blocks alike.
+    """
     parts = zip(motions.axes, motions.components, strict=True)
     paths = {axis: _path(part, lane) for axis, part in parts}
     x, y, z = (paths.get(axis) for axis in "xyz")
@@ -64,13 +67,14 @@ def base_path(motions: GroundMotions, lane: int) -> BasePath | None:
 
 
 def base_places(motions: GroundMotions, lane: int, times: Array) -> Array:
-    """Displacements of one lane's base since the start [m], shape [time, 3]."""
-    path = base_path(motions, lane)
+    """Displacements of one lane's base since the start [m], shape [time, 3]; of a load none."""
+    loaded = any(isinstance(part, LoadMotions) for part in motions.components)
+    path = None if loaded else base_path(motions, lane)
     return path.displacement(times) if path else np.zeros((len(times), 3))
 
 
 def _path(motions: PlanarMotions, lane: int) -> Path | None:
-    if isinstance(motions, StillBase | TiltMotions):
+    if isinstance(motions, StillBase):
         return None
     if isinstance(motions, RecordMotions):
         return _record_path(motions, lane)

@@ -43,6 +43,7 @@ class Waveform(enum.StrEnum):
     RICKER = "ricker"
     MAVROEIDIS_PAPAGEORGIOU = "mavroeidis-papageorgiou"
     TILT = "tilt"
+    PUSH = "push"
     RECORD = "record"
 
 

@@ -9,13 +9,12 @@ acceleration g tan(tau) on a level base; the rotation of the table itself moves 
 
 from __future__ import annotations
 
-import dataclasses
 from typing import NamedTuple
 
 import numpy as np
 
 from warprock.model.lane_motion import Array
-from warprock.model.record_motion import RecordMotions
+from warprock.model.loads import LoadMotions
 from warprock.units import GRAVITY
 
 STEEPEST = np.radians(75.0)
@@ -24,22 +23,6 @@ STEEPEST = np.radians(75.0)
 STEP = np.radians(0.05)
 """Tilt between two samples: between them the tangent is straight to 4e-6 of g at 60 degrees. A
 pause begins and ends within one of them."""
-
-
-@dataclasses.dataclass(frozen=True)
-class TiltMotions(RecordMotions):
-    """Tilting tables; their samples are accelerations, and they stay where they are.
-
-    Attributes:
-        until: When the run ends, until which they tilt [s], shape [lane].
-    """
-
-    until: Array
-
-    @property
-    def end(self) -> Array:
-        """Time from which on they tilt no further [s]."""
-        return self.until
 
 
 class Tilting(NamedTuple):
@@ -74,7 +57,7 @@ def steady(rate: Array, start: Array) -> Tilting:
     return Tilting(rate, start, step, np.zeros(len(rate)), never)
 
 
-def tilt_motions(tilting: Tilting, end: Array) -> TiltMotions:
+def tilt_motions(tilting: Tilting, end: Array) -> LoadMotions:
     """Tables that tilt.
 
     Args:
@@ -99,7 +82,7 @@ def tilt_motions(tilting: Tilting, end: Array) -> TiltMotions:
     offset = np.concatenate([[0], np.cumsum(counts)[:-1]])
     lanes, pool = of_lane.reshape(-1), np.concatenate(pools, axis=1)
     nothing = np.zeros(len(rate))
-    return TiltMotions(
+    return LoadMotions(
         start=start,
         # What slides down a table whose side at +x sinks goes to +x: its base pulls to -x.
         scale=-np.sign(rate),

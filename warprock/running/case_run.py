@@ -226,11 +226,12 @@ def require_support(case: Case, lane_set: LaneSet, engine: str, first: int = 0) 
     Raises:
         InputError: It cannot, with the engine's reason.
     """
-    reason = engine_class(engine).supports(lane_set.scene)
+    built = engine_class(engine)(case.engine_settings(engine))
+    reason = built.supports(lane_set.scene) or built.refuses(lane_set.scene)
     if reason is not None:
         raise InputError(case.file, "--engine", engine, f"cannot do this scene: {reason}")
     require_workload(
-        engine_class(engine)(case.engine_settings(engine)),
+        built,
         lane_set.lanes,
         lane_set.motions,
         case.sample_times,

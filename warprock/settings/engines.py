@@ -164,6 +164,16 @@ class EventSettings:
             1e-2,
         ),
     ] = 1e-6
+    restitution: Annotated[
+        float,
+        SettingKey(
+            "of single blocks and bodies in the plane: speed at which a corner that lands leaves "
+            "the base again, as a part of that at which it came; a bounce that would last less "
+            "than the longest step is left out",
+            0.0,
+            1.0,
+        ),
+    ] = 0.0
     friction_box: Annotated[int, FRICTION_IN_SPACE] = 0
 
     def halved(self) -> Self:

@@ -11,34 +11,36 @@ import numpy.typing as npt
 
 from warprock.analysis.scores import rank_correlation
 from warprock.model.response import FIELDS, USABLE
-from warprock.verification.observations import MEASURED
 from warprock.verification.validation import Judged, Validation
 
 Array = npt.NDArray[np.float64]
 
+_BLOCK = re.compile(r"_[1-9]$")
+"""How the name of a quantity ends that is of one block of a stack."""
 _STOOD = ["at_rest", "rocking"]
 _USABLE = [status.name.lower() for status in USABLE]
 
 
 def unit_of(what: str) -> str:
-    """Unit of a measured quantity: rad or m."""
-    return FIELDS[what].unit
+    """Unit of a measured quantity, be it of one block of a stack: rad or m."""
+    return FIELDS[_BLOCK.sub("", what)].unit
 
 
 def predict_largest(engine: Judged, what: str, members: int) -> Array:
-    """Largest rotation [rad] or slide [m] that is predicted of each test, shape [test].
+    """Largest rotation [rad], slide or displacement [m] that is predicted of each test, [test].
 
     The median over the lanes of the test that stood and have numbers, of a stack the largest of its
-    blocks; NaN without such a lane.
+    blocks where none is named; NaN without such a lane.
 
     Args:
         engine: The engine.
-        what: One of `MEASURED`.
+        what: One of `MEASURED`, with the number of a block of a stack or without.
         members: Lanes of a test.
     """
     table = engine.table
     assert table is not None
-    pattern = re.compile(rf"{what}(_[1-9])?_{unit_of(what)}")
+    block = "" if _BLOCK.search(what) else "(_[1-9])?"
+    pattern = re.compile(rf"{what}{block}_{unit_of(what)}")
     columns = [name for name in map(str, table.columns) if pattern.fullmatch(name)]
     values = table[columns].to_numpy(dtype=np.float64).max(axis=1)
     stood = (table["outcome"].isin(_STOOD) & table["status"].isin(_USABLE)).to_numpy()
@@ -76,5 +78,5 @@ def measured_rows(found: Validation) -> Iterator[dict[str, Any]]:
 
 
 def measured_quantities(found: Validation) -> list[str]:
-    """What of `MEASURED` somebody measured."""
-    return [what for what in MEASURED if np.isfinite(found.tests.measured[what]).any()]
+    """What somebody measured, in the order of the table."""
+    return [what for what, each in found.tests.measured.items() if np.isfinite(each).any()]

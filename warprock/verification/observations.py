@@ -43,10 +43,16 @@ FALSE = ("0", "false", "no", "stood", "standing", "stand", "at rest", "rocking",
 """Words of an outcome, in any case; a _ is a blank."""
 UNSEEN = ("", "nan", "na", "n/a", "none", "-")
 """Words of a test that nobody saw."""
-MEASURED = {"peak_rotation": Dimension.ANGLE, "peak_slide": Dimension.LENGTH}
-"""What may have been measured besides, and its kind; the unit is in the heading."""
+MEASURED = {
+    "peak_rotation": Dimension.ANGLE,
+    "peak_slide": Dimension.LENGTH,
+    "peak_displacement": Dimension.LENGTH,
+}
+"""What may have been measured besides, and its kind; the unit is in the heading, and of a stack
+before it the number of the block: `peak_rotation_2_deg`."""
 
-_HEADING = re.compile(r"(?:observed_)?(peak_rotation|peak_slide)(?:_|\s*[\[(])\s*(\w+)\s*[\])]?")
+_QUANTITY = rf"(?P<what>{'|'.join(MEASURED)})(?:_(?P<block>[1-9]))?"
+_HEADING = re.compile(rf"(?:observed_)?{_QUANTITY}(?:(?:_|\s*[\[(])\s*(?P<unit>\w+)\s*[\])]?)?")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -57,8 +63,9 @@ class ObservedTests:
         names: What each test is called, shape [test].
         overturned: Whether its block overturned, shape [test].
         lanes: Numbers of its lanes, shape [test, member].
-        measured: Largest rotation [rad] and slide [m] that were measured, by `MEASURED`, each of
-            shape [test]; NaN where nobody did.
+        measured: Largest rotation [rad], slide [m] and displacement [m] that were measured, each of
+            shape [test]; NaN where nobody did. By the name of `MEASURED`, with the number of the
+            block of a stack where one is meant.
         table: What the file says of each test, as texts, one row a test.
         unobserved: Tests of the case without an observed outcome.
         source: File or table that they are from.
@@ -115,7 +122,9 @@ def read_tests(
         names=tuple(" ".join(row) for row in shown.itertuples(index=False)),
         overturned=np.array([each for each in outcome if each is not None], dtype=np.bool_),
         lanes=places[seen][:, None] * members + np.arange(members),
-        measured={what: _read_measured(table, what, source)[seen] for what in MEASURED},
+        measured={
+            what: values[seen] for what, values in _read_measured(table, lane_set, source).items()
+        },
         table=table[seen].reset_index(drop=True),
         unobserved=len(tests) - int(seen.sum()),
         source=source,
@@ -274,27 +283,54 @@ def _matching(
     return texts, names
 
 
-def _read_measured(table: pd.DataFrame, what: str, source: str) -> Array:
-    """Numbers of a column whose heading has their unit [rad or m]; NaN where there is none."""
-    for heading in table.columns:
-        match = _HEADING.fullmatch(str(heading))
-        if str(heading) == what or (match is not None and match[1] == what):
-            break
-    else:
-        return np.full(len(table), np.nan)
-    dimension = MEASURED[what]
-    try:
-        size = parse_quantity(f"1 {match[2]}" if match else "1", dimension)
-    except ValueError:
-        allowed = f"must have the unit behind it: {what} is {allowed_text([dimension])}"
-        raise InputError(source, str(heading), NOTHING, allowed) from None
-    values = np.full(len(table), np.nan)
-    for row, text in enumerate(table[heading]):
+def _read_measured(table: pd.DataFrame, lane_set: LaneSet, source: str) -> dict[str, Array]:
+    """Columns whose headings name a measured quantity, in SI units; NaN where a cell is empty."""
+    found: dict[str, Array] = {}
+    for heading in map(str, table.columns):
+        match = _HEADING.fullmatch(heading)
+        if match is None:
+            continue
+        name = match["what"] + (f"_{match['block']}" if match["block"] else "")
+        _require_quantity(match["what"], match["block"], lane_set, source, heading)
+        if name in found:
+            raise InputError(source, heading, f"{name} again", "must be there once")
+        dimension = MEASURED[match["what"]]
+        try:
+            size = parse_quantity(f"1 {match['unit'] or ''}".strip(), dimension)
+        except ValueError:
+            allowed = f"must have the unit behind it: {name} is {allowed_text([dimension])}"
+            raise InputError(source, heading, NOTHING, allowed) from None
+        found[name] = _numbers(table[heading], size, source, heading)
+    return found
+
+
+def _require_quantity(
+    what: str, block: str | None, lane_set: LaneSet, source: str, heading: str
+) -> None:
+    """Refuses a quantity that lanes of this kind do not have."""
+    none = "peak_slide" if lane_set.scene.assembly else "peak_displacement"
+    if what == none:
+        known = " or ".join(each for each in MEASURED if each != none)
+        whose = "an assembly" if lane_set.scene.assembly else "a case without an assembly"
+        raise InputError(source, heading, Said(what), f"must be {known}, of {whose}")
+    blocks = lane_set.scene.block_count
+    if block is None or (lane_set.scene.stacked and int(block) <= blocks):
+        return
+    allowed = "must have no number of a block: the case has no stack"
+    if lane_set.scene.stacked:
+        allowed = f"must be from 1, the lowest block, to {blocks}"
+    raise InputError(source, heading, f"block {block}", allowed)
+
+
+def _numbers(column: pd.Series[str], size: float, source: str, heading: str) -> Array:
+    """Numbers from 0 up, times the size of their unit; NaN where there is none."""
+    values = np.full(len(column), np.nan)
+    for row, text in enumerate(column):
         try:
             values[row] = size * float(text) if text.strip() else np.nan
         except ValueError:
             values[row] = -1.0
         if values[row] < 0.0 or np.isinf(values[row]):
             allowed = f"must be a number from 0 up, or nothing (row {row + 1})"
-            raise InputError(source, str(heading), text, allowed)
+            raise InputError(source, heading, text, allowed)
     return values

@@ -1,0 +1,41 @@
+"""Collapse loads by slow pushes against limit analysis."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import warprock as wr
+from warprock.analysis.pushing import _narrowed
+
+DRUMS = wr.Case(
+    assembly=wr.Assembly(
+        pattern="column", drum_width="1 m", drum_height="0.75 m", drums=4, density="2000 kg/m^3"
+    ),
+    contact=wr.Contact(friction=0.7),
+    run=wr.Times(duration="1 s"),
+    sweep=wr.Sweep({"contact.friction": [0.1, 0.7]}),
+)
+
+
+def test_drums_that_slide_and_drums_that_tip_collapse_at_their_loads():
+    """At the friction, and at width / height: found to 1e-3, which steps of 1e-3 s add less to."""
+    found = wr.limit(DRUMS, push=True, progress=False)
+    assert found.table["pushed_load_factor"].tolist() == pytest.approx([0.1, 1.0 / 3.0], rel=2e-3)
+    told = " ".join(found.finding.sentences)
+    assert "2 of them collapse at 0.100 to 0.333 of the weight" in told
+    assert {drawing.name for drawing in found.figures()} == {"mechanism", "push"}
+
+
+def test_a_lane_without_a_number_below_the_collapse_leaves_nothing_found():
+    bracket, factors = np.array([0.0, 4.0]), np.array([1.0, 2.0, 3.0])
+    fell, sound = np.array([False, False, True]), np.ones(3, dtype=bool)
+    assert _narrowed(bracket, factors, fell, sound)[0].tolist() == [2.0, 3.0]
+    lost = np.array([True, True, False])
+    assert _narrowed(bracket, factors, fell, lost)[1]
+    assert _narrowed(bracket, factors, np.array([False, True, False]), lost)[0].tolist() == [1, 2]
+
+
+def test_an_engine_is_named_for_pushes_alone():
+    with pytest.raises(wr.InputError, match="engine"):
+        wr.limit(DRUMS, "assembly", progress=False)
