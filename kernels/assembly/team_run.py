@@ -191,6 +191,22 @@ def place(start: wp.uint64, number: int, length: int) -> wp.uint64:
 
 
 @wp.func
+def contact_at(rows: wp.array(dtype=real), i: int) -> Contact:
+    """The contact of a lane, from the rows of a pack: a field each."""
+    return Contact(
+        rows[i], rows[i + LANES], rows[i + 2 * LANES], rows[i + 3 * LANES],
+        rows[i + 4 * LANES], rows[i + 5 * LANES], rows[i + 6 * LANES], rows[i + 7 * LANES],
+        rows[i + 8 * LANES], rows[i + 9 * LANES], rows[i + 10 * LANES], rows[i + 11 * LANES],
+    )  # fmt: skip
+
+
+@wp.func
+def masses_at(rows: wp.array(dtype=real), i: int):
+    """The masses of the two blocks of a lane's joint, likewise."""
+    return Mass(rows[i], rows[i + LANES]), Mass(rows[i + 2 * LANES], rows[i + 3 * LANES])
+
+
+@wp.func
 def add(a: Sums, b: Sums) -> Sums:
     """The sums of two bundles together."""
     return Sums(a.square + b.square, larger(a.worst, b.worst), a.work + b.work, a.loss + b.loss)
@@ -339,10 +355,7 @@ def run_lanes(
                     for i in range(LANES):
                         track[i] = store.track[2 * p + side, i]
                     for i in range(LANES):
-                        ma, mb = (
-                            Mass(weights[i], weights[i + LANES]),
-                            Mass(weights[i + 2 * LANES], weights[i + 3 * LANES]),
-                        )
+                        ma, mb = masses_at(weights, i)
                         at, gap = find_contact(
                             edges[i], real(side), rate, pose_a[i], pose_b[i], ma, mb
                         )
@@ -448,14 +461,8 @@ def run_lanes(
                                     force[i + 5 * LANES],
                                 )
                             for i in range(LANES):
-                                at = Contact(
-                                    held[i], held[i + LANES], held[i + 2 * LANES],
-                                    held[i + 3 * LANES], held[i + 4 * LANES], held[i + 5 * LANES],
-                                    held[i + 6 * LANES], held[i + 7 * LANES], held[i + 8 * LANES],
-                                    held[i + 9 * LANES], held[i + 10 * LANES], held[i + 11 * LANES],
-                                )  # fmt: skip
-                                ma = Mass(weights[i], weights[i + LANES])
-                                mb = Mass(weights[i + 2 * LANES], weights[i + 3 * LANES])
+                                at = contact_at(held, i)
+                                ma, mb = masses_at(weights, i)
                                 va = new_a[i]
                                 vb = new_b[i]
                                 own = sweep[i]
@@ -567,12 +574,7 @@ def run_lanes(
                 for i in range(LANES):
                     track[i] = store.track[2 * p + side, i]
                 for i in range(LANES):
-                    at = Contact(
-                        held[i], held[i + LANES], held[i + 2 * LANES],
-                        held[i + 3 * LANES], held[i + 4 * LANES], held[i + 5 * LANES],
-                        held[i + 6 * LANES], held[i + 7 * LANES], held[i + 8 * LANES],
-                        held[i + 9 * LANES], held[i + 10 * LANES], held[i + 11 * LANES],
-                    )  # fmt: skip
+                    at = contact_at(held, i)
                     tracks = track[i]
                     glides = slip(at, new_a[i], new_b[i])
                     observe_slide(keeps, dt, glides, force[i], tracks)
