@@ -12,17 +12,15 @@ without rebound for the velocity before it plus s, so that `law_velocity` finds 
 - A corner slower than `slow` does not bounce: its flight would last less than the longest step,
   2 e v < g step. So bounces that follow one another ever faster come to an end. Their height is of
   second order in the step.
-- With friction Newton's law may create energy (Kane and Levinson 1985). Then the velocity lies
-  between those with and without rebound, as near to the former as keeps the energy. The impulses
-  lie between two that obey both laws, too.
+- An impact that would make energy is a mixture of those with and without rebound, see bounce.py.
 
 References:
-    Kane and Levinson (1985), Dynamics: Theory and Applications.
     Moreau (1988), Unilateral contact and dry friction in finite freedom dynamics.
 """
 
 import warp as wp
 
+from warprock.kernels.bounce import kept_part
 from warprock.kernels.event.block_contact import Contact, Lever, Velocity
 from warprock.kernels.event.body_contact import Blow, Body, law_velocity
 from warprock.kernels.modes import FLAT, FLYING, PIVOTING
@@ -40,21 +38,6 @@ def between(law: Velocity, more: Velocity, part: real) -> Velocity:
     return Velocity(
         law.x + part * more.x, law.z + part * more.z, law.omega + part * more.omega
     )  # fmt: skip
-
-
-@wp.func
-def kept_part(body: Body, law: Velocity, more: Velocity, energy: real) -> real:
-    """Largest part of the way from one velocity to another at which an energy is not exceeded."""
-    zero, one = real(0.0), real(1.0)
-    square = energy_of(body, more)
-    slope = law.x * more.x + law.z * more.z + body.inertia * law.omega * more.omega
-    room = larger(energy - energy_of(body, law), zero)
-    root = wp.sqrt(slope * slope + real(4.0) * square * room)
-    # The root of square part^2 + slope part = room, in the form that does not cancel.
-    rising = TWO * room / larger(slope + root, TINY)
-    falling = (root - slope) / larger(TWO * square, TINY)
-    part = wp.where(slope > zero, rising, falling)
-    return wp.where(square + slope <= room, one, smaller(part, one))
 
 
 @wp.func
@@ -77,9 +60,9 @@ def bounce_velocity(body: Body, beside: bool, at: Lever, other: real, before: Ve
         body, beside, at, other, between(before, shift, one)
     )
     bounced = between(found, shift, -one)
-    energy = energy_of(body, before)
-    more = between(bounced, law, -one)
-    part = kept_part(body, law, more, energy)
+    energy, more = energy_of(body, before), between(bounced, law, -one)
+    slope = law.x * more.x + law.z * more.z + body.inertia * law.omega * more.omega
+    part = kept_part(energy_of(body, more), slope, energy - energy_of(body, law))
     whole = part >= one
     after = between(law, more, part)
     after = Velocity(

@@ -51,6 +51,9 @@ from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.frame import frame
 from warprock.kernels.vectors import Quaternion, Vector
 
+if BOUNCES:
+    from warprock.kernels.event_space.body_bounce import bounce
+
 NEARLY = by_precision(1.0e-7, 1.0e-4)
 """Tolerance of the time of an event, as a part of the longest step."""
 GRAIN = by_precision(1.0e-14, 1.0e-6)
@@ -182,10 +185,17 @@ def end_step(
     n.lost = n.lost - energy(limits, pose, v, w)
     landed = look.lands != wp.uint64(0)
     pushes = held
+    n.touch = look.touch
     t = touches_of(body, pose.turn, look.touch)
     if landed or wp.length_sq(b.kick) > real(0.0):
         v0 = v - b.kick
-        c = solve(body, pose, t, limits.gravity * limits.longest_step, v0, w)
+        dust = limits.gravity * limits.longest_step
+        if BOUNCES:
+            leaps = bounce(body, pose, look.touch, dust, v0, w)
+            c = leaps.carried
+            n.touch = leaps.touch
+        else:
+            c = solve(body, pose, t, dust, v0, w)
         n.lost = n.lost + energy(limits, pose, v0, w) - energy(limits, pose, c.v, c.w)
         # The base's work on the body is at the mean of both velocities: see account.py.
         n.lost = n.lost - HALF * wp.dot(b.kick, c.v - v0)
@@ -196,8 +206,7 @@ def end_step(
     n.v = v
     n.w = w
     n.impacts = n.impacts + wp.where(landed, 1, 0)
-    n.touch = look.touch
-    n.flies = look.touch == wp.uint64(0)
+    n.flies = n.touch == wp.uint64(0)
     n.stands = spans_plane(t, pushes)
     return n
 

@@ -43,10 +43,12 @@ LANES = 1
 
 @wp.struct
 class Lane:
-    """One lane: see event_space/lane.py; its body and its start, see `Frame`."""
+    """One lane: see event_space/lane.py and `Shape`; its body and its start, see `Frame`."""
 
     longest_step: real
     rest_gap: real
+    rebound: real
+    slow: real
     step_limit: int
     frame: Frame
 
@@ -182,6 +184,8 @@ def run_lanes(
     limits.longest_step = own.longest_step
     limits.rest_gap = own.rest_gap
     body = shape_of(block, frame)
+    body.rebound = own.rebound
+    body.slow = own.slow
     body.points = points
     body.lane = lane
     rows = points.shape[0]

@@ -1,6 +1,6 @@
 """Bodies in space that start in motion, in the event step, and those that tumble.
 
-A point that moves into the base at the start makes an inelastic impact. The lane of a body that
+A point that moves into the base at the start makes an impact. The lane of a body that
 tumbles keeps running on whatever side it lies; its slide is the displacement of its centre.
 """
 
@@ -16,6 +16,9 @@ from warprock.kernels.shape_space.block_found import BlockResult
 from warprock.kernels.shape_space.body import Frame
 from warprock.kernels.vectors import Vector
 
+if BOUNCES:
+    from warprock.kernels.event_space.body_bounce import bounce
+
 
 @wp.func
 def start_thrown(body: Shape, limits: Limits, frame: Frame, at_rest: State) -> State:
@@ -27,9 +30,14 @@ def start_thrown(body: Shape, limits: Limits, frame: Frame, at_rest: State) -> S
         s.v = v
         s.w = w
         if not s.flies:
-            t = touches_of(body, pose.turn, s.touch)
             dust = limits.gravity * limits.longest_step
-            c = solve(body, pose, t, dust, v, w)
+            if BOUNCES:
+                leaps = bounce(body, pose, s.touch, dust, v, w)
+                c = leaps.carried
+                s.touch = leaps.touch
+                s.flies = s.touch == wp.uint64(0)
+            else:
+                c = solve(body, pose, touches_of(body, pose.turn, s.touch), dust, v, w)
             s.lost = energy(limits, pose, v, w) - energy(limits, pose, c.v, c.w)
             s.v = c.v
             s.w = c.w

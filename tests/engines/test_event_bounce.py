@@ -9,11 +9,14 @@ import pytest
 
 from tests.shared.blocks import at_rest, make_lanes
 from tests.shared.held import held_batch
+from tests.shared.spatial_blocks import in_space, sound_run, still
 from warprock.engines.event import Event
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.release import Release
 from warprock.model.response import Response, SampleTimes, Status
 from warprock.model.scene import scene_kind
-from warprock.settings.engines import EventSettings
+from warprock.settings.engines import EventSettings, ImpulseSettings
+from warprock.units import GRAVITY
 
 TIMES = SampleTimes(1.5, 0.05, places=True)
 
@@ -68,12 +71,87 @@ def test_bounces_make_no_energy_and_mirror_images_bounce_alike(friction: float) 
         assert lost.max() < 1e-3
 
 
+def bricks(count: int, friction: float, *, plane: bool = False) -> SpatialLanes:
+    """Bricks that are thrown with random spins and attitudes, about y alone in a plane."""
+    draw = np.random.default_rng(5)
+    q, velocity, spin = draw.normal(size=(3, count, 4))
+    if plane:
+        q[:, [0, 2]], velocity[:, 1], spin[:, [0, 2]] = 0.0, 0.0, 0.0
+    q /= np.linalg.norm(q, axis=1)[:, None]
+    release = Release(velocity[:, :3], 8.0 * spin[:, :3], q, np.full(count, 0.5))
+    lanes = in_space(make_lanes(np.full(count, 0.1), 0.24, friction=friction), depth=0.16)
+    return dataclasses.replace(lanes, release=release)
+
+
+@pytest.mark.thorough
+def test_a_flat_drop_rises_to_e_squared_of_the_height_each_time_and_ends() -> None:
+    """The time to its rest is (1 + e) / (1 - e) times that of the fall, less what is left out."""
+    lanes, kept = bricks(1, 0.3), 0.6
+    flat = Release(*np.zeros((2, 1, 3)), np.array([[0.0, 0.0, 0.0, 1.0]]), np.array([0.62]))
+    lanes = dataclasses.replace(lanes, release=flat)
+    settings = EventSettings(restitution=kept)
+    found = sound_run("event", lanes, still(1), SampleTimes(1.5, 5e-4, places=True), settings)
+    z, fall = found["z"][0] - 0.12, np.sqrt(2.0 * 0.5 / GRAVITY)
+    tops = z[1:-1][(z[1:-1] > z[:-2]) & (z[1:-1] >= z[2:]) & (z[1:-1] > 1e-4)]
+    # A sample misses the top by at most g dt^2 / 8.
+    np.testing.assert_allclose(tops, 0.5 * kept ** (2.0 * np.arange(1, len(tops) + 1)), atol=1e-6)
+    assert len(tops) >= 8
+    # The flights that are left out, each shorter than the one before, the first than a step.
+    left_out = fall * (1.0 + kept) / (1.0 - kept) - found["rest_time"][0]
+    assert 0.0 < left_out < 5e-3 / (1.0 - kept)
+    assert found["energy_lost"][0] == pytest.approx(lanes.mass[0] * GRAVITY * 0.5, rel=1e-9)
+
+
+@pytest.mark.thorough
+def test_in_a_plane_blocks_in_space_bounce_as_those_of_the_plane() -> None:
+    """To the second order of both; they share no contact solver."""
+    lanes = rocking(64, 0.2)
+    fine = run(lanes, 0.6, 1e-4)
+    far = []
+    for step in (4e-3, 1e-3):
+        settings = EventSettings(restitution=0.6, time_step=step)
+        found = sound_run("event", in_space(lanes, depth=0.5), still(64), TIMES, settings)
+        assert found["peak_rotation_across"].max() < 1e-12
+        far.append(np.median(np.abs(found["rotation"] - fine["rotation"]).max(axis=1)))
+    assert far[1] < far[0] / 11.0 < 5e-6
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("friction", [0.0, 0.1, 1.0])
+def test_thrown_bricks_make_no_energy(friction: float) -> None:
+    lanes = bricks(96, friction)
+    for restitution in (0.5, 1.0):
+        settings = EventSettings(restitution=restitution)
+        found = sound_run("event", lanes, still(96), SampleTimes(1.0), settings)
+        part = found["energy_lost"] / (lanes.mass * GRAVITY * 0.5)
+        # The turn in flight is of second order in the step, 5 ms at some 10 rad/s.
+        assert part.min() > -3e-3
+        assert found["impact_count"].mean() > 2
+    if friction == 0.0:
+        # Elastic, and nothing rubs.
+        assert part.max() < 3e-3
+
+
+@pytest.mark.thorough
+def test_event_and_impulse_bounce_alike() -> None:
+    """Newton's law in schemes that share no solver; friction is 0.1, as of a die on wood."""
+    lanes, times = bricks(96, 0.1, plane=True), SampleTimes(0.5, 0.01, places=True)
+    one = sound_run("event", lanes, still(96), times, EventSettings(restitution=0.5))
+    two = sound_run("impulse", lanes, still(96), times, ImpulseSettings(restitution=0.5))
+    far = np.hypot(one["x"] - two["x"], one["z"] - two["z"])
+    # Each impact multiplies what is left of the first order of impulse.
+    assert np.median(far[:, -1]) < 2e-3
+    assert np.median(far.mean(axis=1)) < 5e-4
+    assert one["impact_count"].mean() > 2
+
+
 def test_it_refuses_what_does_not_bounce() -> None:
     bouncing, lanes = Event(EventSettings(restitution=0.5)), make_lanes([0.4], [1.0])
     free = scene_kind(lanes, at_rest(1), restitution_given=False)
     assert bouncing.refuses(free) is None
     given = dataclasses.replace(free, restitution_given=True)
     assert "contact.angular_restitution" in str(bouncing.refuses(given))
+    assert "a stack" in str(bouncing.refuses(dataclasses.replace(free, stacked=True)))
     held, motions = held_batch(2, 1, wall=True, ties=0)
     walled = scene_kind(held, motions, restitution_given=False)
     assert "[transverse_wall]" in str(bouncing.refuses(walled))

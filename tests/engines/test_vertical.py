@@ -287,6 +287,7 @@ def test_a_level_landing_turns_the_block_about_the_corner_ahead() -> None:
     np.testing.assert_array_equal(found["energy_lost"][::2], found["energy_lost"][1::2])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("step", [1e-3, 4e-3])
 @pytest.mark.parametrize("shape", ["block", "body"])
 def test_a_flight_begins_where_the_base_falls_faster_than_gravity(shape: str, step: float) -> None:
@@ -306,6 +307,7 @@ def test_a_flight_begins_where_the_base_falls_faster_than_gravity(shape: str, st
     assert (found["status"] == Status.OK).all()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("step", [1e-3, 4e-3])
 def test_a_flight_off_a_sine_begins_within_a_small_part_of_a_step(step: float) -> None:
     draw, count = np.random.default_rng(6), 12

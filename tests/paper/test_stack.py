@@ -34,8 +34,6 @@ from warprock.running.case_run import run_case
 from warprock.tables.terminal import plain_console
 
 MEMBERS = 4
-ORDINARY = ("table9",)
-"""Targets made in every run; the others are the bottom block, other inputs, and figures."""
 KEYS = {"target", "frequency_hz", "amplitude_mm", "reading", "source", "peak_rotation_ratio"}
 STACK_KEYS = KEYS | {"block", "geometry", "edges"}
 ORACLE = {
@@ -68,14 +66,6 @@ def found(tmp_path_factory):
         return made[target]
 
     return get
-
-
-def of_targets(*targets: str) -> list:
-    """Targets as parameters of a test, those that are not `ORDINARY` behind the marker."""
-    return [
-        pytest.param(name, marks=() if name in ORDINARY else pytest.mark.thorough)
-        for name in targets
-    ]
 
 
 def rows_of(reproduction, **chosen) -> list[dict]:
@@ -117,7 +107,8 @@ def test_the_tables_have_the_inputs_of_table_8(name: str):
     assert set(PAPER_COLUMNS) < set(paper_table(name).columns)
 
 
-@pytest.mark.parametrize("target", of_targets("table9", "table10"))
+@pytest.mark.thorough
+@pytest.mark.parametrize("target", ["table9", "table10"])
 def test_printed_values_stay_as_printed(target: str, found):
     for name in PAPER_COLUMNS:
         rows = rows_of(found(target), source=f"paper-{name}")
@@ -141,7 +132,8 @@ def test_the_analytical_columns_cell_by_cell(target: str, block: str, found):
     assert np.all(off <= ANALYTICAL_ERROR[block]), off
 
 
-@pytest.mark.parametrize("target", of_targets("table9", "table10"))
+@pytest.mark.thorough
+@pytest.mark.parametrize("target", ["table9", "table10"])
 def test_two_analytical_values_fit_no_reading_and_are_named(target: str, found):
     """No reading of the stack under the acceleration comes near; the drive of the engines neither.
 
@@ -234,7 +226,8 @@ def test_continuous_sine_agrees_with_the_oracle_until_chaos_parts_them():
     np.testing.assert_allclose(peaks, np.transpose([bottom, top]), rtol=0.0, atol=1e-6)
 
 
-@pytest.mark.parametrize("target", of_targets("table9", "table10"))
+@pytest.mark.thorough
+@pytest.mark.parametrize("target", ["table9", "table10"])
 def test_event_agrees_with_the_analytical_model_where_nothing_slides(target: str, found):
     """Of the inputs that are not sensitive: friction 1 holds, so both solve one problem.
 
@@ -246,7 +239,8 @@ def test_event_agrees_with_the_analytical_model_where_nothing_slides(target: str
     np.testing.assert_allclose(other, analytical(found(target), steady), rtol=0.02)
 
 
-@pytest.mark.parametrize("target", of_targets("table9", "table12"))
+@pytest.mark.thorough
+@pytest.mark.parametrize("target", ["table9", "table12"])
 def test_an_ensemble_has_ordered_quantiles_and_all_its_members(target: str, found):
     rows = rows_of(found(target), source="event-ensemble")
     assert len(rows) == 2 * 8
@@ -273,7 +267,8 @@ def test_the_engines_of_the_paper_are_nearer_to_equal_depths(found):
     assert off["low-top"] < 0.15 < 0.2 < off["printed"]
 
 
-@pytest.mark.parametrize("target", of_targets("table11", "table12"))
+@pytest.mark.thorough
+@pytest.mark.parametrize("target", ["table11", "table12"])
 def test_printed_errors_stay_apart_from_peaks(target: str, found):
     for name in PAPER_COLUMNS:
         rows = rows_of(found(target), source=f"paper-{name}")
@@ -285,7 +280,8 @@ def test_printed_errors_stay_apart_from_peaks(target: str, found):
             assert ("collapsed" in row.get("why", "")) is (cell == "collapsed")
 
 
-@pytest.mark.parametrize("target", of_targets("table11", "table12"))
+@pytest.mark.thorough
+@pytest.mark.parametrize("target", ["table11", "table12"])
 def test_an_inferred_test_is_ours_over_one_minus_the_printed_error(target: str, found):
     rows = rows_of(found(target), source="inferred-experiment")
     assert len(rows) == 2 * 8
@@ -309,7 +305,8 @@ def test_an_inferred_test_is_ours_over_one_minus_the_printed_error(target: str, 
         assert "not measured" in row["why"]
 
 
-@pytest.mark.parametrize("target", of_targets("table11", "table12"))
+@pytest.mark.thorough
+@pytest.mark.parametrize("target", ["table11", "table12"])
 def test_nothing_is_called_measured(target: str, found):
     assert not any("measured" in row["source"] for row in found(target)["rows"])
 
@@ -328,7 +325,8 @@ def test_the_collapse_grid_is_whole_and_calm_at_the_printed_amplitude(found):
     assert max(row["collapsed_share"] for row in doubled) > 0.5
 
 
-@pytest.mark.parametrize("target", of_targets(*STACK_ENGINES_OF))
+@pytest.mark.thorough
+@pytest.mark.parametrize("target", STACK_ENGINES_OF)
 def test_a_target_is_one_json_object_of_rows_with_the_agreed_keys(target: str, found):
     json.dumps(found(target), allow_nan=False)
     assert all(row.keys() >= STACK_KEYS for row in found(target)["rows"])
@@ -341,7 +339,8 @@ def test_a_target_is_one_json_object_of_rows_with_the_agreed_keys(target: str, f
     assert names == {f"{target}.csv"} | drawn
 
 
-@pytest.mark.parametrize("target", of_targets(*STACK_ENGINES_OF))
+@pytest.mark.thorough
+@pytest.mark.parametrize("target", STACK_ENGINES_OF)
 def test_a_target_prints_within_130_columns(target: str, found):
     out = io.StringIO()
     print_reproduction(found(target), plain_console(file=out, width=130))

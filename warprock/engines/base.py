@@ -200,8 +200,7 @@ class AbstractEngine(abc.ABC):
 class KernelEngine(AbstractEngine):
     """An engine whose scheme is a file of kernels in `kernels/`: what they share."""
 
-    @classmethod
-    def kernel_lanes(cls, lanes: Lanes, motions: GroundMotions) -> Lanes:
+    def kernel_lanes(self, lanes: Lanes, motions: GroundMotions) -> Lanes:
         """Lanes as its kernels take them: boxes are bodies where the base moves upwards, too.
 
         Most kernels of single boxes do not know such a base.

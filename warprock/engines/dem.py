@@ -136,8 +136,7 @@ class Dem(KernelEngine):
             )
         return None
 
-    @classmethod
-    def kernel_lanes(cls, lanes: Lanes, motions: GroundMotions) -> Lanes:
+    def kernel_lanes(self, lanes: Lanes, motions: GroundMotions) -> Lanes:
         """Its kernel of boxes, which have springs all along their faces, knows such a base."""
         return lanes
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, ClassVar, final
+from typing import Any, ClassVar, cast, final
 
 import numpy as np
 import numpy.typing as npt
@@ -33,8 +33,8 @@ from warprock.engines.stack_bodies import edge_columns, foot_columns
 from warprock.engines.workload import step_limit
 from warprock.kernels import event, event_space
 from warprock.model import rocking
-from warprock.model.bodies import Bodies
-from warprock.model.lanes import Lanes, as_stacks
+from warprock.model.bodies import CORNERS, Bodies, boxes_on_corners
+from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions, RecordMotions, UprightMotions
 from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
@@ -114,9 +114,9 @@ class Event(KernelEngine):
     the nearest that friction allows (`struck_velocity` in kernels/event/body_contact.py).
     `friction_needed` is the friction that such impacts need; a lane with less is OUTSIDE_MODEL.
 
-    With a `restitution` single blocks and bodies in the plane bounce, boxes as bodies
-    (kernels/event/body_bounce.py): second order through all bounces but for those that the settings
-    leave out, whose height is of second order, too.
+    With a `restitution` single blocks and bodies bounce, boxes as bodies
+    (kernels/event/body_bounce.py, kernels/event_space/body_bounce.py): second order through all
+    bounces. Those that are left out have heights of second order in the step.
 
     Stacks in the plane (kernels/event/stack/): fifth order while all contacts stick, second where
     something slides or flies. A body in a stack stands on an edge of its chain of corners
@@ -178,13 +178,13 @@ class Event(KernelEngine):
         if not self._bounces:
             return None
         why = None
-        if scene.spatial or scene.stacked or scene.held:
-            why = f"the case has {_lying(scene)}"
+        if scene.stacked or scene.held:
+            why = "the case has " + ("a stack" if scene.stacked else f"[{scene.held[0]}]")
         elif scene.restitution_given:
             why = "the case prescribes contact.angular_restitution"
         return why and (
-            "engines.event.restitution above 0 is for single free-standing blocks and bodies in "
-            f"the plane, and {why}"
+            "engines.event.restitution above 0 is for single free-standing blocks and bodies, "
+            f"and {why}"
         )
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
@@ -200,9 +200,11 @@ class Event(KernelEngine):
         friction = "box" if self.settings.friction_box else "cone"
         if scene.stacked:
             return Kernel(event_space, "stack_run", friction=friction)
-        if scene.bodies:
-            rows = point_rows(scene)
-            return Kernel(event_space, "body_run", friction=friction, points=rows)
+        if scene.bodies or self._bounces:
+            rows = point_rows(scene) if scene.bodies else CORNERS
+            return Kernel(
+                event_space, "body_run", friction=friction, points=rows, bounces=self._bounces
+            )
         if scene.moving:
             return Kernel(event_space, "block_run", friction=friction, thrown=True)
         if self.target.kernel_form is Form.PACKED and friction == "cone":
@@ -211,12 +213,26 @@ class Event(KernelEngine):
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step that every lane may take [s]: also cut at the knots of a record."""
-        return np.asarray(np.minimum(self._own_step(lanes, motions), motions.knot_interval))
+        step = self._own_step(self.kernel_lanes(lanes, motions), motions)
+        return np.asarray(np.minimum(step, motions.knot_interval))
 
     def step_of_settings(self, lanes: Lanes, motions: GroundMotions) -> float:
         """Longest step that the settings ask for [s]; polynomials take longer ones."""
         parts = POLYNOMIAL_STEPS if self._rolls(lanes, motions) else 1.0
         return parts * float(self.settings.time_step)
+
+    def kernel_lanes(self, lanes: Lanes, motions: GroundMotions) -> Lanes:
+        """Lanes as its kernels take them: boxes are bodies where they bounce, too."""
+        if not self._bounces or lanes.body is not None or lanes.stacked:
+            return super().kernel_lanes(lanes, motions)
+        if not lanes.spatial:
+            return dataclasses.replace(lanes, body=box_bodies(lanes))
+        own = None if lanes.release is None else lanes.release.gyration
+        boxes = cast(SpatialLanes, lanes)
+        sizes = np.stack([boxes.width, boxes.depth, boxes.height], axis=-1)
+        body = boxes_on_corners(sizes=sizes, mass=lanes.mass, gyration=own)
+        release = lanes.release and dataclasses.replace(lanes.release, gyration=None)
+        return dataclasses.replace(boxes, body=body, release=release)
 
     @property
     def _bounces(self) -> bool:
@@ -290,6 +306,7 @@ class Event(KernelEngine):
             "longest_step": longest_step,
             "step_limit": step_limit(motions, times.duration, short_step, STEPS_SPARE),
         }
+        per_lane |= self._rebound(longest_step)
         if lanes.spatial:
             per_lane["rest_gap"] = _rest_gap(lanes, self.settings)
             columns = spatial_inputs(lanes)
@@ -305,11 +322,10 @@ class Event(KernelEngine):
                 }
             feet = foot_columns(lanes, module.Foot)
             return {"blocks": blocks, "lanes": per_lane, "feet": feet, "knobs": knobs}
-        if lanes.body is not None or lanes.restitution_given or self._bounces:
+        if lanes.body is not None or lanes.restitution_given:
             body = lanes.body or box_bodies(lanes)
             corners = Corners.of(body)
             per_lane |= _bodies(lanes, body, corners, self.settings)
-            per_lane |= self._rebound(longest_step)
             blocks = {name: each[:, None] for name, each in per_lane.items()}
             return {"blocks": blocks, "corners": corners.columns, "knobs": knobs}
         blocks = _single_blocks(lanes, self.settings)
@@ -364,13 +380,6 @@ class Event(KernelEngine):
         # Of single blocks in the plane the kernel knows the energy of unit mass.
         mass = 1.0 if lanes.stacked or lanes.spatial else lanes.mass
         return fields | blocks | {"energy_lost": mass * rows["loss"]}
-
-
-def _lying(scene: SceneKind) -> str:
-    """What keeps a scene from bouncing."""
-    if scene.stacked:
-        return "a stack"
-    return "a block in space" if scene.spatial else f"[{scene.held[0]}]"
 
 
 def _hold_acceleration(lanes: Lanes) -> Array:

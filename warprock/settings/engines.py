@@ -167,9 +167,9 @@ class EventSettings:
     restitution: Annotated[
         float,
         SettingKey(
-            "of single blocks and bodies in the plane: speed at which a corner that lands leaves "
-            "the base again, as a part of that at which it came; a bounce that would last less "
-            "than the longest step is left out",
+            "of single blocks and bodies: speed at which a corner that lands leaves the base "
+            "again, as a part of that at which it came; a bounce that would last less than the "
+            "longest step is left out",
             0.0,
             1.0,
         ),
