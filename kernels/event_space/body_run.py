@@ -19,10 +19,10 @@ from warprock.kernels.event_space.body_contact import (
 )
 from warprock.kernels.event_space.body_quiet import Support, support_of
 from warprock.kernels.event_space.body_start import keep_running, observe_tumbling, start_thrown
-from warprock.kernels.event_space.lane import BaseMotion, Knobs, Limits
+from warprock.kernels.event_space.lane import BaseMotion, Knobs, Limits, read_samples
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
-from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.motion import Motion
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
 from warprock.kernels.shape_space.body import (
@@ -175,14 +175,8 @@ def run_lanes(
     lane = wp.tid()
     block, own = blocks[0, lane], lanes[lane]
     frame = own.frame
-    motion = BaseMotion()
-    motion.x = motions[0, lane]
-    motion.y = motions[1, lane]
-    motion.z = motions[2, lane]
-    limits = Limits()
-    limits.gravity = knobs.gravity
-    limits.longest_step = own.longest_step
-    limits.rest_gap = own.rest_gap
+    motion = BaseMotion(motions[0, lane], motions[1, lane], motions[2, lane], Vector(), Vector())
+    limits = Limits(knobs.gravity, own.longest_step, own.rest_gap)
     body = shape_of(block, frame)
     body.rebound = own.rebound
     body.slow = own.slow
@@ -207,11 +201,7 @@ def run_lanes(
         until = sample_times[sample]
         while s.mode == RUNNING and s.time < until:
             steps += 1
-            px = sample_index(motion.x, s.knots[0])
-            py = sample_index(motion.y, s.knots[1])
-            pz = sample_index(motion.z, s.knots[2])
-            motion.value = Vector(pool[0, px], pool[0, py], pool[0, pz])
-            motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
+            read_samples(pool, s.knots, motion)
             if s.touch != on.touch:
                 on = support_of(block, body, s.x[2], s.q, s.touch)
             after = step(block, body, limits, motion, end, on, s)

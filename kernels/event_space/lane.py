@@ -2,8 +2,11 @@
 
 import warp as wp
 
-from warprock.kernels.motion import Motion
+from warprock.kernels.motion import Motion, sample_index
 from warprock.kernels.vectors import Vector
+
+Knots = wp.types.vector(length=3, dtype=int)
+"""Knots of the motion passed, along x, y and z."""
 
 
 @wp.struct
@@ -44,3 +47,13 @@ class BaseMotion:
     z: Motion
     value: Vector
     slope: Vector
+
+
+@wp.func
+def read_samples(pool: wp.array2d(dtype=real), knots: Knots, motion: wp.ref[BaseMotion]):
+    """Reads the accelerations of records at the last knots passed, and their slopes."""
+    x = sample_index(motion.x, knots[0])
+    y = sample_index(motion.y, knots[1])
+    z = sample_index(motion.z, knots[2])
+    motion.value = Vector(pool[0, x], pool[0, y], pool[0, z])
+    motion.slope = Vector(pool[1, x], pool[1, y], pool[1, z])
