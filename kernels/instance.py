@@ -35,15 +35,33 @@ LANE_WIDTH = 32
 """Lanes in a pack: four interleaved vectors of eight float64 with AVX-512, eight of four else."""
 
 
-def _has_avx512() -> bool:
-    """Whether this processor has 512-bit vectors, by what Linux reports."""
+def _processor() -> str:
+    """What Linux reports of this processor; empty on other systems."""
     try:
-        return " avx512f " in pathlib.Path("/proc/cpuinfo").read_text(encoding="ascii")
+        return pathlib.Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace")
     except OSError:
-        return False
+        return ""
 
 
-VECTOR_BYTES, INTERLEAVE = (64, 4) if _has_avx512() else (32, 2)
+def halves_vectors(report: str) -> bool:
+    """Whether a processor works on a vector of 512 bits in two halves: family 25 of AMD (Zen 4).
+
+    Args:
+        report: What Linux reports of it.
+    """
+    facts = (line.partition(":") for line in report.splitlines())
+    values = {name.strip(): value.strip() for name, _, value in facts}
+    return (
+        values.get("vendor_id") == "AuthenticAMD"
+        and values.get("cpu family") == "25"
+        and "avx512f" in values.get("flags", "").split()
+    )
+
+
+HALVES_VECTORS = halves_vectors(_processor())
+"""Whether this processor works on a vector of 512 bits in two halves."""
+
+VECTOR_BYTES, INTERLEAVE = (64, 4) if " avx512f " in _processor() else (32, 2)
 """Length of a vector, and how many of them are worked on side by side, to hide the latency of a
 chain of operations: as many as the registers hold (32 with AVX-512, else 16)."""
 
@@ -142,9 +160,10 @@ def _interleave_of(precision: str) -> int:
 TWO_VECTORS = module_options(interleave=2)
 """For steps of medium length: more vectors would not fit into the registers.
 
-How much that costs depends on the processor. Where this number was chosen, four vectors were 3 to
-18 % slower than two in float64. On an AMD EPYC they are 6 to 11 % faster for blocks of housner
-under a harmonic motion, and equally fast if the base moves upwards, too."""
+How much that costs depends on the processor. On an Intel Xeon four vectors are 3 to 18 % slower
+than two in float64. On an AMD EPYC that works on 512 bits in two halves (`HALVES_VECTORS`) they are
+3 to 10 % slower for bodies of housner and event and for blocks under a record. For blocks of
+housner under analytic motions they are 4 to 11 % faster, and these kernels take four there."""
 
 ONE_VECTOR = module_options(interleave=1, more_flags=CAPTURES)
 """For long steps: one vector fills the registers, and the processor overlaps the vectors of a pack

@@ -12,6 +12,7 @@ import functools
 import inspect
 import numbers
 import os
+import sys
 import types
 import typing
 from collections.abc import Callable, Mapping, Sequence
@@ -38,7 +39,8 @@ def at_the_door(function: Judged) -> Judged:
     """Makes a function refuse arguments of kinds that it does not take.
 
     A sequence of texts is no single text; True and False are no numbers, NumPy's numbers are.
-    Annotations must be names that the module has when the function is first called.
+    Annotations must be names that the module has when the function is first called, or `pd` for
+    pandas, which none has to load for it.
 
     Raises:
         InputError: By the function: an argument that does not fit its annotation.
@@ -47,7 +49,7 @@ def at_the_door(function: Judged) -> Judged:
 
     @functools.wraps(function)
     def door(*args: Any, **kwargs: Any) -> Any:
-        signature, hints = _read_signature(function)
+        signature, hints = _read_signature(function, "pandas" in sys.modules)
         try:
             given = signature.bind(*args, **kwargs).arguments
         except TypeError as error:
@@ -69,8 +71,14 @@ def several(given: str | float | Sequence[Any] | None) -> list[Any]:
     return list(given)
 
 
+class DataFrame:
+    """Stands for that of pandas in a process that has not loaded it: no value there is one."""
+
+
 @functools.cache
-def _read_signature(function: Callable[..., Any]) -> tuple[inspect.Signature, dict[str, Any]]:
+def _read_signature(
+    function: Callable[..., Any], with_pandas: bool
+) -> tuple[inspect.Signature, dict[str, Any]]:
     """Signature of a function, and what its named arguments may be."""
     signature = inspect.signature(function)
     rest = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
@@ -78,8 +86,9 @@ def _read_signature(function: Callable[..., Any]) -> tuple[inspect.Signature, di
     written = inspect.get_annotations(inspect.unwrap(function))
     of_named = {name: written[name] for name in named if name in written}
     space = inspect.unwrap(function).__globals__
+    frames = sys.modules["pandas"] if with_pandas else types.SimpleNamespace(DataFrame=DataFrame)
     return signature, typing.get_type_hints(
-        types.SimpleNamespace(__annotations__=of_named), globalns=space
+        types.SimpleNamespace(__annotations__=of_named), globalns={"pd": frames, **space}
     )
 
 

@@ -85,8 +85,13 @@ def refused(result: Result, *words: str) -> None:
         ("main(['keys', 'contact'], standalone_mode=False)", {"rich", "pydantic", "numpy"}),
         ("main(['list'], standalone_mode=False)", {"rich", "numpy"}),
         ("main(['explain', 'space-free'], standalone_mode=False)", {"rich", "pydantic", "numpy"}),
+        (
+            "main(['run', 'free-b0'], standalone_mode=False)",
+            {"rich", "pydantic", "numpy", "warp"},
+        ),
+        ("import warprock; warprock.Case; warprock.run", {"pydantic", "numpy"}),
     ],
-    ids=["help", "keys", "list", "explain"],
+    ids=["help", "keys", "list", "explain", "run", "import"],
 )
 def test_the_command_line_starts_without_anything_heavy(does: str, needs: set[str], python: Python):
     used = f"print('uses:', *(set({HEAVY!r}) & sys.modules.keys()))"

@@ -15,6 +15,7 @@ from warprock.kernels.instance import (
     PARAMETERS,
     SCALAR,
     VECTOR_BYTES,
+    halves_vectors,
     kernel_module,
     public,
 )
@@ -62,6 +63,23 @@ def test_a_pack_has_all_vectors_that_are_worked_on_side_by_side(file: str, preci
     flags = wp.get_module_options(module)["cpu_compiler_flags"]
     (count,) = map(int, re.findall(r"-force-vector-interleave=(\d+)", flags))
     assert count * VECTOR_BYTES <= LANE_WIDTH * BYTES[precision]
+
+
+@pytest.mark.parametrize(
+    ("vendor", "family", "flags", "halves"),
+    [
+        ("AuthenticAMD", "25", "fpu avx2 avx512f avx512dq", True),  # Zen 4
+        ("AuthenticAMD", "25", "fpu avx2", False),  # Zen 3: no such vectors
+        ("AuthenticAMD", "26", "fpu avx2 avx512f", False),  # Zen 5
+        ("GenuineIntel", "6", "fpu avx2 avx512f", False),
+    ],
+)
+def test_family_25_of_amd_works_on_512_bits_in_two_halves(
+    vendor: str, family: str, flags: str, halves: bool
+):
+    report = f"processor\t: 0\nvendor_id\t: {vendor}\ncpu family\t: {family}\nflags\t\t: {flags}\n"
+    assert halves_vectors(report + "\n" + report) is halves
+    assert not halves_vectors("")
 
 
 def test_a_file_that_fails_is_not_kept():

@@ -29,8 +29,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import scipy.optimize
-import scipy.sparse
+import scipy
 
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes

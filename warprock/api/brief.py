@@ -191,7 +191,7 @@ def _find(found: Brief, ladder: Ladder) -> Finding:
 
 
 def _page(found: Brief, finding: Finding) -> BriefPage:
-    base, rows = finding.facts["brief"], finding.tables[TABLE]
+    base, rows = finding.facts["brief"], finding.frames[TABLE]
     picture = draw_object(found.lane_set, found.measures.case.title)
     figures, motions = bare_measures(found.measures), bare_risk(found.base)
     return BriefPage(

@@ -10,8 +10,6 @@ import pathlib
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Self
 
-import pandas as pd
-
 from warprock.api.names import python_names
 from warprock.api.parts import Part, Sweep
 from warprock.api.plain import plain
@@ -24,6 +22,8 @@ from warprock.case.load import load_case as load_judged
 from warprock.case.text import require_shallow
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from warprock.model.scene import SceneKind
 
 Given = Mapping[str, Any]
@@ -204,8 +204,7 @@ class Case(JudgedCase):
             InputError: A column that is no key, an empty cell, or a value that cannot be used.
 
         Example:
-            >>> import pandas as pd
-            >>> import warprock as wr
+            >>>             >>> import warprock as wr
             >>> blocks = pd.DataFrame({"width_m": [0.4, 0.5], "height_m": [1.0, 1.8]})
             >>> wr.Case.from_table(
             ...     blocks,

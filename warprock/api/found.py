@@ -11,21 +11,18 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import pandas as pd
-
 from warprock.api.names import python_names
 from warprock.arguments import at_the_door
 from warprock.errors import InputError
-from warprock.figures.axes import require_axes
-from warprock.figures.drawing import Drawing, write_drawings
 from warprock.findings.finding import Finding
 from warprock.findings.numbers import three
-from warprock.report.writing import write_report
 from warprock.running.results import list_results, write_results
-from warprock.tables.finding import print_finding
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from warprock.figures.axes import Axes
+    from warprock.figures.drawing import Drawing
 
 Panel = tuple[int, Callable[..., None]]
 """Groups of lanes, and what draws one, `group`, on axes."""
@@ -91,7 +88,7 @@ class Found:
     @property
     def tables(self) -> Mapping[str, pd.DataFrame]:
         """All tables, by the name of their file."""
-        return self.finding.tables
+        return self.finding.frames
 
     @property
     def facts(self) -> Mapping[str, Any]:
@@ -135,6 +132,8 @@ class Found:
             >>> found.plot(ax=axes) is axes
             True
         """
+        from warprock.figures.axes import require_axes
+
         require_axes(ax)
         if ax is not None:
             return self._plot_on(ax, group)
@@ -156,6 +155,8 @@ class Found:
 
     def show(self) -> None:
         """Prints it as the command does."""
+        from warprock.tables.finding import print_finding
+
         print_finding(self.finding)
 
     @at_the_door
@@ -171,6 +172,8 @@ class Found:
         Raises:
             InputError: The folder cannot be written to.
         """
+        from warprock.figures.drawing import write_drawings
+
         place = pathlib.Path(folder)
         with python_names():
             files = self.write(place)
@@ -200,6 +203,8 @@ class Found:
 
     def _write_page(self, folder: pathlib.Path) -> pathlib.Path:
         """Writes the page of a folder that it was saved to."""
+        from warprock.report.writing import write_report
+
         page = write_report(folder, scenes=self.scenes(), drawings=self.figures())
         if not self.finding.stays:
             list_results(folder, [page], beside=True)
@@ -212,7 +217,7 @@ class Found:
     def write(self, folder: pathlib.Path) -> list[pathlib.Path]:
         """Writes all but the figures and the page."""
         finding = self.finding
-        return write_results(folder, finding.tables, finding.facts or None, finding.texts)
+        return write_results(folder, self.tables, finding.facts or None, finding.texts)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.title}: {len(self.table):,} rows)"

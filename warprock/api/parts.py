@@ -10,9 +10,7 @@ from __future__ import annotations
 import inspect
 import textwrap
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from warprock.api.plain import plain
 from warprock.arguments import at_the_door
@@ -35,6 +33,9 @@ from warprock.case.support import Support as SupportTable
 from warprock.case.sweep_file_columns import swept_columns
 from warprock.case.validation import KeyedError, Table, refusing, unknown_key
 from warprock.quantity import InputKey, Key
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 WIDTH = 96
 """Characters of a line in the docstrings that are made here."""
@@ -383,8 +384,7 @@ class Sweep(Part):
         InputError: A column of a table is no key, or has an empty cell.
 
     Example:
-        >>> import pandas as pd
-        >>> import warprock as wr
+        >>>         >>> import warprock as wr
         >>> wr.Sweep({"contact.friction": [0.4, 0.6]})
         Sweep({'contact.friction': [0.4, 0.6]})
         >>> wr.Sweep(pd.DataFrame({"height_m": [1.0, 2.0], "frequency_hz": [1.5, 2.5]}))
@@ -393,7 +393,7 @@ class Sweep(Part):
 
     @at_the_door
     def __init__(self, keys: Mapping[str, Any] | pd.DataFrame) -> None:
-        super().__init__(swept_columns(keys, "table") if isinstance(keys, pd.DataFrame) else keys)
+        super().__init__(keys if isinstance(keys, Mapping) else swept_columns(keys, "table"))
 
     def __repr__(self) -> str:
         return f"Sweep({self._values!r})"

@@ -7,14 +7,11 @@ import os
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-import numpy as np
-import pandas as pd
-
 from warprock.arguments import at_the_door
 from warprock.errors import InputError
 from warprock.units import ALIASES, UNITS
 
-_LISTS = (list, tuple, range, set, frozenset, np.ndarray, pd.Series, pd.Index)
+_LISTS = (list, tuple, range, set, frozenset)
 
 
 def plain(value: Any) -> Any:
@@ -25,11 +22,11 @@ def plain(value: Any) -> Any:
     """
     if isinstance(value, Mapping):
         return {str(key): plain(inner) for key, inner in value.items() if inner is not None}
+    if hasattr(value, "tolist"):
+        # Of NumPy and pandas: arrays, series, indices and single numbers.
+        value = value.tolist()
     if isinstance(value, _LISTS):
-        values = value.tolist() if isinstance(value, np.ndarray | pd.Series | pd.Index) else value
-        return [plain(each) for each in values]
-    if isinstance(value, np.generic):
-        return value.item()
+        return [plain(each) for each in value]
     if isinstance(value, enum.Enum):
         return plain(value.value)
     return os.fspath(value) if isinstance(value, os.PathLike) else value

@@ -11,7 +11,6 @@ from typing import Any
 from warprock.api.names import calling_command
 from warprock.running.compiling import saying_when_compiling
 from warprock.running.options import Progress
-from warprock.tables.terminal import lane_progress
 
 Shown = bool | Progress
 """What a command takes as `progress`: whether to show it, or what to call instead."""
@@ -32,7 +31,7 @@ def shown(progress: Shown, text: str, total: int | None) -> Iterator[Progress]:
     """
     if calling_command() is not None:
         # What takes long a command says itself.
-        with lane_progress(text, total) as report:
+        with _on_terminal(text, total) as report:
             yield report
     elif callable(progress):
         yield progress
@@ -42,8 +41,14 @@ def shown(progress: Shown, text: str, total: int | None) -> Iterator[Progress]:
         with _notebook_bar(display, text, total) as bar, saying_when_compiling(bar.say):
             yield bar
     else:
-        with lane_progress(text, total) as report, saying_when_compiling(_say):
+        with _on_terminal(text, total) as report, saying_when_compiling(_say):
             yield report
+
+
+def _on_terminal(text: str, total: int | None) -> contextlib.AbstractContextManager[Progress]:
+    from warprock.tables.terminal import lane_progress
+
+    return lane_progress(text, total)
 
 
 def _say(text: str) -> None:

@@ -5,13 +5,11 @@ from __future__ import annotations
 import dataclasses
 import functools
 import pathlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
 from warprock.api.case import AnyCase, Case, any_case
-from warprock.api.found import Found, untitled
+from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.progress import Shown
 from warprock.api.work import HowHeld, working
@@ -22,13 +20,10 @@ from warprock.case.load import Overrides
 from warprock.case.run import Run as RunTable
 from warprock.case.validation import refusing, validated
 from warprock.errors import InputError
-from warprock.figures.axes import plot_history, plot_peaks, require_axes
-from warprock.figures.run import draw_run
 from warprock.findings.finding import Finding
 from warprock.findings.run import find_run
 from warprock.model.response import Response
 from warprock.quantity import Said
-from warprock.report.scenes import scenes_of
 from warprock.running.case_run import (
     CaseRun,
     require_options,
@@ -36,18 +31,18 @@ from warprock.running.case_run import (
     run_case,
     run_lane,
 )
-from warprock.running.cells import cell_table
 from warprock.running.devices import start_warp
 from warprock.running.engine_choice import EngineChoice
 from warprock.running.lane_table import history_table, peak_ratio_columns
 from warprock.running.options import TOLERANCE, RunOptions
 from warprock.running.provenance import count_words
 from warprock.running.results import write_run
-from warprock.tables.cells import print_cells
-from warprock.tables.run import print_run
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from warprock.figures.axes import Axes
+    from warprock.figures.drawing import Drawing
     from warprock.measure.trade_choice import Choice
 
 SAMPLES = 1000
@@ -83,9 +78,7 @@ class Run(Found):
         self, found: CaseRun, choice: EngineChoice, cheapest: Choice | None = None
     ) -> None:
         report = functools.partial(find_run, found, functools.partial(_show_run, found))
-        super().__init__(
-            found.case.name, found, report, functools.partial(untitled, draw_run, found)
-        )
+        super().__init__(found.case.name, found, report, functools.partial(_draw_run, found))
         self.choice, self.cheapest = choice, cheapest
         self.kept: tuple[int, ...] = ()
 
@@ -113,6 +106,8 @@ class Run(Found):
         """
         if self.case.ensemble is None:
             raise ValueError(f"{self.case.name}: has no ensemble, and so no cells")
+        from warprock.running.cells import cell_table
+
         return cell_table(self.found.lane_set, self.response)
 
     @at_the_door
@@ -155,6 +150,8 @@ class Run(Found):
         Raises:
             InputError: There is no such lane, or the interval cannot be used.
         """
+        from warprock.figures.axes import plot_history, require_axes
+
         require_axes(ax)
         return plot_history(*self._sampled(lane, interval), lane, ax)
 
@@ -172,6 +169,8 @@ class Run(Found):
         Raises:
             InputError: The table has no such column.
         """
+        from warprock.figures.axes import plot_peaks, require_axes
+
         require_axes(ax)
         return plot_peaks(self.found, self.table, x, ax)
 
@@ -198,6 +197,8 @@ class Run(Found):
 
     def scenes(self) -> Mapping[str, Any]:
         """Lanes to play on the page."""
+        from warprock.report.scenes import scenes_of
+
         return scenes_of(self.found)
 
     def _shown(self) -> pd.DataFrame:
@@ -307,7 +308,21 @@ def _choose(
 
 def _show_run(found: CaseRun) -> None:
     """Prints a run as the command does."""
-    (print_run if found.case.ensemble is None else print_cells)(found)
+    if found.case.ensemble is None:
+        from warprock.tables.run import print_run
+
+        print_run(found)
+    else:
+        from warprock.tables.cells import print_cells
+
+        print_cells(found)
+
+
+def _draw_run(found: CaseRun, _title: str) -> Sequence[Drawing]:
+    """The figures of a run, which have titles of their own."""
+    from warprock.figures.run import draw_run
+
+    return draw_run(found)
 
 
 def _sampling(run: CaseRun, interval: str | None) -> CaseRun:

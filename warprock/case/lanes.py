@@ -20,11 +20,11 @@ from warprock.case.axes import LABEL
 from warprock.case.body_lanes import body_columns, body_lanes, body_of
 from warprock.case.case import Case
 from warprock.case.check import PeaksCheck
+from warprock.case.columns import Columns
 from warprock.case.ensemble import CELL_COLUMNS
 from warprock.case.ground_motions import lane_motions
 from warprock.case.hold_lanes import held, refuse_elsewhere
 from warprock.case.input_columns import computed, key_column, lane_columns
-from warprock.case.inputs import Inputs
 from warprock.case.keys import general_key
 from warprock.case.release import release_blocks, release_columns
 from warprock.case.round_base import refuse_in_space, round_keys
@@ -93,11 +93,11 @@ class LaneSet:
     motions: GroundMotions
     longest: SampleTimes
     scene: SceneKind
-    table: Inputs
+    table: Columns
     labels: tuple[str, ...]
     shape: tuple[int, ...]
     members: int = 1
-    cell_table: Inputs | None = None
+    cell_table: Columns | None = None
     step_factors: Array | None = None
     first: int = 0
     durations: Array | None = None
@@ -172,7 +172,7 @@ class LaneSet:
             if label not in self.labels:
                 known = ", ".join(self.labels) or "none"
                 raise InputError("where", label, value, f"must be a label of the case ({known})")
-            chosen &= self.table.equal(label, value)
+            chosen &= self.table.among(label, [value])
             if not chosen.any():
                 raise InputError("where", label, value, "must select at least one lane")
         return np.flatnonzero(chosen)
@@ -217,14 +217,14 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
             columns |= {"time_step_factor": step_factors}
         if lanes is None:
             firsts = LaneValues(case, range(0, case.lane_count, case.members), spread=False)
-            cells = Inputs(firsts.labels() | _scene(firsts, in_space=bool(why))[2])
+            cells = Columns(firsts.labels() | _scene(firsts, in_space=bool(why))[2])
     _refuse_labels(case, columns)
     lane_set = LaneSet(
         lanes=blocks,
         motions=motions,
         longest=dataclasses.replace(case.sample_times, duration=float(durations.max())),
         scene=scene,
-        table=Inputs(values.labels() | columns),
+        table=Columns(values.labels() | columns),
         labels=case.labels,
         shape=case.shape,
         members=case.members,

@@ -20,8 +20,7 @@ In space a cylinder rolls along its rim, which a box cannot do: such cases are r
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,8 +28,7 @@ from warprock.errors import InputError
 from warprock.quantity import Said
 
 if TYPE_CHECKING:
-    import pandas as pd
-
+    from warprock.case.columns import Table
     from warprock.case.values import LaneValues
 
 _DIAMETER = re.compile(r"diameter(_\d)?_m")
@@ -65,18 +63,18 @@ def refuse_in_space(values: LaneValues, why: str) -> None:
         )
 
 
-def round_base_note(columns: Mapping[str, Any] | pd.DataFrame) -> str:
+def round_base_note(table: Table) -> str:
     """What to say of the boxes that stand for cylinders; empty where there are none.
 
     Args:
-        columns: Inputs of the lanes by the names of their columns, shape [lane].
+        table: Inputs of the lanes, one row a lane.
     """
     parts = []
-    for name in map(str, columns):
+    for name in map(str, table):
         found = _DIAMETER.fullmatch(name)
         if found:
-            diameter = np.asarray(columns[name], dtype=float)
-            height = np.asarray(columns[f"height{found[1] or ''}_m"], dtype=float)
+            diameter = np.asarray(table[name], dtype=float)
+            height = np.asarray(table[f"height{found[1] or ''}_m"], dtype=float)
             parts.append(float(np.max(diameter**2 / (diameter**2 + height**2))))
     if not parts:
         return ""

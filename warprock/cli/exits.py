@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import concurrent.futures
 import functools
 import os
 import time
@@ -54,6 +53,8 @@ def waited_for(work: Callable[[], Found], text: str) -> Found:
         work: The work, which reports nothing itself.
         text: What is said on stderr of it while it lasts.
     """
+    import concurrent.futures
+
     pool, begin = concurrent.futures.ThreadPoolExecutor(1), time.perf_counter()
     try:
         done = pool.submit(work)

@@ -149,14 +149,14 @@ def _after_run(
     case_run: CaseRun, case_name: str, overrides: tuple[str, ...], folder: pathlib.Path | None
 ) -> str:
     """The command to try after a run."""
+    if folder is None:
+        return f"{asked_command()} -o results"
     from warprock.analysis.bands import LEAST_RECORDS
     from warprock.analysis.fragility import INTENSITY
     from warprock.analysis.groups import record_numbers
     from warprock.model.response import Outcome
     from warprock.running.engine_choice import another_engine
 
-    if folder is None:
-        return f"{asked_command()} -o results"
     ran = case_run.response.engine
     fell = int((case_run.response["outcome"] == Outcome.OVERTURNED).sum())
     if 0 < fell < case_run.response.lane_count and case_run.case.tables.motion is not None:

@@ -6,7 +6,6 @@ import dataclasses
 import pathlib
 import sys
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
 import click
@@ -191,6 +190,8 @@ def status(folder: pathlib.Path, as_json: bool) -> None:
 @json_option
 def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> None:
     """Join the chunks of a sweep that is done in one table, all lanes in order."""
+    from concurrent.futures import ThreadPoolExecutor
+
     from warprock.case.lanes import expand_lanes
     from warprock.model.words import lane_count_text
     from warprock.report.replays import played_of_sweep

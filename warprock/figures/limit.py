@@ -210,7 +210,7 @@ def draw_pushes(found: LoadLimits, pushes: Pushes | None) -> list[Drawing]:
         if one:
             _draw_tries(axes, found.collapses[0], pushes)
         else:
-            _draw_loads(axes, finding.facts, finding.tables["limits"])
+            _draw_loads(axes, finding.facts, finding.frames["limits"])
         legend_below(figure, axes, columns=3)
         headline(figure, title, about)
     return [Drawing("push", figure, title, f"{title}.")]

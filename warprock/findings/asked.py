@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from warprock.case.axes import LABEL
+from warprock.case.columns import Table
 from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
 from warprock.errors import InputError
@@ -27,7 +27,7 @@ VALUES_SHOWN = 8
 """Values of an axis that are written out."""
 
 
-def asked(facts: Facts, table: pd.DataFrame | None = None) -> Pairs:
+def asked(facts: Facts, table: Table | None = None) -> Pairs:
     """What was asked, from the facts of a run.
 
     Args:
@@ -56,7 +56,7 @@ def asked(facts: Facts, table: pd.DataFrame | None = None) -> Pairs:
     return pairs
 
 
-def _round_base(case: Facts, table: pd.DataFrame | None) -> str:
+def _round_base(case: Facts, table: Table | None) -> str:
     """What runs in the place of a cylinder; empty where there is none."""
     blocks = dict(_flat(case.get("resolved", {}).get("block", {}), "block"))
     if not any(key.endswith(".diameter") for key in [*blocks, *swept_keys(case)]):
@@ -174,7 +174,7 @@ def require_known_keys(facts: Facts, source: str) -> None:
             raise InputError(source, "case.resolved", key, allowed) from None
 
 
-def group_labels(facts: Facts, table: pd.DataFrame, *without: str) -> list[str]:
+def group_labels(facts: Facts, table: Table, *without: str) -> list[str]:
     """Labels of the lanes of a table, as `case.axes.crossed_labels` writes them: those of panels.
 
     Args:
@@ -184,20 +184,20 @@ def group_labels(facts: Facts, table: pd.DataFrame, *without: str) -> list[str]:
     """
     axes = [axis for axis in _axes(facts["case"]) if not set(without) & set(axis)]
     labels = [key.removeprefix(LABEL) for axis in axes for key in axis if key.startswith(LABEL)]
-    rows = zip(*(table[name].astype(str) for name in labels), strict=True)
+    rows = zip(*(map(str, np.asarray(table[name])) for name in labels), strict=True)
     return [", ".join(filter(None, row)) for row in rows] if labels else [""] * len(table)
 
 
-def swept_columns(facts: Facts, table: pd.DataFrame) -> list[str]:
+def swept_columns(facts: Facts, table: Table) -> list[str]:
     """Columns of the lane table in which the inputs that vary stand, labels first."""
     keys = swept_keys(facts.get("case", {}))
     columns = [name for key in keys for name in sorted(columns_of(key))]
     columns += ["member"] if "member" in table else []
     varying = [name for name in dict.fromkeys(columns) if name in table and _varies(table[name])]
-    return sorted(varying, key=lambda name: pd.api.types.is_numeric_dtype(table[name]))
+    return sorted(varying, key=lambda name: _numeric(table[name]))
 
 
-def naming_columns(facts: Facts, table: pd.DataFrame) -> list[str]:
+def naming_columns(facts: Facts, table: Table) -> list[str]:
     """Columns that tell lanes apart: of an axis with labels that differ, the labels alone."""
     case, named = facts.get("case", {}), []
     of_files = {table["sweep"]: table for table in case.get("tables", [])}
@@ -212,10 +212,14 @@ def naming_columns(facts: Facts, table: pd.DataFrame) -> list[str]:
     return [name for name in swept_columns(facts, table) if name not in beside]
 
 
-def _varies(values: pd.Series[Any]) -> bool:
-    if pd.api.types.is_numeric_dtype(values):
-        return bool(np.ptp(values.to_numpy(dtype=float)) > 0.0)
-    return values.nunique() > 1
+def _numeric(values: Any) -> bool:
+    return np.asarray(values).dtype.kind in "biuf"
+
+
+def _varies(values: Any) -> bool:
+    if _numeric(values):
+        return bool(np.ptp(np.asarray(values, dtype=float)) > 0.0)
+    return len({value for value in np.asarray(values) if value == value}) > 1
 
 
 def words(facts: Facts) -> list[tuple[str, int, str]]:

@@ -5,14 +5,16 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-import pandas as pd
-
+from warprock.case.columns import Columns, Table
 from warprock.findings.sheets import Sheet
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 Facts = Mapping[str, Any]
-Tables = Mapping[str, pd.DataFrame]
+Tables: TypeAlias = "Mapping[str, pd.DataFrame]"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,7 +45,7 @@ class Finding:
 
     kind: str
     facts: Facts
-    tables: Tables
+    tables: Mapping[str, Table]
     sentences: Sequence[str]
     sheets: Sequence[Sheet] = ()
     rows: Mapping[str, str] = dataclasses.field(default_factory=dict)
@@ -60,13 +62,28 @@ class Finding:
     @property
     def json(self) -> dict[str, Any]:
         """What `--json` prints, but for the files that were written."""
-        rows = {key: self.tables[name].to_dict("records") for key, name in self.rows.items()}
+        rows = {key: _records(self.tables[name]) for key, name in self.rows.items()}
         return {**(self.facts if self.said is None else self.said), **rows}
+
+    @property
+    def frames(self) -> Mapping[str, pd.DataFrame]:
+        """Its tables as DataFrames, by the name of their file."""
+        return {
+            name: table.frame if isinstance(table, Columns) else table
+            for name, table in self.tables.items()
+        }
 
     @property
     def headline(self) -> str:
         """The first sentence as a title: without its full stop."""
         return self.sentences[0].removesuffix(".")
+
+
+def _records(table: Table) -> list[dict[str, Any]]:
+    """The rows of a table, each a value by the name of the column."""
+    if isinstance(table, Columns):
+        return table.records
+    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
 
 
 class Kind(NamedTuple):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import pandas as pd
+import numpy.typing as npt
 
+from warprock.case.columns import Columns, Table
 from warprock.case.input_columns import columns_of
 from warprock.findings import asked
 from warprock.findings.numbers import three
@@ -45,44 +46,57 @@ DEGREES, MILLIMETRES = 180.0 / np.pi, 1e3
 """Of a radian and of a metre: what columns of a reader have."""
 
 
-def peak_ratio(table: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.float64]]:
+def numbers(table: Table, name: str) -> npt.NDArray[np.float64]:
+    """A column of numbers, shape [row]."""
+    return np.asarray(table[name], dtype=float)
+
+
+def among(table: Table, name: str, words: Sequence[str]) -> npt.NDArray[np.bool_]:
+    """Whether a column has one of some words, shape [row]."""
+    if isinstance(table, Columns):
+        return table.among(name, words)
+    return np.asarray(table[name].isin(words))
+
+
+def peak_ratio(table: Table) -> npt.NDArray[np.float64]:
     """Peak rotation / slenderness angle, of a stack the largest of its blocks, shape [lane]."""
     columns = [name for name in map(str, table) if name.startswith(PEAK_RATIO)]
     columns = [name for name in columns if not name.endswith("error")]
-    return np.asarray(table[columns].to_numpy(dtype=float).max(axis=1))
+    ratios: npt.NDArray[np.float64] = np.max([numbers(table, name) for name in columns], axis=0)
+    return ratios
 
 
-def standing(table: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.bool_]]:
+def standing(table: Table) -> npt.NDArray[np.bool_]:
     """Lanes with usable numbers whose blocks stayed up, shape [lane].
 
     A block that was beyond `FAR` when its run ended was falling.
     """
-    up = ~table["outcome"].isin(["overturned", "slid_off"])
-    return np.asarray(up & table["status"].isin(USABLE_NAMES) & (peak_ratio(table) <= FAR))
+    up = ~among(table, "outcome", ["overturned", "slid_off"])
+    return up & among(table, "status", USABLE_NAMES) & (peak_ratio(table) <= FAR)
 
 
-def falling(table: pd.DataFrame) -> int:
+def falling(table: Table) -> int:
     """Lanes that still moved when their run ended, and were beyond `FAR`."""
-    return int(((table["outcome"] == "rocking") & (peak_ratio(table) > FAR)).sum())
+    return int((among(table, "outcome", ["rocking"]) & (peak_ratio(table) > FAR)).sum())
 
 
-def lane_name(facts: Mapping[str, Any], table: pd.DataFrame, row: int) -> str:
+def lane_name(facts: Mapping[str, Any], table: Table, row: int) -> str:
     """A lane by number and by what sets it apart: `lane 8 (slip, frequency 3 Hz)`."""
     parts = []
     for name in asked.naming_columns(facts, table):
-        value = table[name].iloc[row]
+        value = np.asarray(table[name])[row]
         head = heading(name)
         if isinstance(value, str):
             parts.append(value)
         else:
             parts.append(f"{head.text} {three(float(value))} {head.unit}".strip())
-    number = f"lane {int(table['lane'].iloc[row]):,}"
+    number = f"lane {int(np.asarray(table['lane'])[row]):,}"
     return f"{number} ({', '.join(parts)})" if parts else number
 
 
 def lane_sheet(
     facts: Mapping[str, Any],
-    table: pd.DataFrame,
+    table: Table,
     *,
     besides: tuple[str, ...] = (),
     file: str,
@@ -100,8 +114,10 @@ def lane_sheet(
     shown, heads, cells = table.head(ROWS), [], []
     for head, name, factor in _columns(facts, table, besides):
         heads.append(head)
-        values = shown[name] if factor == 1.0 else factor * shown[name]
-        cells.append([_cell(value) for value in values])
+        values = np.asarray(shown[name])
+        cells.append(
+            [_cell(value) for value in (values if factor == 1.0 else factor * values).tolist()]
+        )
     note = ""
     if len(shown) < len(table):
         note = f"The first {ROWS:,} of {len(table):,} lanes; all, with every column, are in {file}."
@@ -110,7 +126,7 @@ def lane_sheet(
 
 
 def _columns(
-    facts: Mapping[str, Any], table: pd.DataFrame, besides: tuple[str, ...]
+    facts: Mapping[str, Any], table: Table, besides: tuple[str, ...]
 ) -> Iterator[tuple[Heading, str, float]]:
     """Columns that a page shows of a lane table: heading, name, and factor on its numbers."""
     meanings = table.attrs.get("columns", {})

@@ -7,15 +7,17 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
+from warprock.case.columns import Table
 from warprock.findings import asked
-from warprock.findings.finding import Facts, Finding, Tables
+from warprock.findings.finding import Facts, Finding
 from warprock.findings.lanes import (
     USABLE_NAMES,
+    among,
     falling,
     lane_name,
     lane_sheet,
+    numbers,
     peak_ratio,
     standing,
 )
@@ -23,8 +25,7 @@ from warprock.findings.numbers import counted, three
 from warprock.findings.refinement import bad_sentences, refinement_sentences
 from warprock.findings.sheets import sheet_of
 from warprock.running.case_run import CaseRun
-from warprock.running.cells import cell_table
-from warprock.running.lane_table import APART, LANE_TABLE, lane_table
+from warprock.running.lane_table import APART, LANE_TABLE, run_columns
 from warprock.running.provenance import provenance
 from warprock.running.results import CELL_TABLE
 
@@ -36,15 +37,19 @@ def find_run(run: CaseRun, show: Callable[[], None]) -> Finding:
         run: The run.
         show: Prints it on the terminal.
     """
-    tables = {LANE_TABLE: lane_table(run.lane_set, run.response)}
+    tables: dict[str, Table] = {LANE_TABLE: run_columns(run.lane_set, run.response)}
     if run.case.ensemble is not None:
+        from warprock.running.cells import cell_table
+
         tables[CELL_TABLE] = cell_table(run.lane_set, run.response)
     facts = provenance(run) | limit_beside(run)
     finest = float(run.response["time_step"].min()) if "time_step" in run.response.fields else None
     return dataclasses.replace(tell_run(facts, tables, finest), show=show)
 
 
-def tell_run(facts: Facts, tables: Tables, finest_step: float | None = None) -> Finding:
+def tell_run(
+    facts: Facts, tables: Mapping[str, Table], finest_step: float | None = None
+) -> Finding:
     """What a run or an ensemble came to, of its facts and tables, and of its finest step [s]."""
     lanes, cells = tables[LANE_TABLE], tables.get(CELL_TABLE)
     kind, sentences, sheets = "Run", run_sentences(facts, lanes, finest_step), []
@@ -64,7 +69,7 @@ def tell_run(facts: Facts, tables: Tables, finest_step: float | None = None) -> 
 
 
 def run_sentences(
-    facts: Mapping[str, Any], table: pd.DataFrame, finest_step: float | None = None
+    facts: Mapping[str, Any], table: Table, finest_step: float | None = None
 ) -> list[str]:
     """What became of the lanes with the largest rotation, and how accurate that is."""
     count, outcome = len(table), facts["outcome"]
@@ -72,7 +77,7 @@ def run_sentences(
     ended = asked.outcome_words(outcome, together, falling(table))
     first = f"{counted(count, 'lane')} ran: {ended}."
     if count == 1:
-        first = f"One lane ran: it {table['outcome'].iloc[0].replace('_', ' ')}."
+        first = f"One lane ran: it {_at(table, 'outcome', 0).replace('_', ' ')}."
         first = first.replace("it at rest", "its block came to rest")
         first = first.replace("it rocking", "its block still moved when the run ended")
         first = first.replace("it overturned", "its block overturned")
@@ -85,7 +90,7 @@ def run_sentences(
     return [f"{first} {peaks[0]}", *peaks[1:], *ties, *refined, *bad_sentences(facts)]
 
 
-def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
+def peak_sentences(facts: Mapping[str, Any], table: Table) -> list[str]:
     """The largest rotation of what stood, and the median; how far thrown blocks went."""
     if "attitude_w_start" in table:
         return way_sentences(facts, table)
@@ -98,11 +103,11 @@ def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
     where = ""
     if len(table) > 1:
         where = f", in {lane_name(facts, table, top)}"
-    when = table["peak_time_s"].iloc[top] if "peak_time_s" in table else np.nan
+    when = numbers(table, "peak_time_s")[top] if "peak_time_s" in table else np.nan
     at = f" at {three(float(when))} s" if when == when and len(table) == 1 else ""
     degrees = ""
     if "peak_rotation_rad" in table:
-        degrees = f" ({three(float(np.rad2deg(table['peak_rotation_rad'].iloc[top])))} deg)"
+        degrees = f" ({three(float(np.rad2deg(numbers(table, 'peak_rotation_rad')[top])))} deg)"
     text = (
         f"The largest rotation of a block that stayed up is {three(float(ratio[top]))} of its "
         f"slenderness angle{degrees}{at}{where}"
@@ -112,11 +117,16 @@ def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
     return [f"{text}."]
 
 
-def assembly_words(table: pd.DataFrame) -> str:
+def _at(table: Table, name: str, row: int) -> Any:
+    """What a column has in a row."""
+    return np.asarray(table[name])[row]
+
+
+def assembly_words(table: Table) -> str:
     """What became of an assembly, the only one of a run."""
-    if np.isfinite(table["collapse_time_s"].iloc[0]):
+    if np.isfinite(_at(table, "collapse_time_s", 0)):
         return "the assembly collapsed"
-    if table["outcome"].iloc[0] == "at_rest":
+    if _at(table, "outcome", 0) == "at_rest":
         return "the assembly stood and came to rest"
     return "the assembly still moved when the run ended"
 
@@ -125,10 +135,10 @@ NAMED = 6
 """Joints that a sentence names."""
 
 
-def assembly_sentences(facts: Facts, table: pd.DataFrame) -> list[str]:
+def assembly_sentences(facts: Facts, table: Table) -> list[str]:
     """How far the blocks of assemblies that stood moved, and how the first of the others fell."""
-    moved, up = table["peak_displacement_m"].to_numpy(dtype=float), np.flatnonzero(standing(table))
-    fell = table["collapse_time_s"].to_numpy(dtype=float)
+    moved, up = numbers(table, "peak_displacement_m"), np.flatnonzero(standing(table))
+    fell = numbers(table, "collapse_time_s")
     told, alone = [], len(table) == 1
     if len(up):
         top = int(up[np.argmax(moved[up])])
@@ -145,7 +155,7 @@ def assembly_sentences(facts: Facts, table: pd.DataFrame) -> list[str]:
             if alone
             else f"The first collapse is in {lane_name(facts, table, first)}: a block"
         )
-        load = float(table["collapse_load"].iloc[first])
+        load = float(_at(table, "collapse_load", first))
         tilt = ""
         if "tilt_rate_deg_s" in table:
             tilt = f", a tilt of {three(float(np.degrees(np.arctan(load))))} deg"
@@ -163,13 +173,13 @@ JOINT_VERBS = (("opened_between", "opened"), ("slid_between", "slid"), ("broken_
 """Columns of joints, and what these did."""
 
 
-def joint_words(table: pd.DataFrame, row: int) -> str:
+def joint_words(table: Table, row: int) -> str:
     """Which joints of a lane opened, slid and broke."""
     parts = []
     for column, verb in JOINT_VERBS:
         if column not in table:
             continue
-        names = [name for name in str(table[column].iloc[row]).split(APART) if name]
+        names = [name for name in str(_at(table, column, row)).split(APART) if name]
         if names:
             more = len(names) - NAMED
             left = f" and {more} more" if more > 0 else ""
@@ -207,6 +217,8 @@ def _steady(load: float, *, tilted: bool) -> str:
 
 def limit_beside(run: CaseRun) -> dict[str, Any]:
     """Limit analysis of the first lane that collapsed; else nothing."""
+    if run.lane_set.lanes.assembly is None:
+        return {}
     from warprock.analysis.load_limit import collapse_beside
 
     found = collapse_beside(run)
@@ -224,59 +236,59 @@ def limit_beside(run: CaseRun) -> dict[str, Any]:
     return {"limit_analysis": limit}
 
 
-def tie_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
+def tie_sentences(facts: Mapping[str, Any], table: Table) -> list[str]:
     """The largest force of a tie, and whether one broke."""
     if "peak_tie_force_N" not in table:
         return []
-    usable = np.flatnonzero(table["status"].isin(USABLE_NAMES))
+    usable = np.flatnonzero(among(table, "status", USABLE_NAMES))
     if not len(usable):
         return []
-    forces, broken = table["peak_tie_force_N"].to_numpy(dtype=float), table["broken_ties"]
+    forces, broken = numbers(table, "peak_tie_force_N"), numbers(table, "broken_ties")
     top = int(usable[np.argmax(forces[usable])])
     largest = f"{three(1e-3 * float(forces[top]))} kN"
-    broke = int((broken.iloc[usable] > 0).sum())
+    broke = int((broken[usable] > 0.0).sum())
     if len(table) == 1:
-        when = f"a tie broke at {three(float(table['tie_break_time_s'].iloc[0]))} s"
+        when = f"a tie broke at {three(float(_at(table, 'tie_break_time_s', 0)))} s"
         return [f"The largest force of a tie is {largest}; {when if broke else 'none broke'}."]
     lanes = f"in {counted(broke, 'lane')} a tie broke" if broke else "none broke"
     where = lane_name(facts, table, top)
     return [f"The largest force of a tie is {largest}, in {where}; {lanes}."]
 
 
-def way_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
+def way_sentences(facts: Mapping[str, Any], table: Table) -> list[str]:
     """How far thrown blocks went, and when they lay still: they may lie on any side."""
-    way, rest = table["peak_slide_m"], table["rest_time_s"]
+    way, rest = numbers(table, "peak_slide_m"), numbers(table, "rest_time_s")
+    rested = not np.isnan(rest).all()
     if len(table) == 1:
-        still = (
-            f" and lies still after {three(float(rest.iloc[0]))} s" if rest.notna().any() else ""
-        )
-        return [f"It goes {three(float(way.iloc[0]))} m along the base{still}."]
+        still = f" and lies still after {three(float(rest[0]))} s" if rested else ""
+        return [f"It goes {three(float(way[0]))} m along the base{still}."]
     far = int(np.argmax(way))
     name = lane_name(facts, table, far)
-    text = f"The farthest goes {three(float(way.iloc[far]))} m along the base, {name}"
-    if rest.notna().any():
-        text += (
-            f"; the last of those that came to rest lies still after {three(float(rest.max()))} s"
-        )
+    text = f"The farthest goes {three(float(way[far]))} m along the base, {name}"
+    if rested:
+        last = three(float(np.nanmax(rest)))
+        text += f"; the last of those that came to rest lies still after {last} s"
     return [f"{text}."]
 
 
-def cell_sentences(table: pd.DataFrame) -> list[str]:
+def cell_sentences(table: Table) -> list[str]:
     """The cell of an ensemble that overturns most often.
 
     Args:
         table: What `running.cells.cell_table` gives.
     """
-    if "overturned" not in table or not len(table) or table["overturned"].isna().all():
+    if "overturned" not in table or not len(table):
         return []
-    share = table["overturned"]
-    row = int(np.nanargmax(share.to_numpy(dtype=float)))
-    low, high = (float(table[f"overturned_{side}"].iloc[row]) for side in ("low", "high"))
-    if share.iloc[row] == 0.0:
+    share = numbers(table, "overturned")
+    if np.isnan(share).all():
+        return []
+    row = int(np.nanargmax(share))
+    low, high = (float(_at(table, f"overturned_{side}", row)) for side in ("low", "high"))
+    if share[row] == 0.0:
         text = f"No member of any of the {len(table):,} cells overturned"
         return [f"{text}; with 95 % confidence at most {three(100 * high)} % do in a cell."]
     return [
         f"Of the {len(table):,} cells, cell {row} overturns most often: "
-        f"{three(100.0 * float(share.iloc[row]))} % of its members (95 % interval "
+        f"{three(100.0 * float(share[row]))} % of its members (95 % interval "
         f"{three(100 * low)} to {three(100 * high)} %)."
     ]

@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from warprock.case.columns import Table
 from warprock.findings.numbers import three
 from warprock.units import split_unit
 
@@ -88,7 +89,7 @@ def declared(table: pd.DataFrame, columns: Mapping[str, tuple[str, str]]) -> pd.
 
 def sheet_of(
     title: str,
-    table: pd.DataFrame,
+    table: Table,
     *,
     note: str = "",
     file: str = "",
@@ -105,7 +106,7 @@ def sheet_of(
         folded: Whether the reader has to open it.
     """
     known = table.attrs.get("columns", {})
-    columns = [str(name) for name in table.columns]
+    columns = [str(name) for name in table]
     headings = [
         heading(name, known.get(name, {}).get("text", ""), known.get(name, {}).get("unit", ""))
         for name in columns

@@ -12,7 +12,7 @@ from warprock.case.assembly import BETWEEN
 from warprock.case.assembly_lanes import case_drawings
 from warprock.case.axes import Texts
 from warprock.case.case import Case
-from warprock.case.inputs import Inputs
+from warprock.case.columns import Columns
 from warprock.case.lanes import expand_lanes
 from warprock.case.round_base import round_base_note
 from warprock.case.template import Start
@@ -78,7 +78,7 @@ def explain_case(case: Case) -> dict[str, Any]:
             "why": _scene_text(scene),
             "left_out": list(scene.left_out),
             "friction_note": scene.friction_note,
-            "replaced": round_base_note(inputs.columns) or None,
+            "replaced": round_base_note(inputs) or None,
             "touching": _touching(lane_set.lanes),
             "laid": _laid(case, lane_set.lanes),
         },
@@ -251,7 +251,7 @@ def _kernel_text(case: Case, name: str, scene: SceneKind) -> str:
     return f"{found}: `packed` on a CPU; {there.file}.py, one lane a thread, on any other device"
 
 
-def _spread(inputs: Inputs, name: str) -> dict[str, Any]:
+def _spread(inputs: Columns, name: str) -> dict[str, Any]:
     """Distinct values in order of appearance, or least and greatest where there are many.
 
     Of many words the first ones, and how many there are.

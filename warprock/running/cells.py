@@ -11,15 +11,17 @@ used are left out, and counted.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from warprock.case.lanes import LaneSet
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import USABLE, Outcome, Response
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Array = npt.NDArray[np.float64]
 

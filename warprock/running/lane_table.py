@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
-import pyarrow as pa
 
 from warprock.arguments import at_the_door
 from warprock.case.assembly import BETWEEN
+from warprock.case.axes import Texts
+from warprock.case.columns import Columns
 from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import LaneSet
 from warprock.model.base_path import base_places
@@ -35,8 +35,11 @@ from warprock.model.response import (
 )
 from warprock.model.tie_states import tie_elongations, tie_history
 from warprock.model.undecided import UNDECIDED, UNDECIDED_TEXT, undecided
-from warprock.running.parts import FOOTER
 from warprock.settings.engines import on_springs
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import pyarrow as pa
 
 LANE_TABLE = "lanes.parquet"
 """Name of the file that a run, and a sweep that was merged, keep it in."""
@@ -74,8 +77,18 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
         >>> table.attrs["columns"]["peak_rotation_rad"]["unit"]
         'rad'
     """
+    return run_columns(lane_set, response).frame
+
+
+def run_columns(lane_set: LaneSet, response: Response) -> Columns:
+    """The table of a run as columns, for whoever does without pandas; see `lane_table`.
+
+    Args:
+        lane_set: Lanes, motions and inputs.
+        response: The engine's answer for the same lanes.
+    """
     columns: dict[str, Any] = {"lane": lane_set.first + np.arange(response.lane_count)}
-    columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
+    columns |= lane_set.table.columns
     meaning = {name: input_meaning(name) for name in columns}
     more = (*MODEL_FIELDS, *BODY_FIELDS, *TIE_FIELDS, *ASSEMBLY_FIELDS)
     optional = (*SPATIAL_FIELDS, *more, *ESTIMATE_FIELDS)
@@ -84,7 +97,7 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
         values = response[field.name]
         of_field: dict[str, Any] = {field.column: values}
         if field.enum is not None:
-            of_field = {field.column: pd.Categorical.from_codes(values, pd.Index(words_of(field)))}
+            of_field = {field.column: Texts(tuple(words_of(field)), values)}
         if values.ndim == 2:
             of_field = {field.block_column(k): v for k, v in enumerate(values.T, 1)}
         columns |= of_field
@@ -100,11 +113,13 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     ratios = dict(zip(peak_ratio_columns(lane_set), np.atleast_2d(ratio.T), strict=True))
     columns |= ratios
     meaning |= dict.fromkeys(ratios, ("-", "Largest rotation / slenderness angle"))
-    table = pd.DataFrame(columns)
-    table.attrs["columns"] = {
-        name: {"unit": unit, "text": text} for name, (unit, text) in meaning.items()
-    }
-    return table
+    return _declared(columns, meaning)
+
+
+def _declared(columns: Mapping[str, Any], meaning: Mapping[str, tuple[str, str]]) -> Columns:
+    """Columns with their units and meanings, by name."""
+    said = {name: {"unit": unit, "text": text} for name, (unit, text) in meaning.items()}
+    return Columns(columns, {"columns": said})
 
 
 def joint_columns(lanes: Lanes, state: npt.NDArray[np.int64]) -> dict[str, list[str]]:
@@ -143,6 +158,10 @@ def arrow_table(table: pd.DataFrame) -> pa.Table:
 
     `DataFrame.attrs["footer"]`, where it is there, becomes the footer of the file that holds it.
     """
+    import pyarrow as pa
+
+    from warprock.running.parts import FOOTER
+
     bare = table.copy(deep=False)
     meaning, footer = (bare.attrs.pop(name, {}) for name in ("columns", "footer"))
     arrow = pa.Table.from_pandas(bare, preserve_index=False)
@@ -222,11 +241,7 @@ def history_table(response: Response, row: int, lane_set: LaneSet, lane: int) ->
             "Elongation of the tie from the state in which the block rests",
         )
         meaning[f"tie_force_{number}_N"] = ("N", "Force of the tie, tension positive")
-    table = pd.DataFrame(columns)
-    table.attrs["columns"] = {
-        name: {"unit": unit, "text": text} for name, (unit, text) in meaning.items()
-    }
-    return table
+    return _declared(columns, meaning).frame
 
 
 def lane_pose(response: Response, row: int) -> npt.NDArray[np.float64]:

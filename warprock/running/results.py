@@ -12,10 +12,7 @@ import json
 import os
 import pathlib
 from collections.abc import Iterable, Mapping
-from typing import Any
-
-import pandas as pd
-import pyarrow.parquet as pq
+from typing import TYPE_CHECKING, Any
 
 from warprock.arguments import at_the_door
 from warprock.model.response import Response
@@ -25,6 +22,9 @@ from warprock.running.cells import cell_table
 from warprock.running.files import RESULTS, replacing, replacing_together, require_writable
 from warprock.running.lane_table import LANE_TABLE, arrow_table, history_table, lane_table
 from warprock.running.provenance import provenance
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 PROVENANCE = "run.json"
 CELL_TABLE = "cells.csv"
@@ -108,6 +108,8 @@ def write_results(
     Raises:
         InputError: The folder cannot be written to.
     """
+    from pyarrow.parquet import write_table
+
     require_writable(folder)
     folder.mkdir(parents=True, exist_ok=True)
     written = []
@@ -119,7 +121,7 @@ def write_results(
                     if file.endswith(".csv"):
                         table.to_csv(temporary, index=False)
                     else:
-                        pq.write_table(arrow_table(table), temporary)
+                        write_table(arrow_table(table), temporary)
                 written.append(folder / file)
         for name, content in (texts or {}).items():
             with writing(folder / name) as temporary:

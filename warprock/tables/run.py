@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
+import numpy.typing as npt
 from rich.console import Console
 from rich.table import Table
 
 from warprock.case.axes import lane_indices
+from warprock.case.columns import Columns
 from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
 from warprock.findings.lanes import DEGREES, MILLIMETRES
@@ -20,7 +21,7 @@ from warprock.model.drift import drift_text
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
 from warprock.running.case_run import CaseRun
-from warprock.running.lane_table import PEAK_RATIO, lane_table
+from warprock.running.lane_table import PEAK_RATIO, run_columns
 from warprock.running.provenance import count_words
 from warprock.settings.engines import has_time_step
 from warprock.tables.swept import drawn_inputs, swept_axes
@@ -127,7 +128,7 @@ def print_run(run: CaseRun, console: Console | None = None) -> None:
     """
     out = console or stdout()
     response = run.response
-    table = lane_table(run.lane_set, response)
+    table = run_columns(run.lane_set, response)
     count = response.lane_count
     title = f"{run.case.name}: {response.engine}, {count:,} {'lane' if count == 1 else 'lanes'}"
     if count == 1:
@@ -140,26 +141,25 @@ def print_run(run: CaseRun, console: Console | None = None) -> None:
     _print_notes(out, run, table)
 
 
-def _shown(table: pd.DataFrame) -> Iterator[tuple[Result, str, str]]:
+def _shown(table: Columns) -> Iterator[tuple[Result, str, str]]:
     """The results that a table has, with their columns and headings, block by block."""
-    names = [str(name) for name in table.columns]
     for result in RESULTS:
-        if result.column in names:
+        if result.column in table:
             yield result, result.column, result.heading
         elif result.per_block:
             for block in range(1, 7):
                 stem, unit = split_unit(result.column)
                 column = f"{stem}_{block}{ending(unit)}"
-                if column in names:
+                if column in table:
                     yield result, column, f"block {block}\n{result.heading}"
 
 
-def _cells(result: Result, values: pd.Series[Any]) -> list[str]:
+def _cells(result: Result, values: npt.NDArray[Any]) -> list[str]:
     scaled = values if result.size in (0.0, 1.0) else values * result.size
-    return [result.text(value) for value in scaled]
+    return [result.text(value) for value in scaled.tolist()]
 
 
-def _print_one(out: Console, title: str, table: pd.DataFrame) -> None:
+def _print_one(out: Console, title: str, table: Columns) -> None:
     """A run of one lane: a line for each result."""
     out.print(title, style="bold", highlight=False)
     for result, column, head in _shown(table):
@@ -168,12 +168,12 @@ def _print_one(out: Console, title: str, table: pd.DataFrame) -> None:
         say(out, f"  {name:<30} {text}")
 
 
-def _print_lanes(out: Console, title: str, run: CaseRun, table: pd.DataFrame) -> None:
+def _print_lanes(out: Console, title: str, run: CaseRun, table: Columns) -> None:
     """A small run: a row a lane, with as many results as there is room for."""
-    inputs = [Column("lane", [str(lane) for lane in table["lane"]]), *_inputs(run, table)]
+    inputs = [Column("lane", [str(lane) for lane in table["lane"].tolist()]), *_inputs(run, table)]
     results = []
     for result, column, head in _shown(table):
-        if column == "status" and (table[column] == "ok").all():
+        if column == "status" and table.among(column, ["ok"]).all():
             continue
         results.append(Column(head, _cells(result, table[column]), result.size == 0.0))
     shown = list(results)
@@ -187,7 +187,7 @@ def _print_lanes(out: Console, title: str, run: CaseRun, table: pd.DataFrame) ->
         say(out, text)
 
 
-def _inputs(run: CaseRun, table: pd.DataFrame) -> list[Column]:
+def _inputs(run: CaseRun, table: Columns) -> list[Column]:
     """What tells the lanes apart."""
     shape, lanes = run.case.shape, range(run.response.lane_count)
     positions = lane_indices(shape, lanes)
@@ -199,9 +199,9 @@ def _inputs(run: CaseRun, table: pd.DataFrame) -> list[Column]:
             left = bool(words) and "[" not in label
             found.append(Column(label, [texts[place] for place in at], left))
     for drawn in drawn_inputs(run.case):
-        for name in columns_of(drawn.key) & set(map(str, table.columns)):
+        for name in columns_of(drawn.key) & set(table):
             label = heading(name).label.replace(" [", "\n[")
-            found.append(Column(label, [_drawn(value) for value in table[name]]))
+            found.append(Column(label, [_drawn(value) for value in table[name].tolist()]))
     return found
 
 
@@ -229,23 +229,24 @@ def _width(table: Table) -> int:
     return widths
 
 
-def _print_ranges(out: Console, title: str, table: pd.DataFrame) -> None:
+def _print_ranges(out: Console, title: str, table: Columns) -> None:
     """A large run: least, median and largest of every result, and the lane of the largest."""
     headings = ["", "least", "median", "largest", "in lane"]
     made = plain_table(title, headings, headings[:1])
     for result, column, head in _shown(table):
-        values = table[column]
-        apart = result.size == 0.0 or column.startswith(("friction_needed", "rotation_error"))
-        if apart or not values.notna().any():
+        if result.size == 0.0 or column.startswith(("friction_needed", "rotation_error")):
+            continue
+        values = table[column].astype(float)
+        if np.isnan(values).all():
             continue
         name = " ".join(head.replace("slend.", "slenderness").split())
-        part = pd.Series([values.min(), values.median(), values.max()])
-        most = int(np.nanargmax(values.to_numpy(dtype=float)))
-        made.add_row(name, *_cells(result, part), str(table["lane"].iloc[most]))
+        part = np.array([np.nanmin(values), np.nanmedian(values), np.nanmax(values)])
+        most = int(np.nanargmax(values))
+        made.add_row(name, *_cells(result, part), str(table["lane"][most]))
     print_table(out, made)
 
 
-def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
+def _print_notes(out: Console, run: CaseRun, table: Columns) -> None:
     """Counts of outcomes and statuses, and what limits the numbers."""
     response = run.response
     for name in ("outcome", "status"):

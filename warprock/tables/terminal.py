@@ -12,10 +12,9 @@ import math
 import pathlib
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import rich.progress
 from rich import box
 from rich.cells import cell_len
 from rich.console import Console
@@ -26,6 +25,9 @@ from rich.text import Text
 from warprock.findings.numbers import MISSING, three
 from warprock.findings.plain import plain
 from warprock.findings.sheets import heading
+
+if TYPE_CHECKING:
+    import rich.progress
 
 Row = Mapping[str, Any]
 
@@ -128,6 +130,8 @@ def progress_text(form: str = "{task.description}") -> rich.progress.TextColumn:
     Args:
         form: What of the task it shows.
     """
+    import rich.progress
+
     return rich.progress.TextColumn(form, markup=False)
 
 
@@ -143,16 +147,18 @@ def lane_progress(text: str, total: int | None) -> Iterator[Callable[[int], None
         A function to call with the number of lanes finished so far.
     """
     console = plain_console(stderr=True)
+    if not console.is_terminal:
+        yield lambda _: None
+        return
+    import rich.progress
+
     columns = (
         progress_text(),
         rich.progress.BarColumn(),
         rich.progress.MofNCompleteColumn(),
         rich.progress.TimeElapsedColumn(),
     )
-    bar = rich.progress.Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    )
-    with bar:
+    with rich.progress.Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(text, total=total)
         yield lambda done: bar.update(task, completed=done)
 
