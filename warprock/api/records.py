@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from warprock.api.looked_up import LookedUp
 from warprock.api.names import python_names
-from warprock.api.work import Length, Time
+from warprock.api.values import Length, Time
 from warprock.arguments import at_the_door, several
 from warprock.errors import InputError
 from warprock.findings.records import find_record, find_records

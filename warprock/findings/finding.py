@@ -103,8 +103,3 @@ class Kind(NamedTuple):
     key: str = ""
     shape: Facts = MappingProxyType({})
     file: str = ""
-
-
-def rows_table(rows: Sequence[Facts]) -> pd.DataFrame:
-    """A table of rows, each a value by the name of the column."""
-    return pd.DataFrame(rows)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 
+from warprock.case.columns import Columns
 from warprock.case.reference import Section, facts
-from warprock.findings.finding import Finding, rows_table
+from warprock.findings.finding import Finding
 from warprock.findings.numbers import counted
 
 
@@ -34,7 +35,7 @@ def find_keys(found: Sequence[Section], show: Callable[..., None]) -> Finding:
     return Finding(
         kind="Keys of a case file",
         facts={},
-        tables={"keys": rows_table(rows)},
+        tables={"keys": Columns.of(rows)},
         sentences=[f"{counted(len(rows), 'key is', 'keys are')} listed."],
         said={"tables": [section.as_json() for section in found]},
         show=functools.partial(show, found),

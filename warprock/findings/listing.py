@@ -6,7 +6,8 @@ import functools
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from warprock.findings.finding import Finding, rows_table
+from warprock.case.columns import Columns
+from warprock.findings.finding import Finding
 from warprock.findings.numbers import counted
 
 Show = Callable[..., None]
@@ -24,7 +25,7 @@ def find_list(found: Mapping[str, Any], show: Show) -> Finding:
     return Finding(
         kind="Cases and engines",
         facts={},
-        tables={name: rows_table(found[name]) for name in ("cases", "engines", "programs")},
+        tables={name: Columns.of(found[name]) for name in ("cases", "engines", "programs")},
         sentences=[count],
         said=found,
         show=functools.partial(show, found),
@@ -55,7 +56,7 @@ def find_explanation(found: Mapping[str, Any], show: Show) -> Finding:
     return Finding(
         kind="What a case requires",
         facts={},
-        tables={"engines": rows_table(engines)},
+        tables={"engines": Columns.of(engines)},
         sentences=[f"{found['case']['name']} makes {lanes}; {runs}."],
         said=found,
         title=found["case"]["name"],
@@ -76,16 +77,16 @@ def find_examination(found: Mapping[str, Any], show: Show) -> Finding:
         kind="This machine",
         facts={},
         tables={
-            "engines": rows_table(
+            "engines": Columns.of(
                 [{"engine": name, "state": state} for name, state in found["engines"].items()]
             ),
-            "packages": rows_table(
+            "packages": Columns.of(
                 [
                     {"package": name, "version": version}
                     for name, version in found["versions"].items()
                 ]
             ),
-            "devices": rows_table(found["devices"]),
+            "devices": Columns.of(found["devices"]),
         },
         sentences=[said or "Nothing is missing."],
         said=found,

@@ -6,8 +6,9 @@ import functools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from warprock.case.columns import Columns
 from warprock.findings.digits import number_of, quantity_of
-from warprock.findings.finding import Finding, rows_table
+from warprock.findings.finding import Finding
 from warprock.units import GRAVITY
 
 Rows = Sequence[Mapping[str, Any]]
@@ -25,7 +26,7 @@ def find_records(rows: Rows, show: Callable[..., None]) -> Finding:
     return Finding(
         kind="Records",
         facts={},
-        tables={"records": rows_table(rows)},
+        tables={"records": Columns.of(rows)},
         sentences=[f"{len(rows)} records; the strongest is {most['name']}, {peak} g."],
         said={"records": rows},
         show=functools.partial(show, rows),
@@ -54,7 +55,7 @@ def find_record(channels: Rows, show: Callable[..., None]) -> Finding:
     return Finding(
         kind="Record",
         facts={},
-        tables={"records": rows_table(own), "spectrum": rows_table(spectrum)},
+        tables={"records": Columns.of(own), "spectrum": Columns.of(spectrum)},
         sentences=[f"The record reaches {peak} g in {length}."],
         said={"records": channels},
         title=first["name"],
