@@ -145,14 +145,3 @@ def state_at(tie: Tie, stretch: real) -> TieState:
         state.does = BROKEN_TIE
         state.broken = real(0.0)
     return state
-
-
-@wp.func
-def count_breaks(states: wp.array2d(dtype=TieState), lane: int):
-    """When the first tie of a lane broke, NEVER if none did, and how many are broken."""
-    first, broken = NEVER + real(0.0), int(0)
-    for i in range(states.shape[0]):
-        first = smaller(states[i, lane].broken, first)
-        if states[i, lane].does == BROKEN_TIE:
-            broken = broken + 1
-    return first, broken

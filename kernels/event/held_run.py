@@ -16,7 +16,7 @@ from warprock.kernels.motion import Ground, Motion, sample_index
 from warprock.kernels.rows import kernel
 from warprock.kernels.series import value_of
 from warprock.kernels.shape.stack_found import BlockResult
-from warprock.kernels.ties import YIELDING, YIELDING_BACK, Tie, TieState, count_breaks
+from warprock.kernels.ties import BROKEN_TIE, YIELDING, YIELDING_BACK, Tie, TieState
 
 LANES = 1
 
@@ -89,7 +89,8 @@ def run_lanes(
             found.places[sample, 0, 0, lane] = s.x
             found.places[sample, 0, 1, lane] = s.z
         sample = sample + 1
-    lost = real(0.0)
+    lost, broken = real(0.0), int(0)
+    first = NEVER
     for i in range(ties.shape[0]):
         # A yielding that has not ended is weighed as if it ended now.
         if found.ties[i, lane].does == YIELDING:
@@ -97,7 +98,9 @@ def run_lanes(
         if found.ties[i, lane].does == YIELDING_BACK:
             change_tie(held, i, 1, stretch_of(block, tie_of(held, i), s), s.time)
         lost = lost + found.ties[i, lane].lost
-    first, broken = count_breaks(found.ties, lane)
+        first = smaller(found.ties[i, lane].broken, first)
+        if found.ties[i, lane].does == BROKEN_TIE:
+            broken = broken + 1
     found.results[lane] = Result(
         seen.uplift_time, seen.rest_time, seen.loss, lost, seen.force, seen.stretch, first, broken,
         seen.impacts, s.mode, seen.steps,

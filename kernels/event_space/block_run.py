@@ -17,10 +17,10 @@ from warprock.kernels.event_space.block_seen import (
     place_at,
     start,
 )
-from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits, read_samples
+from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
-from warprock.kernels.motion import Motion
+from warprock.kernels.motion import Motion, sample_index
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import Found
 from warprock.kernels.shape_space.thrown import (
@@ -81,7 +81,11 @@ def run_lanes(
                         named[0], named[1], named[2], named[3], gx, gy, real(0.0), gw
                     )
                     named = Quaternion(nx, ny, nz, nw)
-            read_samples(pool, s.knots, motion)
+            px = sample_index(motion.x, s.knots[0])
+            py = sample_index(motion.y, s.knots[1])
+            pz = sample_index(motion.z, s.knots[2])
+            motion.value = Vector(pool[0, px], pool[0, py], pool[0, pz])
+            motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
             n = step(block, limits, motion, end, s)
             if n.taken:
                 if THROWN:

@@ -19,10 +19,10 @@ from warprock.kernels.event_space.body_contact import (
 )
 from warprock.kernels.event_space.body_quiet import Support, support_of
 from warprock.kernels.event_space.body_start import keep_running, observe_tumbling, start_thrown
-from warprock.kernels.event_space.lane import BaseMotion, Knobs, Limits, read_samples
+from warprock.kernels.event_space.lane import BaseMotion, Knobs, Limits
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
-from warprock.kernels.motion import Motion
+from warprock.kernels.motion import Motion, sample_index
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
 from warprock.kernels.shape_space.body import (
@@ -201,7 +201,11 @@ def run_lanes(
         until = sample_times[sample]
         while s.mode == RUNNING and s.time < until:
             steps += 1
-            read_samples(pool, s.knots, motion)
+            px = sample_index(motion.x, s.knots[0])
+            py = sample_index(motion.y, s.knots[1])
+            pz = sample_index(motion.z, s.knots[2])
+            motion.value = Vector(pool[0, px], pool[0, py], pool[0, pz])
+            motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
             if s.touch != on.touch:
                 on = support_of(block, body, s.x[2], s.q, s.touch)
             after = step(block, body, limits, motion, end, on, s)

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.motion import Motion
 from warprock.kernels.vectors import Vector
 
 Knots = wp.types.vector(length=3, dtype=int)
@@ -47,13 +47,3 @@ class BaseMotion:
     z: Motion
     value: Vector
     slope: Vector
-
-
-@wp.func
-def read_samples(pool: wp.array2d(dtype=real), knots: Knots, motion: wp.ref[BaseMotion]):
-    """Reads the accelerations of records at the last knots passed, and their slopes."""
-    x = sample_index(motion.x, knots[0])
-    y = sample_index(motion.y, knots[1])
-    z = sample_index(motion.z, knots[2])
-    motion.value = Vector(pool[0, x], pool[0, y], pool[0, z])
-    motion.slope = Vector(pool[1, x], pool[1, y], pool[1, z])

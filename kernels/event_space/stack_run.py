@@ -8,12 +8,12 @@ faces no longer overlap, or a block leans by a right angle to the vertical or to
 import warp as wp
 
 from warprock.kernels.event_space.block_moves import rotate_attitude, rotate_freely
-from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits, read_samples
+from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
 from warprock.kernels.event_space.stack import step
 from warprock.kernels.event_space.stack_contact import Ints, Own, Row, block_of, pose_of
 from warprock.kernels.event_space.stack_look import State, look_at_step, momenta
 from warprock.kernels.modes import RUNNING, STALLED
-from warprock.kernels.motion import Motion
+from warprock.kernels.motion import Motion, sample_index
 from warprock.kernels.shape_space.block import Block, slide_of, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
 from warprock.kernels.shape_space.frame import frame, turn_of_matrix
@@ -136,7 +136,11 @@ def run_lanes(
         until = sample_times[sample]
         while s.mode == RUNNING and s.time < until:
             steps += 1
-            read_samples(pool, s.knots, motion)
+            px = sample_index(motion.x, s.knots[0])
+            py = sample_index(motion.y, s.knots[1])
+            pz = sample_index(motion.z, s.knots[2])
+            motion.value = Vector(pool[0, px], pool[0, py], pool[0, pz])
+            motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
             n = step(own, limits, motion, end, s)
             if n.taken:
                 peaks = observe(own, peaks, n)

@@ -10,7 +10,7 @@ from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import OVERTURNED
 from warprock.kernels.motion import Ground, Motion, sample_index
 from warprock.kernels.rows import kernel
-from warprock.kernels.ties import Load, Tie, TieState, count_breaks
+from warprock.kernels.ties import BROKEN_TIE, Load, Tie, TieState
 
 LANES = 1
 
@@ -69,10 +69,13 @@ def run_lanes(
             s.mode = stall(s.mode, seen.steps, block.step_limit)
         if found.rotations.shape[0] > 0:
             found.rotations[sample, 0, lane] = s.theta
-    lost = real(0.0)
+    lost, broken = real(0.0), int(0)
+    first = NEVER
     for i in range(ties.shape[0]):
         lost = lost + unfinished_loss(held, i, s.side, s.theta)
-    first, broken = count_breaks(found.ties, lane)
+        first = smaller(found.ties[i, lane].broken, first)
+        if found.ties[i, lane].does == BROKEN_TIE:
+            broken = broken + 1
     found.results[lane] = Result(
         seen.uplift_time, seen.rest_time, seen.loss, lost, seen.needed, seen.force, seen.stretch,
         first, broken, seen.impacts, s.mode, seen.steps,

@@ -10,7 +10,7 @@ from warprock.api.names import python_names
 from warprock.arguments import at_the_door
 from warprock.case.load import Overrides
 from warprock.findings.listing import find_explanation
-from warprock.running.catalogue import explain_case
+from warprock.running import catalogue
 from warprock.tables.listing import print_explanation
 
 
@@ -36,6 +36,6 @@ def explain(case: AnyCase, *, overrides: Overrides = ()) -> LookedUp:
         (2, 'housner')
     """
     with python_names():
-        found = explain_case(any_case(case, overrides).judged)
+        found = catalogue.explain_case(any_case(case, overrides).judged)
     find = functools.partial(find_explanation, found, print_explanation)
     return LookedUp(f"{found['case']['name']}: what it requires", found, find)

@@ -52,7 +52,7 @@ DIGITS: Mapping[str, Shown] = {
         ("spread_size", "spread_friction", "spread_motion", "idle_share"), ASKED_PERCENT
     ),
     "chance": Shown(".2g", 100.0, "%"),
-    **dict.fromkeys(("right_share", "compared_share"), Shown(".1f", 100.0, "%")),
+    **dict.fromkeys(("right_share", "compared_share", "limit_gap"), Shown(".1f", 100.0, "%")),
     **dict.fromkeys(
         (
             *("right", "over_observed", "rank_correlation", "predicted", "observed"),
