@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import enum
 import unicodedata
 from collections.abc import Iterable
 
@@ -78,7 +79,7 @@ def shorten(text: str) -> str:
 def _quote(got: object) -> str:
     """A value as it was written, shortened."""
     try:
-        return shorten(repr(got))
+        return shorten(repr(got.value if isinstance(got, enum.Enum) else got))
     except (RecursionError, ValueError):
         # Nested too deep, or a whole number of too many digits, to be written out.
         return f"a {type(got).__name__} that cannot be shown"

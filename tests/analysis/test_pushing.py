@@ -36,6 +36,12 @@ def test_a_lane_without_a_number_below_the_collapse_leaves_nothing_found():
     assert _narrowed(bracket, factors, np.array([False, True, False]), lost)[0].tolist() == [1, 2]
 
 
+def test_a_map_is_of_pulses():
+    motion = {"motion.waveform": "push", "motion.amplitude": "0.3 g"}
+    with pytest.raises(wr.InputError, match=r"limit (--)?push"):
+        wr.map(DRUMS, overrides=motion, progress=False)
+
+
 def test_an_engine_is_named_for_pushes_alone():
     with pytest.raises(wr.InputError, match="engine"):
         wr.limit(DRUMS, "assembly", progress=False)

@@ -37,6 +37,7 @@ def test_the_shipped_cases_are_these_and_load():
         "sobol-single-block",
         "space-biaxial",
         "space-free",
+        "square-drops",
         "stack-collapse",
         "stack-continuous-sine",
         "stack-continuous-sine-ensemble",

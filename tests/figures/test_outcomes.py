@@ -5,6 +5,7 @@ import pytest
 
 from warprock.figures.outcomes import Peaks
 from warprock.model.response import Outcome
+from warprock.model.words import ASSEMBLY
 
 
 @pytest.mark.parametrize(
@@ -14,3 +15,9 @@ from warprock.model.response import Outcome
 def test_the_largest_rotation_of_those_that_stand_reads_well(ratio: float, words: str) -> None:
     outcome = np.array([Outcome.OVERTURNED, Outcome.AT_REST])
     assert words in Peaks(np.array([2.0, ratio]), outcome).message()
+
+
+def test_assemblies_collapse() -> None:
+    outcome = np.array([Outcome.OVERTURNED, Outcome.AT_REST])
+    said = Peaks(np.array([2.0, 0.25]), outcome, ASSEMBLY).message()
+    assert said.startswith("Of 2 lanes 1 collapse; in the others a block rotates by up to 0.25 of")

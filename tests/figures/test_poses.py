@@ -11,8 +11,8 @@ from warprock.tables.poses import print_pose_comparison
 from warprock.tables.terminal import plain_console
 
 ROW = {
-    "position_error_mm": 10.0, "rotation_error_deg": 5.0, "position_error_at_rest_mm": 20.0,
-    "rotation_error_at_rest_deg": 8.0, "same_face": True,
+    "position_error_mm": 10.0, "rotation_error_deg": 5.0, "position_error_at_end_mm": 20.0,
+    "rotation_error_at_end_deg": 8.0, "same_face": True,
 }  # fmt: skip
 TIMES = {"time_s": [0.0, 0.1, 0.2], "lanes": [2, 2, 0],
          "position_error_mm": [0.0, 10.0, 30.0], "rotation_error_deg": [0.0, 5.0, 9.0]}  # fmt: skip

@@ -36,7 +36,8 @@ from warprock.settings.engines import on_springs
 Array = npt.NDArray[np.float64]
 Codes = npt.NDArray[np.int8]
 
-FREQUENCY, AMPLITUDE = "motion.frequency", "motion.amplitude"
+MOTION = "motion"
+FREQUENCY, AMPLITUDE = f"{MOTION}.frequency", f"{MOTION}.amplitude"
 SAME_CYCLES = 1e-3
 """Cycles of a pulse that differ by less are the same."""
 
@@ -215,6 +216,10 @@ def _layout(case: Case) -> tuple[tuple[str, ...], npt.NDArray[np.intp]]:
     ):
         if given:
             raise InputError(case.source_of(key), key, Said("the table"), f"must not be {what}")
+    if tables.motion is not None and tables.motion.waveform is Waveform.PUSH:
+        allowed = "must be a pulse: `warprock limit --push` finds the load of a push by halving"
+        key = f"{MOTION}.waveform"
+        raise InputError(case.source_of(key), key, Said("push"), allowed)
     places = {}
     for key in (FREQUENCY, AMPLITUDE):
         found = [n for n, axis in enumerate(case.axes) if key in axis.columns]

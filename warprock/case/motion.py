@@ -123,8 +123,7 @@ class Direction(Table):
     rise: Annotated[
         float,
         NumberKey(
-            "the time in which a push rises to its amplitude, a sideways load over the mass of "
-            "every block, positive towards +x, which then stays",
+            "the time in which a push, a sideways load that then stays, rises to its amplitude",
             "0 s to 1e5 s",
             low_open=True,
             swept=True,

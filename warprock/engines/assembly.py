@@ -203,7 +203,7 @@ class Assembly(KernelEngine):
         device, lanes, pairs = self.target.device, len(own.lane), room_for_pairs(own)
         meeting = {name: field.type.dtype for name, field in module.Laid.vars.items()}
         rows = {
-            "graph": graph_of(own, module.LANES, joints),
+            "graph": graph_of(own, module.LANES, joints, module.BLOCKS),
             "around": around_rows(own, meeting["around"]),
             "corners": corner_rows(own, meeting["corners"]),
             "sides": side_rows(own, meeting["sides"], joints),

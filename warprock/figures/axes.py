@@ -12,7 +12,7 @@ import pandas as pd
 
 from warprock.case.input_columns import input_meaning
 from warprock.errors import InputError, did_you_mean, list_allowed
-from warprock.figures.outcomes import OUTCOMES, RAISED, read_peaks
+from warprock.figures.outcomes import RAISED, read_peaks
 from warprock.figures.palette import BLUE, DASHES, FALLEN, GREY
 from warprock.figures.sheet import TIME_LABEL, style
 from warprock.model.response import Outcome, Response
@@ -99,7 +99,7 @@ def plot_peaks(
     if ax is None:
         with _own_axes(f"{run.case.name}, {run.response.engine}: {peaks.message()}") as own:
             return plot_peaks(run, table, across, own)
-    for code, (name, marker, filled) in OUTCOMES.items():
+    for code, (name, marker, filled) in peaks.outcomes.items():
         rows = peaks.outcome == code
         if not rows.any():
             continue

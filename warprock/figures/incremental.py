@@ -66,7 +66,7 @@ def draw_analysis(
             left.set_title(f"{group.group_text or 'all lanes'}: {_size(group)}")
             right.set_title(_distribution(group, measured))
             left.set_ylabel("largest rotation /\nslenderness angle [-]")
-            right.set_ylabel("share of lanes overturned [-]")
+            right.set_ylabel("share of lanes fallen [-]")
             left.set_xlim(*_range(runs))
         for axes in grid[-1]:
             axes.set_xlabel(measured.label)

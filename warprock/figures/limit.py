@@ -88,30 +88,30 @@ def draw_collapse(run: CaseRun) -> list[Drawing]:
     state = run.response["joint_state"][lane, : collapse.assembly.joints.count]
     time = float(run.response["collapse_time"][lane])
     with style():
+        across = ACROSS if collapse.stands else 1
         figure, panels = subplots(
-            1, ACROSS, (PANEL[0] * ACROSS, PANEL[1]), sharex=True, sharey=True
+            1, across, (PANEL[0] * across, PANEL[1]), sharex=True, sharey=True
         )
-        own, limit = panels.flat
+        own, *limits = panels.flat
         _draw_moved(own, collapse, state)
         own.set_title("in the run: joints that moved", fontsize=9.0)
-        _draw(limit, collapse)
         bound = "at most " if collapse.upper_bound else ""
-        said = (
-            f"limit analysis: load factor {bound}{three(collapse.load_factor)}"
-            if collapse.stands
-            else "limit analysis: does not stand"
-        )
-        limit.set_title(said, fontsize=9.0)
+        said = "by limit analysis it does not carry its own weight"
+        about = f"{run.case.name}: the first collapse, blocks as they stood; {said}"
+        for limit in limits:
+            _draw(limit, collapse)
+            said = f"limit analysis: load factor {bound}{three(collapse.load_factor)}"
+            limit.set_title(said, fontsize=9.0)
+            about = (
+                f"{run.case.name}: the first collapse. Left, blocks as they stood; right, the "
+                "mechanism under a steady sideways load, of no size"
+            )
         legend_below(figure, *panels.flat, columns=4)
         opened = int(((state & JointState.OPENED) > 0).sum())
         slid = int(((state & JointState.SLID) > 0).sum())
         title = (
             f"Lane {lane} collapsed at {three(time)} s: {counted(opened, 'joint')} opened, "
             f"{slid or 'none'} slid"
-        )
-        about = (
-            f"{run.case.name}: the first collapse. Left, blocks as they stood; right, the "
-            "mechanism under a steady sideways load, of no size"
         )
         headline(figure, title, about)
     return [Drawing("mechanism", figure, title, f"{title}; {said}.")]

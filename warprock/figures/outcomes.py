@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from warprock.figures.palette import DARK
 from warprock.figures.scales import three_digits
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import USABLE, Outcome
+from warprock.model.words import ASSEMBLY, BLOCK, Thing, thing_of
 from warprock.running.case_run import CaseRun
 
 if TYPE_CHECKING:
@@ -53,10 +55,18 @@ class Peaks:
     Attributes:
         ratio: Largest rotation / slenderness angle; NaN where it may not be used.
         outcome: Codes of `Outcome`, `FAR` or `UNUSABLE`.
+        thing: What they are of.
     """
 
     ratio: Array
     outcome: npt.NDArray[np.intp]
+    thing: Thing = BLOCK
+
+    @property
+    def outcomes(self) -> Mapping[int, tuple[str, str, bool]]:
+        """Outcome -> name, marker, and whether it is filled."""
+        _, marker, filled = OUTCOMES[Outcome.OVERTURNED]
+        return {**OUTCOMES, Outcome.OVERTURNED: (self.thing.fallen, marker, filled)}
 
     @property
     def raised(self) -> npt.NDArray[np.bool_]:
@@ -103,7 +113,7 @@ class Peaks:
             ticks = [tick for tick in ends if 0.0 <= tick < 0.97 * self.highest_tick]
         names = {tick: f"{tick:.4g}" for tick in ticks}
         if self.raised.any():
-            names[self.raised_at] = "overturned" if self.only_overturned else "fallen"
+            names[self.raised_at] = self.thing.fallen if self.only_overturned else "fallen"
             axes.axhline(1.0, color=DARK, linewidth=0.8, linestyle=":")
         axes.yaxis.set_major_locator(FixedLocator(list(names)))
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: names.get(value, "")))
@@ -133,12 +143,14 @@ class Peaks:
         """
         count = len(self.outcome)
         of = "the block" if block is None else f"block {block + 1}"
+        if self.thing is ASSEMBLY:
+            of = "a block"
         largest = f"{three_digits(self.largest_standing)} of the slenderness angle"
         if count == 1:
-            return _alone(int(self.outcome[0]), largest, of)
+            return _alone(int(self.outcome[0]), largest, of, self.thing)
         parts = [
             f"{int(np.sum(self.outcome == code)):,} {verb}"
-            for code, verb in LOST.items()
+            for code, verb in {**LOST, Outcome.OVERTURNED: self.thing.fall}.items()
             if np.any(self.outcome == code)
         ]
         if not np.any(~self.raised & (self.outcome != UNUSABLE)):
@@ -155,18 +167,18 @@ class Peaks:
         )
 
 
-def _alone(outcome: int, largest: str, block: str) -> str:
+def _alone(outcome: int, largest: str, block: str, thing: Thing) -> str:
     """What is said of the one lane of a run."""
     if outcome == UNUSABLE:
         return "The one lane has no usable number"
     said = {
-        Outcome.OVERTURNED: "overturns",
+        Outcome.OVERTURNED: f"{thing.fall}s",
         Outcome.SLID_OFF: "slides off",
         FAR: f"is beyond {FARTHEST:g} x its slenderness angle when the run ends",
     }
     if outcome not in said:
         return f"The lane stands; the largest rotation of {block} is {largest}"
-    return f"The {'block' if block == 'the block' else 'stack'} {said[outcome]}"
+    return f"The {thing.noun} {said[outcome]}"
 
 
 def read_peaks(run: CaseRun, block: int | None = None) -> Peaks:
@@ -186,4 +198,8 @@ def read_peaks(run: CaseRun, block: int | None = None) -> Peaks:
     usable = np.isin(response["status"], USABLE) & np.isfinite(ratio)
     outcome = np.asarray(response["outcome"], dtype=np.intp)
     outcome = np.where((outcome == Outcome.ROCKING) & (ratio > FARTHEST), FAR, outcome)
-    return Peaks(np.where(usable, ratio, np.nan), np.where(usable, outcome, UNUSABLE))
+    return Peaks(
+        np.where(usable, ratio, np.nan),
+        np.where(usable, outcome, UNUSABLE),
+        thing_of(run.lane_set.lanes),
+    )

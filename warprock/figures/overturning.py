@@ -90,7 +90,10 @@ def _name_modes(axes: Axes, found: OverturningMap) -> None:
     for mode in Mode:
         if np.any(found.mode == mode) or mode.text in set(found.boundaries.get("above", ())):
             patch = Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=COLORS[mode], edgecolor=GREY)
-            patch.set_label(NAMES[mode])
+            name = NAMES[mode]
+            if found.run.lane_set.lanes.assembly is not None:
+                name = name.replace("overturn", "collapse")
+            patch.set_label(name)
             axes.add_patch(patch)
 
 

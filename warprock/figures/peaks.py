@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.figures.drawing import Drawing
-from warprock.figures.outcomes import FAR, FARTHEST, OUTCOMES, RAISED, Peaks, read_peaks
+from warprock.figures.outcomes import FAR, FARTHEST, RAISED, Peaks, read_peaks
 from warprock.figures.palette import DARK, DASHES, SCALE, SERIES, VERMILION
 from warprock.figures.scales import logarithmic, three_digits
 from warprock.figures.sheet import headline, style, subplots
@@ -103,9 +103,9 @@ def _draw_one(peaks: Peaks) -> Figure:
     code, ratio = int(peaks.outcome[0]), float(peaks.ratio[0])
     raised = code in RAISED
     long = peaks.raised_at if raised else ratio if np.isfinite(ratio) else 0.0
-    said = OUTCOMES[code][0] if code in OUTCOMES else "no usable number"
+    said = peaks.outcomes[code][0] if code in peaks.outcomes else "no usable number"
     axes.barh(0.0, long, height=0.5, color=VERMILION if raised else SERIES[0])
-    text = said if raised or code not in OUTCOMES else f"{three_digits(ratio)}, {said}"
+    text = said if raised or code not in peaks.outcomes else f"{three_digits(ratio)}, {said}"
     inside = long > 0.6
     axes.annotate(
         text,
@@ -173,7 +173,7 @@ def _draw_curves(
             standing = np.where(peaks.raised[lanes], np.nan, ratio)
             line = DASHES[index % len(DASHES)]
             axes.plot(x, standing, color=color, linestyle=line, transform=aside)
-        for code, (_, marker, filled) in OUTCOMES.items():
+        for code, (_, marker, filled) in peaks.outcomes.items():
             rows = outcome == code
             up = np.full(int(rows.sum()), peaks.raised_at) if code in RAISED else ratio[rows]
             axes.plot(
@@ -348,7 +348,7 @@ def _curve_handles(layout: _Layout, peaks: Peaks) -> list[Any]:
             )
             for index in range(layout.beside.length)
         ]
-    for code, (name, marker, filled) in OUTCOMES.items():
+    for code, (name, marker, filled) in peaks.outcomes.items():
         if np.any(peaks.outcome == code):
             face = DARK if filled else "none"
             if code in RAISED:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from warprock.case.case import Case
 from warprock.case.values import LaneValues
 from warprock.figures.drawing import Drawing
-from warprock.figures.outcomes import FAR, OUTCOMES, RAISED, Peaks, read_peaks
+from warprock.figures.outcomes import FAR, RAISED, Peaks, read_peaks
 from warprock.figures.palette import BLUE, GREEN, ORANGE, VERMILION
 from warprock.figures.peaks import PEAK_LABEL
 from warprock.figures.scales import logarithmic
@@ -62,7 +62,7 @@ def draw_sample_peaks(run: CaseRun, block: int | None = None) -> Drawing:
             axes.set_visible(False)
         for number, (axes, drawn) in enumerate(zip(grid.flat, inputs, strict=False)):
             across = _across(axes, values, drawn)[lanes]
-            for code, (name, marker, filled) in OUTCOMES.items():
+            for code, (name, marker, filled) in peaks.outcomes.items():
                 here = peaks.outcome[lanes] == code
                 raised = code in RAISED
                 label = f"{name}: {lane_count_text(int(np.sum(peaks.outcome == code)))}"

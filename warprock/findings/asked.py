@@ -15,7 +15,7 @@ from warprock.errors import InputError
 from warprock.findings.digits import number_of
 from warprock.findings.numbers import counted, listed, three
 from warprock.model.response import Outcome, Status
-from warprock.model.words import OUTCOMES, STATUSES
+from warprock.model.words import BLOCK, OUTCOMES, STATUSES, Thing
 
 Facts = Mapping[str, Any]
 Pairs = list[tuple[str, str]]
@@ -302,7 +302,10 @@ def citations(facts: Facts, extra: Sequence[str] = ()) -> list[str]:
 
 
 def outcome_words(
-    counts: Mapping[str, int], duration: float | None = None, falling: int = 0
+    counts: Mapping[str, int],
+    duration: float | None = None,
+    falling: int = 0,
+    thing: Thing = BLOCK,
 ) -> str:
     """What became of lanes, in one clause: `12 came to rest and 6 still moved`.
 
@@ -310,17 +313,18 @@ def outcome_words(
         counts: Lanes by the word of their outcome.
         duration: Length of the run [s]; None leaves it out.
         falling: Lanes that still moved far beyond the slenderness angle.
+        thing: What they are of.
     """
     ends = {
         "at_rest": "came to rest",
         "rocking": "still moved"
         + (f" when the run ended after {three(duration)} s" if duration else ""),
-        "overturned": "overturned",
+        "overturned": thing.fallen,
         "slid_off": "slid off",
     }
     if falling:
         ends["rocking"] += f" ({falling:,} of them beyond twice the slenderness angle)"
     found = [f"{count:,} {ends[word]}" for word, count in counts.items() if count and word in ends]
     if not counts.get("overturned"):
-        found.append("none overturned")
+        found.append(f"none {thing.fallen}")
     return listed(found)

@@ -26,6 +26,7 @@ from warprock.findings.fragility import median_heading
 from warprock.findings.measures import measure
 from warprock.findings.numbers import counted, listed
 from warprock.findings.sheets import Heading, Sheet, heading, sheet_of
+from warprock.model.words import thing_of
 from warprock.running.provenance import case_facts, surroundings
 from warprock.running.run_file import CASE
 
@@ -141,7 +142,7 @@ def factor_sentence(found: Analysis, intensity: str) -> str:
     lowest, highest = (number_of(f"{end}_factor", ladder[end]) for end in ("lowest", "highest"))
     if len(rows) == 1:
         row = rows.iloc[0]
-        what = "The stack" if found.lane_set.lanes.stacked else "The block"
+        what = f"The {thing_of(found.lane_set.lanes).noun}"
         if row["verdict"] == Verdict.BRACKETED.value:
             at = _intensity(row, "overturning", intensity)
             return (
@@ -218,8 +219,8 @@ def _sentences(facts: Facts, lanes: pd.DataFrame, left_out: int) -> list[str]:
         )
     if facts["undecided_runs"]:
         found.append(
-            f"Undecided: {counted(facts['undecided_runs'], 'run')} in which the block had not "
-            "fallen by the end, but still moved or was still shaken; they count as standing."
+            f"Undecided: {counted(facts['undecided_runs'], 'run')} in which nothing had fallen by "
+            "the end, but blocks still moved or were still shaken; they count as standing."
         )
     if left_out:
         found.append(f"Left out: {counted(left_out, 'lane')} whose numbers cannot be used.")

@@ -108,18 +108,24 @@ def _groups(grid: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
 def _sentences(facts: Facts, grid: pd.DataFrame, boundaries: pd.DataFrame) -> list[str]:
     """The weakest pulse that overturns, the modes of the grid, and how it was refined."""
     weakest = _weakest(grid, boundaries)
+    assembly = "collapse_time_s" in grid
+    noun, fells, fell_it = (
+        ("assembly", "brings the assembly down", "bring it down")
+        if assembly
+        else ("block", "overturns the block", "overturn it")
+    )
     if weakest.empty:
-        found = ["No pulse of the map overturns the block."]
+        found = [f"No pulse of the map {fells}."]
     else:
         first = weakest.iloc[int(weakest["acceleration_ratio"].argmin())]
         where = f" ({first['group']})" if first["group"] else ""
-        found = [f"The weakest pulse that overturns the block{where} has {_pulse(first)}."]
+        found = [f"The weakest pulse that {fells}{where} has {_pulse(first)}."]
     if len(weakest) > 1:
         texts = [f"{row['group']}: {_pulse(row)}" for _, row in weakest.iterrows()]
         found.append(f"The weakest of each group: {'; '.join(texts)}.")
     said = {
-        Mode.SAFE.text: "leave the block standing",
-        **{mode: f"overturn it {how}" for mode, how in FATAL.items()},
+        Mode.SAFE.text: f"leave the {noun} standing",
+        **{mode: f"{fell_it} {how}" for mode, how in FATAL.items()},
         Mode.NO_NUMBER.text: "have no usable number",
         Mode.UNDECIDED.text: "are undecided",
     }
@@ -134,10 +140,11 @@ def _sentences(facts: Facts, grid: pd.DataFrame, boundaries: pd.DataFrame) -> li
         f"{counted(facts['stages'], 'batch', 'batches')}."
     )
     if facts["decided_after_s"] is not None:
-        undecided = counted(modes[Mode.UNDECIDED.text], "lane")
+        count = modes[Mode.UNDECIDED.text]
+        undecided = counted(count, "lane") if count else "lanes between those of the grid"
         decided = quantity_of("decided_after_s", facts["decided_after_s"])
         found.append(
-            f"Undecided: {undecided} in which the block had not fallen by the end of the run, "
+            f"Undecided: {undecided} in which the {noun} had not fallen by the end of the run, "
             f"{quantity_of('duration_s', facts['duration_s'])}, but still moved or was still "
             f'shaken; with -s run.duration="{decided}" none is undecided.'
         )

@@ -24,6 +24,7 @@ from warprock.findings.lanes import (
 from warprock.findings.numbers import counted, three
 from warprock.findings.refinement import bad_sentences, refinement_sentences
 from warprock.findings.sheets import sheet_of
+from warprock.model.words import ASSEMBLY, BLOCK
 from warprock.running.case_run import CaseRun
 from warprock.running.lane_table import APART, LANE_TABLE, run_columns
 from warprock.running.provenance import provenance
@@ -74,7 +75,8 @@ def run_sentences(
     """What became of the lanes with the largest rotation, and how accurate that is."""
     count, outcome = len(table), facts["outcome"]
     together = None if "shortest_duration_s" in facts else facts.get("duration_s")
-    ended = asked.outcome_words(outcome, together, falling(table))
+    thing = ASSEMBLY if "collapse_time_s" in table else BLOCK
+    ended = asked.outcome_words(outcome, together, falling(table), thing)
     first = f"{counted(count, 'lane')} ran: {ended}."
     if count == 1:
         first = f"One lane ran: it {_at(table, 'outcome', 0).replace('_', ' ')}."

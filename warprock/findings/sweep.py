@@ -11,6 +11,7 @@ from warprock.findings import asked
 from warprock.findings.finding import Finding
 from warprock.findings.lanes import lane_sheet
 from warprock.findings.run import peak_sentences
+from warprock.model.words import ASSEMBLY, BLOCK
 from warprock.running.lane_table import LANE_TABLE
 from warprock.running.provenance import case_facts
 from warprock.sweeps.chunks import sweep_state
@@ -41,7 +42,8 @@ def find_sweep(plan: Plan, folder: pathlib.Path, lanes: pd.DataFrame | None) -> 
     done = f"{state['lanes_done']:,} of {plan.lane_count:,} lanes"
     found = [f"{done} are done, in {state['chunks_done']:,} of {state['chunks']:,} chunks."]
     if state["lanes_done"]:
-        found.append(f"Of these {asked.outcome_words(state['outcome'])}.")
+        thing = ASSEMBLY if plan.case.tables.assembly is not None else BLOCK
+        found.append(f"Of these {asked.outcome_words(state['outcome'], thing=thing)}.")
     sheets = []
     if lanes is None:
         found.append(f"Next: warprock sweep run {folder}, then warprock sweep merge.")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+from warprock.model.lanes import Lanes
 from warprock.model.response import Outcome, Status
 
 OUTCOMES: dict[Outcome, str] = {
@@ -33,6 +36,32 @@ STATUSES: dict[Status, str] = {
     Status.NONFINITE: "not to be used: the numbers left the range of numbers",
 }
 """What a status says of the numbers of a lane."""
+
+
+class Thing(NamedTuple):
+    """What stands or falls, and the words for its fall.
+
+    Attributes:
+        noun: What it is.
+        fall: What several do, as a verb: overturn.
+        fallen: What they have done: overturned.
+    """
+
+    noun: str
+    fall: str
+    fallen: str
+
+
+BLOCK = Thing("block", "overturn", "overturned")
+STACK = BLOCK._replace(noun="stack")
+ASSEMBLY = Thing("assembly", "collapse", "collapsed")
+
+
+def thing_of(lanes: Lanes) -> Thing:
+    """What lanes are of."""
+    if lanes.assembly is not None:
+        return ASSEMBLY
+    return STACK if lanes.stacked else BLOCK
 
 
 def lane_count_text(count: int) -> str:

@@ -19,6 +19,7 @@ from warprock.model.base_path import base_places
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.response import Response
 from warprock.model.tie_states import TieState
+from warprock.model.words import ASSEMBLY, BLOCK
 from warprock.running.case_run import CaseRun, run_lanes
 from warprock.running.lane_table import first_break, history_table, lane_pose, lane_table
 from warprock.running.provenance import provenance
@@ -180,10 +181,11 @@ def choose(table: pd.DataFrame, most: int) -> dict[int, str]:
     ranked = up[np.argsort(ratio[up], kind="stable")]
     add(ranked[::-1], "the largest rotation of those that stayed up")
     add(ranked[len(ranked) // 2 :], "the median rotation of those that stayed up")
-    for word, why in (("overturned", "overturned first"), ("slid_off", "slid off")):
+    fell = ASSEMBLY.fallen if "collapse_time_s" in table else BLOCK.fallen
+    for word, why in (("overturned", f"{fell} first"), ("slid_off", "slid off")):
         add(_first(table, "outcome", word), why)
     fallen = np.flatnonzero(table["outcome"] == "overturned")
-    add(fallen[::-1], "overturned, too")
+    add(fallen[::-1], f"{fell}, too")
     for word in ("sensitive", "outside_model", "ambiguous"):
         add(_first(table, "status", word), f"its status is {word.replace('_', ' ')}")
     add(ranked[len(ranked) // 4 :], "a quarter of those that stayed up rotate less")

@@ -13,8 +13,8 @@ from warprock.tables.terminal import number, plain_table, print_end, print_table
 COLUMNS = (
     ("position_error_mm", "position\n[mm]"),
     ("rotation_error_deg", "rotation\n[deg]"),
-    ("position_error_at_rest_mm", "position\nat rest [mm]"),
-    ("rotation_error_at_rest_deg", "rotation\nat rest [deg]"),
+    ("position_error_at_end_mm", "position at\nthe end [mm]"),
+    ("rotation_error_at_end_deg", "rotation at\nthe end [deg]"),
 )
 """Column of a comparison with observed poses and its heading; means and medians of lanes."""
 

@@ -1,9 +1,9 @@
-"""Where blocks were seen, and how far from it an engine has them: by lane, over time and at rest.
+"""Where blocks were seen, and how far from it an engine has them: by lane, over time, at the end.
 
 An observed file is a CSV table with one row a sample: a column for each label that tells the lane,
 `time_s`, the centre `x_m`, `y_m`, `z_m` from below where it was at the start, and the quaternion
 `attitude_x`, `attitude_y`, `attitude_z`, `attitude_w`. Times of a lane rise; its last row is the
-block at rest.
+end, at which the block may have come to rest or not.
 """
 
 from __future__ import annotations
@@ -186,8 +186,8 @@ def compare_poses(
 
     Returns:
         The lanes' labels, then `lane_number`, `engine`, `position_error_mm` and
-        `rotation_error_deg`, means over the observed samples; `position_error_at_rest_mm` and
-        `rotation_error_at_rest_deg` at the last of them; `same_face`, whether the face that was
+        `rotation_error_deg`, means over the observed samples; `position_error_at_end_mm` and
+        `rotation_error_at_end_deg` at the last of them; `same_face`, whether the face that was
         seen at the top in the end is at the top.
     """
     rows = []
@@ -202,8 +202,8 @@ def compare_poses(
                 "engine": response.engine,
                 "position_error_mm": float(apart.mean()),
                 "rotation_error_deg": float(turned.mean()),
-                "position_error_at_rest_mm": float(apart[-1]),
-                "rotation_error_at_rest_deg": float(turned[-1]),
+                "position_error_at_end_mm": float(apart[-1]),
+                "rotation_error_at_end_deg": float(turned[-1]),
                 "same_face": bool(face_up(attitude[-1]) == face_up(seen.attitude[-1])),
             }
         )
