@@ -13,7 +13,7 @@ import click
 from warprock.errors import InputError, one_line, shorten
 from warprock.running.compiling import saying_when_compiling
 
-EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
+EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_RESUMABLE, EXIT_INTERRUPTED = 1, 2, 3, 75, 130
 
 ASKED = "warprock.asked"
 """What a context keeps the arguments of the whole command under."""

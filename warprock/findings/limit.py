@@ -223,9 +223,14 @@ def _of_many(facts: Facts, table: pd.DataFrame, up: pd.DataFrame) -> str:
     bounds = facts["upper_bounds"]
     are = f"; {bounds:,} of these loads are upper bounds" if bounds else ""
     return (
-        f"{standing} carry their own weight, and collapse under a sideways load of {three(least)} "
-        f"to {three(most)} of it{are}."
+        f"{standing} carry their own weight, and collapse under a sideways load of "
+        f"{_range(least, most)} of it{are}."
     )
+
+
+def _range(least: float, most: float) -> str:
+    """Two loads in words, one where they read alike."""
+    return f"{three(least)} to {three(most)}" if three(least) != three(most) else three(least)
 
 
 def _where_it_stands(facts: Facts, table: pd.DataFrame) -> list[str]:
@@ -258,7 +263,7 @@ def _pushed(facts: Facts, table: pd.DataFrame) -> list[str]:
     if len(known):
         least, most = float(known[PUSHED].min()), float(known[PUSHED].max())
         what = "it collapses" if len(table) == 1 else f"{len(known):,} of them collapse"
-        at = three(least) if three(least) == three(most) else f"{three(least)} to {three(most)}"
+        at = _range(least, most)
         told.append(f"Pushed slowly, {how}, {what} at {at} of the weight, {_beside(known)}.")
     for count, what in (
         (push["unsound"], "a lane below the collapse has no usable number"),

@@ -145,9 +145,9 @@ def outside_model(lanes: Lanes, motions: GroundMotions, ends: npt.NDArray[np.flo
     """
     start_warp()
     found = 0
-    for end in np.unique(ends):
+    for end in sorted(set(ends.tolist())):
         alike = np.flatnonzero(ends == end)
-        batch = lanes.take(alike), motions.take(alike), SampleTimes(float(end))
+        batch = lanes.take(alike), motions.take(alike), SampleTimes(end)
         found += run_batch(reference_engine(), *batch).count(Status.OUTSIDE_MODEL)
     return found
 
