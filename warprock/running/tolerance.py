@@ -13,13 +13,13 @@ pair whose difference exceeds `CHAOTIC_ABOVE` does not count, except for the las
 also give r, the ratio of their two differences; it lies between 2, of a first order, and 2^p.
 Errors of the first order scatter: an impact is late by any part of a step, and two runs may agree
 by chance. So if p is 1, lanes also run at four times the step, which costs less than the repeated
-runs that it avoids; m pairs give the error better than one, by the root of m. Then the factors and
-floors of `warprock.running.calibration` are applied.
+runs that it avoids; m pairs give the error better than one, by the root of m. At last
+`warprock.running.calibration` scales each estimate and bounds it from below.
 
-Under a record lanes are costly and many are chaotic. A lane then ends early if its error, at the
-present rate of convergence (at first, that of the order), would miss the tolerance at the finest
-step, too; and if its `BUDGET` is spent. Under any other motion a lane ends early if the differences
-of its runs are large and do not decrease. Further runs would cost much and help little.
+Under a record lanes are costly and many are chaotic. A lane then ends early for two reasons. Its
+error would miss the tolerance at the finest step, too, at the rate of convergence so far (at first,
+that of the order). Or its `BUDGET` is spent. Under any other motion a lane ends early if the
+differences of its runs are large and do not decrease. Further runs would cost much and help little.
 
 A lane that missed the tolerance is one of two kinds. If its runs converge, about as the order says,
 it keeps its status; its estimate says how large its error may be, and a smaller step will do. If
