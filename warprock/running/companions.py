@@ -53,6 +53,10 @@ BRANCHES = 64.0
 """Ratio of two differences above which two nearly simultaneous impacts have changed their order.
 Convergence cannot explain it: the ratio is twice that of the fifth order, of sticking stacks."""
 
+PERTURBATION = 1e-9
+"""Relative change of the motions and of the rotations at the start that shows how a lane magnifies
+small differences: round-off moves a lane less, and nobody knows a motion so well."""
+
 REST_RATIO_LEAST = 1e-9
 REST_RATIO_MOST = 1e-2
 """Bounds of the setting `rest_rotation_ratio`."""
@@ -200,6 +204,13 @@ class Companions:
         return dataclasses.replace(
             self, lanes=self.lanes.take(lanes), motions=self.motions.take(lanes)
         )
+
+    def perturbed(self) -> Companions:
+        """The same with motions, and rotations at the start, that are larger by `PERTURBATION`."""
+        larger = 1.0 + PERTURBATION
+        lanes = dataclasses.replace(self.lanes, rotation_start=self.lanes.rotation_start * larger)
+        factors = np.full(self.lanes.lane_count, larger)
+        return dataclasses.replace(self, lanes=lanes, motions=self.motions.scaled(factors))
 
     def run(self) -> Response:
         """Runs the lanes at the step of the settings."""
