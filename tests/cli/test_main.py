@@ -361,12 +361,10 @@ def test_ctrl_c_exits_with_130_and_leaves_nothing(
 def test_a_full_disk_exits_with_1_and_leaves_no_half_file(
     case: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ):
-    from warprock.running import results
-
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(results.pq, "write_table", full)
+    monkeypatch.setattr("pyarrow.parquet.write_table", full)
     result = invoke("run", case, "-o", case.parent / "results")
     assert result.exit_code == 1
     assert "No space left on device" in result.stderr
