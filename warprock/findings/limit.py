@@ -12,6 +12,7 @@ from warprock.analysis.pushing import ACCURACY, Pushes
 from warprock.case.assembly import BETWEEN
 from warprock.case.input_columns import input_meaning
 from warprock.findings.asked import naming_columns
+from warprock.findings.digits import quantity_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.lanes import lane_name
 from warprock.findings.numbers import counted, listed, three
@@ -288,7 +289,7 @@ def _beside(known: pd.DataFrame) -> str:
 
 def _percent(part: float) -> str:
     """A share rounded upwards, not finer than pushes are found."""
-    return f"{np.ceil(1e3 * max(part, ACCURACY)) / 10.0:.1f} %"
+    return quantity_of("limit_gap", np.ceil(1e3 * max(part, ACCURACY)) / 1e3)
 
 
 def _mechanism(facts: Facts, table: pd.DataFrame, row: pd.Series[Any]) -> list[str]:

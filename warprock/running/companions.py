@@ -34,7 +34,7 @@ Numbers = npt.NDArray[np.intp]
 
 
 STACK_REST = 3.0
-"""Motion of the other blocks of a stack that omitted swings cause at least, over these swings."""
+"""Least motion that an omitted swing causes in the other blocks of a stack, over that swing."""
 
 PIECES_KEPT = 2**24
 """Largest number of samples of shortened records in memory at a time, 400 MB; lanes that need more
@@ -191,9 +191,9 @@ class Companions:
         return np.asarray(swing * (STACK_REST if self.lanes.stacked else 1.0))
 
     def uplift_floor(self, steps: Array | float) -> Array:
-        """Error of an uplift time that runs at a step setting and at finer ones share [s], [lane].
+        """Error of an uplift time that is the same at every step setting [s], shape [lane].
 
-        Zero where the engine finds a lift inside its step.
+        It is zero if the engine locates uplifts inside its steps.
         """
         if engine_class(self.engine).rests_exactly:
             return np.zeros(self.lanes.lane_count)
