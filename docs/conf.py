@@ -48,6 +48,15 @@ napoleon_numpy_docstring = False
 
 html_math_renderer = "mathml"
 html_theme = "furo"
+# Those of the theme, and a link to other versions.
+html_sidebars = {
+    "**": [
+        *(f"sidebar/{name}.html" for name in ("brand", "search", "scroll-start", "navigation")),
+        "versions.html",
+        *(f"sidebar/{name}.html" for name in ("scroll-end", "variant-selector")),
+    ]
+}
+templates_path = ["_templates"]
 html_static_path = ["_static"]
 html_css_files = ["manual.css"]
 html_copy_source = False

@@ -7,14 +7,16 @@ tutorials and the version: the section
 of the changelog loses its mark "(unreleased)" and a new one begins, CITATION.cff gets version and
 date, both are committed, and the commit gets the tag, from which the version of the package is
 read. From there the source distribution and the wheel are built and tried (`tools.try_wheel`), and
-the manual is built into OUT/docs/VERSION. OUT/notes.md holds the notes. What is left to do is
-printed at the end.
+the manual is built into OUT/docs/VERSION, in an environment that has the wheel: so it says its
+version. Each page of it links to OUT/docs/index.html, which lists the manuals of all versions that
+have a tag. OUT/notes.md holds the notes. What is left to do is printed at the end.
 """
 
 from __future__ import annotations
 
 import argparse
 import datetime
+import os
 import pathlib
 import re
 import shlex
@@ -99,6 +101,43 @@ def mark(source: pathlib.Path, version: str, day: datetime.date) -> str:
     return notes
 
 
+def versions_page(versions: list[str]) -> str:
+    """The page that lists the manuals of versions.
+
+    Args:
+        versions: The newest first; the manual of each is a folder beside the page.
+    """
+    rows = "\n".join(f'<li><a href="{each}/index.html">{each}</a></li>' for each in versions)
+    return (
+        '<!doctype html>\n<html lang="en">\n<head><meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        "<title>Manuals of warprock</title></head>\n"
+        '<body style="font-family: sans-serif; margin: 2em">\n'
+        f"<h1>Manuals of warprock</h1>\n<p>The newest first.</p>\n<ul>\n{rows}\n</ul>\n"
+        "</body>\n</html>\n"
+    )
+
+
+def build_manual(source: pathlib.Path, version: str, out: pathlib.Path) -> pathlib.Path:
+    """The manual of a version, in a new environment with its wheel; gives its folder.
+
+    Args:
+        source: The clone.
+        version: The version.
+        out: Folder that holds dist/, and gets docs/.
+    """
+    (wheel,) = (out / "dist").glob(f"warprock-{version}-*.whl")
+    python = str(out / "manual" / ("Scripts/python.exe" if os.name == "nt" else "bin/python"))
+    run(source, sys.executable, "-m", "venv", str(out / "manual"))
+    run(source, python, "-m", "pip", "install", "--quiet", f"{wheel}[docs,dxf]")
+    docs = out / "docs"
+    build = ["-m", "sphinx", "-W", "--keep-going", "-q", "-A", "versions=../index.html"]
+    run(source, python, *build, "docs", str(docs / version))
+    tags = git(source, "tag", "--list", "v*", "--sort=-version:refname").split()
+    (docs / "index.html").write_text(versions_page([tag[1:] for tag in tags]), encoding="utf-8")
+    return docs / version
+
+
 def run(source: pathlib.Path, *command: str) -> None:
     """Runs a command in a folder, and says so; ends if it fails."""
     print("+", shlex.join(command), flush=True)
@@ -128,12 +167,12 @@ def main() -> None:
     (out / "notes.md").write_text(f"# warprock {asked.version}\n\n{notes}\n", encoding="utf-8")
     pythons = [word for python in asked.python for word in ("--python", python)]
     run(source, sys.executable, "-m", "tools.try_wheel", str(out / "dist"), *pythons)
-    manual = str(out / "docs" / asked.version)
-    run(source, sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "docs", manual)
+    manual = build_manual(source, asked.version, out)
     print(f"warprock {asked.version} is made. What is left, and cannot be taken back:")
     print(f"  git pull {source} && git push && git push origin v{asked.version}")
     print(f"  python -m twine upload {out}/dist/warprock-{asked.version}*")
-    print(f"  publish {manual}, and {out}/notes.md with the tag")
+    print(f"  publish {manual} and {manual.parent}/index.html beside the manuals of other versions")
+    print(f"  publish {out}/notes.md with the tag")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,8 @@ contact force problems, *The Visual Computer* 26):
     beta = |d|^2 / |d before|^2, at most 1, 0 from `GROWN` on, with the kinetic energy as |.|^2
     p = beta p + d,   impulses + beta p
 
-An arch of 27 blocks takes 10 such sweeps a step, and some 200 plain ones. What a lane has left is
+An arch of 27 blocks takes 10 such sweeps a step, and some 200 plain ones. Where the joints between
+free blocks form a tree, a lane leaps after a sweep instead, see tree.py. What a lane has left is
 the largest velocity that a contact changed by in its last sweep; a lane is settled once that is
 below its bound. A lane that is settled, or at its limit of sweeps, takes no further step along p:
 so its impulses and its velocities agree, and it waits without any change.
@@ -31,6 +32,10 @@ grows by parts in a million, and a direction is what ends it."""
 ALONG, STRAIGHT = 16, 4
 """Sweeps with a direction p, and plain ones after them: where contacts begin or end to slide in
 every sweep, directions alone may lead in circles."""
+
+LEAPS, TIGHT = 20, real(1.0e-2)
+"""Most leaps of a step, and the part of its bound to which a lane is solved while it leaps. A leap
+that leaves more than half is the last one of its step: there sweeps get on faster."""
 
 LONG, SHARE = 200, real(1.0e-2)
 """Sweeps after which a change by this share of the fastest corner's speed will do. Where blocks
@@ -73,6 +78,9 @@ class Solve:
         left: `worst` of the last sweep [m/s].
         loose: What may be left after `LONG` sweeps [m/s].
         sweeps: Sweeps of this step.
+        leaps: Leaps of this step, see tree.py.
+        leap: 1 where one comes next, else 0.
+        share: The part of it that keeps the law of all contacts.
     """
 
     on: real
@@ -83,6 +91,9 @@ class Solve:
     left: real
     loose: real
     sweeps: int
+    leaps: int
+    leap: int
+    share: real
 
 
 @wp.func
@@ -95,7 +106,7 @@ def start_solve(on: real, bound: real, speed: real) -> Solve:
         speed: Largest speed of a corner in the lane [m/s].
     """
     zero = real(0.0)
-    return Solve(on, zero, zero, zero, zero, zero, larger(bound, SHARE * speed), 0)
+    return Solve(on, zero, zero, zero, zero, zero, larger(bound, SHARE * speed), 0, 0, 0, zero)
 
 
 if BONDS:
@@ -162,25 +173,33 @@ def sweep_contact(
 
 
 @wp.func
-def decide(bound: real, most: int, solve: wp.ref[Solve]):
+def decide(bound: real, most: int, leaps: bool, solve: wp.ref[Solve]):
     """Whether a lane sweeps on, and how, after a sweep.
 
     Args:
         bound: Velocity below which it is settled [m/s].
         most: Most sweeps of a step.
+        leaps: Whether its joints form a tree, see tree.py.
         solve: Its solve.
     """
     zero, on = real(0.0), real(solve.on)
     square, before, worst = real(solve.square), real(solve.before), real(solve.worst)
     live = on > zero
-    left = wp.where(solve.sweeps < LONG, bound, solve.loose)
+    fails = solve.leap > 0 and worst > HALF * solve.left
+    solve.leaps = wp.where(fails, LEAPS, solve.leaps)
+    may_leap = leaps and solve.leaps < LEAPS
+    left = wp.where(may_leap, TIGHT * bound, wp.where(solve.sweeps < LONG, bound, solve.loose))
     goes = live and worst > left and solve.sweeps + 1 < most
+    leap = goes and may_leap
+    solve.leap = wp.where(leap, 1, 0)
+    solve.leaps = solve.leaps + wp.where(leap, 1, 0)
+    solve.share = real(1.0)
     plain = solve.sweeps % (ALONG + STRAIGHT) >= ALONG
     shrinks = before > zero and square < GROWN * before and not plain
     solve.sweeps = solve.sweeps + wp.where(live, 1, 0)
     kept = smaller(square / wp.where(shrinks, before, real(1.0)), real(1.0))
-    solve.beta = wp.where(goes and shrinks, kept, zero)
-    solve.before = wp.where(live, square, before)
+    solve.beta = wp.where(goes and shrinks and not leap, kept, zero)
+    solve.before = wp.where(live, wp.where(leap, zero, square), before)
     solve.left = wp.where(live, worst, solve.left)
     solve.on = wp.where(goes, real(1.0), zero)
     solve.worst = zero

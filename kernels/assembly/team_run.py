@@ -185,7 +185,8 @@ def place(start: wp.uint64, number: int, length: int) -> wp.uint64:
     """Address of a part of an array of numbers, all parts of a length.
 
     The kernel makes contiguous arrays of such parts, of known length, so that its loops over lanes
-    become vector code; see kernels/instance.py.
+    become vector code; see kernels/instance.py. If a func makes the array and reads a contact from
+    it, a wall of 2,000 blocks takes 1.35 times as long: two passes have the same text instead.
     """
     return start + wp.uint64(number) * wp.uint64(length * BYTES)
 
@@ -516,7 +517,7 @@ def run_lanes(
             solve[0].square = all_of.square
             solve[0].worst = all_of.worst
             own = solve[0]
-            decide(knobs.settled, most, own)
+            decide(knobs.settled, most, False, own)
             solve[0] = own
             for p in range(share(crew, rank, block_packs), share(crew, next_rank, block_packs)):
                 trails = wp.array(ptr=place(store.trail.ptr, p, TRAIL), shape=(TRAIL,), dtype=real)

@@ -21,6 +21,7 @@ from tests.shared.blocks import make_lanes, make_stacks
 from warprock.analysis.load_limit import collapse_load
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.assembly import Assembly
+from warprock.engines.assembly_packs import tree_of
 from warprock.engines.launching import Form, Target
 from warprock.model import patterns
 from warprock.model.assembly import Assembly as Laid
@@ -69,19 +70,42 @@ def drums(count: int) -> Laid:
         (oppenheim(7), 0.3736),
         pytest.param(oppenheim(27), 0.3538, marks=pytest.mark.thorough),
         (drums(12), 1.0 / 6.0),
-        pytest.param(drums(20), 0.1, marks=pytest.mark.thorough),
+        (drums(20), 0.1),
+        pytest.param(drums(40), 0.05, marks=pytest.mark.thorough),
     ],
-    ids=["7 voussoirs", "27 voussoirs", "12 drums", "20 drums"],
+    ids=["7 voussoirs", "27 voussoirs", "12 drums", "20 drums", "40 drums"],
 )
 def test_what_does_not_slide_stands_below_its_limit_load_and_falls_above(kind: Laid, load: float):
-    """Limit loads: Oppenheim (1992) by limit analysis; a column tips at its width over height."""
+    """Limit loads: Oppenheim (1992) by limit analysis; a column tips at its width over height.
+
+    Their joints form chains, which leap to the solution of all contacts, and creep less than walls.
+    """
     found = run(kind, pushes(load * np.array([0.99, 1.01]), 1.0, 4.0), 4.0)
     assert (found["status"] == Status.OK).all()
-    # What steps leave adds up along a chain: at most a hundredth of a millimetre for two blocks.
-    assert found["peak_displacement"][0] < max(CREEP, 5e-6 * kind.count)
+    assert found["peak_displacement"][0] < CREEP / 10.0
     assert found["opened_joints"][0] == 0
     assert found["peak_displacement"][1] > 1000.0 * CREEP
     assert found["opened_joints"][1] > 0
+
+
+def test_columns_arches_and_frames_are_trees_and_walls_are_none():
+    """Every block comes before its parent, and touches it."""
+    colonnade = built(patterns.frame(1.0, 6.0, 5, 2.0, 3.0), NO_SLIDING)
+    for kind in (drums(12), oppenheim(27), colonnade):
+        tree = tree_of(kind)
+        block, parent = tree.order.T
+        assert sorted(block) == np.flatnonzero(~kind.fixed).tolist()
+        place = {int(own): at for at, own in enumerate(block)} | {kind.count: len(block)}
+        assert all(place[int(own)] < place[int(other)] for own, other in tree.order)
+        pairs = {frozenset(pair) for pair in kind.joints.blocks.tolist()}
+        assert {frozenset(each) for each in tree.order.tolist() if kind.count not in each} <= pairs
+        first = np.where(tree.child % 2 == 0, *kind.joints.blocks.T)
+        other = np.where(tree.child % 2 == 0, *kind.joints.blocks.T[::-1])
+        assert not kind.fixed[first].any()
+        assert (kind.fixed[other] == (tree.child >= 2)).all()
+        links = tree.child < 2
+        assert (parent[[place[int(own)] for own in first[links]]] == other[links]).all()
+    assert len(tree_of(wall_1()).order) == 0
 
 
 def test_a_wall_whose_joints_slide_falls_between_its_two_bounds():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import pathlib
+import re
 import shutil
 
 import pytest
@@ -73,3 +74,8 @@ def test_the_changelog_of_this_tree_has_notes_for_the_next_release() -> None:
     text = (release.ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     version = text.split("\n## ")[1].split(release.MARK)[0]
     assert release.section(text, version).startswith("- ")
+
+
+def test_the_page_of_versions_links_to_each_manual() -> None:
+    page = release.versions_page(["0.10.0", "0.9.0"])
+    assert re.findall(r'href="(.*?)"', page) == ["0.10.0/index.html", "0.9.0/index.html"]

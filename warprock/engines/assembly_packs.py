@@ -53,7 +53,7 @@ def sorts_of(assemblies: Assemblies) -> Places:
     """A number of each lane: the same where joints are between the same blocks, shape [lane]."""
     known: dict[bytes, int] = {}
     of_kinds = [
-        known.setdefault(np.int64(kind.count).tobytes() + kind.joints.blocks.tobytes(), len(known))
+        known.setdefault(kind.fixed.tobytes() + kind.joints.blocks.tobytes(), len(known))
         for kind in assemblies.kinds
     ]
     return np.asarray(of_kinds, dtype=np.intp)[assemblies.lane]
@@ -90,15 +90,85 @@ def room_for(count: int) -> int:
     return (-(-count // step) * step) | 1
 
 
-def graph_of(assemblies: Assemblies, width: int, joints: int) -> npt.NDArray[np.int32]:
-    """A row a pack: its counts of blocks and joints, then the two blocks of each joint."""
+def graph_of(assemblies: Assemblies, width: int, joints: int, blocks: int) -> npt.NDArray[np.int32]:
+    """A row a pack: its counts of blocks and joints, the two blocks of each joint, and its tree.
+
+    Where the tree stands says `TREE` of kernels/assembly/assembly_run.py.
+
+    Args:
+        assemblies: Those of the lanes.
+        width: Lanes of a pack.
+        joints: For how many the kernel has room.
+        blocks: Likewise.
+    """
     first = assemblies.lane[::width]
-    rows = np.zeros((len(first), 2 + 2 * joints), dtype=np.int32)
+    rows = np.zeros((len(first), 3 + 3 * joints + 2 * blocks), dtype=np.int32)
     for row, place in zip(rows, first, strict=True):
         kind = assemblies.kinds[place]
-        row[:2] = kind.count, kind.joints.count
-        row[2 : 2 + 2 * kind.joints.count] = kind.joints.blocks.reshape(-1)
+        count = kind.joints.count
+        row[:2] = kind.count, count
+        row[2 : 2 + 2 * count] = kind.joints.blocks.reshape(-1)
+        tree = tree_of(kind)
+        own = row[2 + 2 * joints :]
+        own[0] = len(tree.order)
+        own[1 : 1 + 2 * len(tree.order)] = tree.order.reshape(-1)
+        own[1 + 2 * blocks : 1 + 2 * blocks + count] = tree.child
     return rows
+
+
+@dataclasses.dataclass(frozen=True)
+class Tree:
+    """The tree of an assembly's blocks that can move, with their joints.
+
+    Attributes:
+        order: Each block and its parent from the leaves to the roots, whose parent is the number of
+            blocks, shape [block, 2]; empty where joints form no tree, or the blocks are few, or so
+            many that a team of threads runs the lane.
+        child: Of each joint 0 if its child is its first block, 1 if its second, and 2 more where
+            the other one is fixed, shape [joint].
+    """
+
+    order: Places
+    child: Places
+
+
+LEAST_TREE = 5
+"""Blocks that can move from which on a lane leaps (kernels/assembly/tree.py). Sweeps alone solve
+fewer in the same time."""
+
+
+@functools.lru_cache(maxsize=64)
+def tree_of(kind: Assembly) -> Tree:
+    """The tree of an assembly."""
+    between, fixed = kind.joints.blocks, kind.fixed
+    child = np.zeros(len(between), dtype=np.intp)
+    none = Tree(np.zeros((0, 2), dtype=np.intp), child)
+    free = np.flatnonzero(~fixed)
+    links = ~fixed[between].any(axis=1)
+    around: dict[int, set[int]] = {block: set() for block in free.tolist()}
+    for a, b in between[links].tolist():
+        around[a].add(b)
+        around[b].add(a)
+    order, parent = [], {}
+    leaves = [block for block in free.tolist() if len(around[block]) <= 1]
+    while leaves:
+        block = leaves.pop()
+        parent[block] = min(around[block], default=kind.count)
+        order.append((block, parent[block]))
+        for other in around[block]:
+            around[other].remove(block)
+            if len(around[other]) == 1:
+                leaves.append(other)
+        around[block] = set()
+    unfit = len(free) < LEAST_TREE or kind.joints.count > LARGE
+    if unfit or len(order) < len(free):
+        return none
+    for joint, (a, b) in enumerate(between.tolist()):
+        if fixed[a] or fixed[b]:
+            child[joint] = 2 + int(fixed[a])
+        else:
+            child[joint] = parent[b] == a
+    return Tree(np.asarray(order, dtype=np.intp), child)
 
 
 def block_columns(assemblies: Assemblies, room: int) -> dict[str, Array]:
