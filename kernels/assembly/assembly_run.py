@@ -64,6 +64,7 @@ from warprock.kernels.assembly.meeting import (
     observe_free,
 )
 from warprock.kernels.assembly.solve import (
+    Leap,
     Solve,
     Trail,
     Way,
@@ -141,6 +142,7 @@ def run_lanes(
         pass
     else:
         node = rows(Node, BLOCKS)
+        leap = rows(Leap)
         node_count = int(laid.graph[pack, TREE])
     if SPRINGS:
         spring = rows(Spring, POINTS)
@@ -442,8 +444,10 @@ def run_lanes(
             for i in range(LANES):
                 most = wp.where(clock[i].count < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
                 own = solve[i]
-                decide(knobs.settled, most, node_count > 0, own)
+                jump = leap[i]
+                decide(knobs.settled, most, node_count > 0, own, jump)
                 solve[i] = own
+                leap[i] = jump
             for k in range(block_count):
                 for i in range(LANES):
                     v = new[k, i]
@@ -453,7 +457,7 @@ def run_lanes(
                     trail[k, i] = behind
             leaping = int(0)
             for i in range(LANES):
-                leaping = leaping + solve[i].leap
+                leaping = leaping + leap[i].next
             if leaping > 0:
                 for k in range(block_count + 1):
                     for i in range(LANES):
@@ -503,7 +507,7 @@ def run_lanes(
                         int(laid.graph[pack, 3 + 2 * joint]),
                     )
                     for i in range(LANES):
-                        leaps = solve[i].leap > 0
+                        leaps = leap[i].next > 0
                         da = change_of(node[a, i], mass[a, i])
                         db = change_of(node[b, i], mass[b, i])
                         along = way[q, i]
@@ -516,12 +520,12 @@ def run_lanes(
                             contact[p, i], impulse[p, i], new[a, i], new[b, i], da, db,
                             beside,
                         )  # fmt: skip
-                        own = solve[i]
+                        jump = leap[i]
                         limit_share(
                             contact[q, i], impulse[q, i], along, contact[p, i], impulse[p, i],
-                            beside, own,
+                            beside, jump,
                         )  # fmt: skip
-                        solve[i].share = own.share
+                        leap[i] = jump
                         way[q, i] = wp.where(leaps, along, way[q, i])
                         way[p, i] = wp.where(leaps, beside, way[p, i])
                 for joint in range(contact_count // 2):
@@ -531,10 +535,10 @@ def run_lanes(
                         int(laid.graph[pack, 3 + 2 * joint]),
                     )
                     for i in range(LANES):
-                        leaps = solve[i].leap > 0
+                        leaps = leap[i].next > 0
                         n0, t0, n1, t1 = leap_to(
                             contact[q, i], impulse[q, i], way[q, i], contact[p, i],
-                            impulse[p, i], way[p, i], solve[i].share,
+                            impulse[p, i], way[p, i], leap[i].share,
                         )  # fmt: skip
                         zero = real(0.0)
                         n0, t0 = wp.where(leaps, n0, zero), wp.where(leaps, t0, zero)
@@ -558,7 +562,7 @@ def run_lanes(
                         zero = real(0.0)
                         v = new[k, i]
                         trail[k, i] = wp.where(
-                            solve[i].leap > 0, Trail(zero, zero, zero, v.x, v.z, v.omega),
+                            leap[i].next > 0, Trail(zero, zero, zero, v.x, v.z, v.omega),
                             trail[k, i],
                         )  # fmt: skip
     if found.rotations.shape[0] > 0:
