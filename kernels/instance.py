@@ -163,8 +163,15 @@ TWO_VECTORS = module_options(interleave=2)
 
 How much that costs depends on the processor. On an Intel Xeon four vectors are 3 to 18 % slower
 than two in float64. On an AMD EPYC that works on 512 bits in two halves (`HALVES_VECTORS`) they are
-3 to 10 % slower for bodies of housner and event and for blocks under a record. For blocks of
-housner under analytic motions they are 4 to 11 % faster, and these kernels take four there."""
+3 to 10 % slower for bodies of housner and event and for blocks under a record."""
+
+FOUR_VECTORS = module_options(interleave=4, more_flags="-mllvm=-licm-mssa-optimization-cap=10000")
+"""For blocks of housner under analytic motions in float64, if `HALVES_VECTORS`: they take 4 to 11 %
+less time than with two vectors.
+
+The flag lets the compiler read what stays the same once, before the loop over steps. It looks at
+100 reads otherwise, and with four vectors those beyond that take a further tenth of the time. Other
+kernels gain nothing by it."""
 
 ONE_VECTOR = module_options(interleave=1, more_flags=CAPTURES)
 """For long steps: one vector fills the registers, and the processor overlaps the vectors of a pack

@@ -4,12 +4,13 @@
     python -m tools.arm FOLDER free-b1-b3 --engines event --precisions float64
 
 It runs `tools.freeze` here and under emulation and compares the two lists of fingerprints, a line
-for each response field. It needs Debian on an x86-64 processor, root's `apt-get` for the packages
-of arm64, and the package qemu-user-static. FOLDER keeps what it brings, some 1.4 GB: Python 3.11
-and its libraries for arm64 in FOLDER/root, the packages of PyPI in FOLDER/site, with the versions
-that are installed here, the kernels that are compiled there in FOLDER/kernels, and the
-fingerprints. Another run goes on from what is there. One process is emulated: nothing that it
-starts would be.
+for each response field. NumPy makes angles of attitudes, and its arc tangent has other last bits on
+a processor with AVX-512 than on all others: here it does without. It needs Debian on an x86-64
+processor, root's `apt-get` for the packages of arm64, and the package qemu-user-static. FOLDER
+keeps what it brings, some 1.4 GB: Python 3.11 and its libraries for arm64 in FOLDER/root, the
+packages of PyPI in FOLDER/site, with the versions that are installed here, the kernels that are
+compiled there in FOLDER/kernels, and the fingerprints. Another run goes on from what is there. One
+process is emulated: nothing that it starts would be.
 
 An emulated processor compiles a kernel in one to five minutes; all of it takes some hours.
 """
@@ -44,6 +45,9 @@ PYPI = (
 """Packages that the lanes need; Newton is not among them."""
 PLATFORMS = (34, 31, 28, 27, 24, 17)
 """Versions of the C library whose wheels are taken, the newest first."""
+
+WITHOUT_AVX512 = "X86_V4"
+"""What NumPy does without here, by its own name (from NumPy 2.4)."""
 
 PLANE = ("free-b1-b3", "single-sine-pulse", "record-ridgecrest", "stack-sine-pulse")
 SPACE = ("space-free", "space-biaxial", "stack-spatial-sine")
@@ -100,7 +104,9 @@ def compare(folder: pathlib.Path, case: str, asked: list[str]) -> tuple[int, lis
     name = "-".join([pathlib.Path(case).parent.name if "/" in case else case, *asked])
     name = name.replace("--", "").replace("/", "-")
     freeze = ["-m", "tools.freeze", case, *asked]
-    here = fingerprints([sys.executable, *freeze], folder / f"{name}.x86")
+    here = fingerprints(
+        [sys.executable, *freeze], folder / f"{name}.x86", NPY_DISABLE_CPU_FEATURES=WITHOUT_AVX512
+    )
     if not here:
         return 0, []
     there = fingerprints(

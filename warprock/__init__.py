@@ -19,9 +19,9 @@ Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `As
 `Times`, `Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`,
 `Study`, `with_unit`, `save_record`. Commands: `run`, `verdict`, `brief`, `fragility`, `predictors`,
 `risk`, `measures`, `map`, `spectrum`, `ida`, `sensitivity`, `capacity`, `limit`, `sweep`,
-`compare`, `validate`, `study`, `body`, `identify`, `trade`, `stability`, `bench`. Bad input is an
-`InputError`. Below them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`,
-`lane_table`, `write_run`.
+`compare`, `validate`, `study`, `body`, `identify`, `trade`, `stability`, `bench`, `list`, `keys`,
+`explain`, `records`, `doctor`. Bad input is an `InputError`. Below them lie the functions that they
+call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
 """
@@ -30,6 +30,7 @@ from __future__ import annotations
 
 import importlib
 import pathlib
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -47,9 +48,13 @@ if TYPE_CHECKING:
     from warprock.api.capacity import capacity as capacity
     from warprock.api.case import Case as Case
     from warprock.api.case import load_case as load_case
+    from warprock.api.choices import list as list
     from warprock.api.comparison import compare as compare
+    from warprock.api.doctor import doctor as doctor
+    from warprock.api.explanation import explain as explain
     from warprock.api.found import Found as Found
     from warprock.api.identification import identify as identify
+    from warprock.api.keys import keys as keys
     from warprock.api.limit import limit as limit
     from warprock.api.measures import measures as measures
     from warprock.api.parts import Assembly as Assembly
@@ -75,7 +80,8 @@ if TYPE_CHECKING:
     from warprock.api.parts import TransverseWall as TransverseWall
     from warprock.api.parts import Uniform as Uniform
     from warprock.api.plain import with_unit as with_unit
-    from warprock.api.record import save_record as save_record
+    from warprock.api.records import records as records
+    from warprock.api.records import save_record as save_record
     from warprock.api.run import Run as Run
     from warprock.api.run import run as run
     from warprock.api.stability import stability as stability
@@ -143,21 +149,26 @@ _HOME = {
     "capacity": "api.capacity",
     "case_names": "case.text",
     "compare": "api.comparison",
+    "doctor": "api.doctor",
     "expand_lanes": "case.lanes",
+    "explain": "api.explanation",
     "fragility": "api.analyses.fragility",
     "ida": "api.analyses.ida",
     "identify": "api.identification",
+    "keys": "api.keys",
     "lane_table": "running.lane_table",
     "limit": "api.limit",
+    "list": "api.choices",
     "load_case": "api.case",
     "map": "api.analyses.map",
     "measures": "api.measures",
     "predictors": "api.analyses.predictors",
+    "records": "api.records",
     "risk": "api.analyses.risk",
     "run": "api.run",
     "run_batch": "running.batch",
     "run_case": "running.case_run",
-    "save_record": "api.record",
+    "save_record": "api.records",
     "sensitivity": "api.analyses.sensitivity",
     "spectrum": "api.analyses.spectrum",
     "stability": "api.stability",
@@ -207,5 +218,5 @@ def __getattr__(name: str) -> Any:
     return found
 
 
-def __dir__() -> list[str]:
-    return list(__all__)
+def __dir__() -> Sequence[str]:
+    return [*__all__]

@@ -10,6 +10,8 @@ through, or asked for a name that it does not have.
 from __future__ import annotations
 
 import functools
+import os
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar
 
@@ -17,6 +19,9 @@ from warprock.errors import InputError
 
 GROUP = "warprock.engines"
 """Group of entry points; the name of each is that of its engine, the value its class."""
+
+_PACKAGES = (".dist-info", ".egg-info")
+"""How folders of a package end that say what it brings."""
 
 Row = TypeVar("Row")
 
@@ -59,6 +64,8 @@ def brought() -> dict[str, tuple[str, str]]:
     Raises:
         InputError: Two packages bring an engine of the same name.
     """
+    if not any(map(_may_declare, sys.path)):
+        return {}
     import importlib.metadata
 
     found: dict[str, tuple[str, str]] = {}
@@ -69,6 +76,29 @@ def brought() -> dict[str, tuple[str, str]]:
             raise InputError(package, GROUP, each.name, f"must be another name: {before[1]} has it")
         found[each.name] = (each.value, package)
     return found
+
+
+def _may_declare(place: str) -> bool:
+    """Whether a package in a folder of the path may bring an engine.
+
+    Python's own reader takes longer to load than all of this, and nearly always nobody brings one.
+    It has to look where the path names no folder, such as an archive.
+    """
+    try:
+        with os.scandir(place or ".") as entries:
+            packages = [each.path for each in entries if each.name.endswith(_PACKAGES)]
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return True
+    for package in packages:
+        try:
+            with open(os.path.join(package, "entry_points.txt"), "rb") as file:
+                if GROUP.encode() in file.read():
+                    return True
+        except OSError:
+            continue
+    return False
 
 
 def load(name: str) -> Any:

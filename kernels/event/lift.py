@@ -1,16 +1,16 @@
 """When the base lets go of a block, body or stack that lies on it at rest.
 
-It lies still while the acceleration a of the base stays below a bound: that of friction, or that at
-which the base presses one end of the face alone. What is left up to the bound, on the side s to
-which a is nearer to it, is a polynomial in time, the lack
+It lies still while the acceleration a of the base stays below a bound. The bound is that of
+friction, or the acceleration at which the base presses only one end of the face. The margin to it,
+on the side s on which it is smaller, is called the lack. It is a polynomial in time,
 
     p(t) = bound(t) - s a(t),
 
-in Taylor coefficients, as the acceleration.
+given by its Taylor coefficients, as the acceleration is.
 
-The block is let go where p comes to zero, for however short a time. A step of it ends there. The
-next one begins with no lack; what it does its mean velocity decides. So that one ends where p is
-least, or where p comes back to zero: in the mean the acceleration is then beyond its bound.
+The base lets go of the body at the first zero of p, even if p is negative only for a moment. The
+step ends there. The next step begins with p = 0, and its mean velocity decides what the body does.
+So it ends where p is least or where p is zero again: the mean acceleration then exceeds its bound.
 """
 
 import warp as wp
@@ -19,25 +19,26 @@ from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.motion import LINEAR, Acceleration, acceleration_at
 
 NEWTON_STEPS = 4
-"""From the root of a parabola through the ends: round-off."""
+"""Steps of Newton's method from the root of a parabola through the ends: they reach round-off."""
 
 DEEPEST_STEPS = 2
-"""Steps of Newton's method from a secant of the slope to where it is zero."""
+"""Steps of Newton's method to a zero of the slope, from that of its secant."""
 
 NEAR = real(1.0 / 32.0)
 """Part of a step within which the Taylor polynomial is right to round-off: (1 / 32)^9 / 9! where
-the step is a radian of the motion. A step that would end farther away ends by this part of it
-earlier, and the next one finds the end from there."""
+the step is a radian of the motion. If the end lies farther away, the step is shortened by this part
+of it, and the next step finds the end."""
 
 TICK = by_precision(1.0e-15, 5.0e-7)
 """Four roundings of a time, relative: an event that is nearer has come, or no step would end."""
 
 CREST = by_precision(1.0e-12, 1.0e-6)
-"""Part of the bound by which a crest of the base's acceleration must lie beyond it: one that
-reaches it to round-off lets nothing go, and a step that ended there would end there for ever."""
+"""Part of the bound by which a peak of the base acceleration must exceed it. A peak that equals the
+bound to round-off lets nothing go. If a step ended at it, all later ones would end there, too."""
 
 DOUBT = real(1.0e-3)
-"""Part of the bound by which the least lack may seem to miss zero from farther away."""
+"""Part of the bound by which a least lack above zero still ends a step, if it is farther away than
+NEAR, where the Taylor polynomial is not exact."""
 
 
 @wp.func

@@ -29,6 +29,7 @@ from warprock.kernels.shape.stack import (
     slide_place,
 )
 from warprock.kernels.shape.stack_body import Foot
+from warprock.kernels.shape.stack_found import BlockResult
 
 if CHAINS:
     from warprock.kernels.event.stack.edges import roll_on, stand_on
@@ -85,16 +86,6 @@ class Stack:
     mass: real
     longest_step: real
     step_limit: int
-
-
-@wp.struct
-class BlockResult:
-    """What the run of one block leaves behind."""
-
-    slide: real
-    peak: real
-    peak_time: real
-    peak_slide: real
 
 
 @wp.struct

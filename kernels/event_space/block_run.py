@@ -55,14 +55,8 @@ def run_lanes(
     """Runs one lane a thread; `throws` say how blocks start if THROWN is true."""
     lane = wp.tid()
     block = blocks[0, lane]
-    motion = BaseMotion()
-    motion.x = motions[0, lane]
-    motion.y = motions[1, lane]
-    motion.z = motions[2, lane]
-    limits = Limits()
-    limits.gravity = knobs.gravity
-    limits.longest_step = lanes[lane].longest_step
-    limits.rest_gap = lanes[lane].rest_gap
+    motion = BaseMotion(motions[0, lane], motions[1, lane], motions[2, lane], Vector(), Vector())
+    limits = Limits(knobs.gravity, lanes[lane].longest_step, lanes[lane].rest_gap)
     s = start(block, TOGETHER * block.half_height)
     if THROWN:
         throw = throws[lane]

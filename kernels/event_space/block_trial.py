@@ -9,7 +9,7 @@ import warp as wp
 from warprock.kernels.event.block_begin import MORE, base_change
 from warprock.kernels.event_space.block_contact import FLAT, Body, Corners, Held
 from warprock.kernels.event_space.block_moves import body_at, rotate_attitude
-from warprock.kernels.event_space.lane import BaseMotion, Limits
+from warprock.kernels.event_space.lane import BaseMotion, Knots, Limits
 from warprock.kernels.motion import expand, knot_step, knot_time
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.vectors import Quaternion, Vector
@@ -30,9 +30,6 @@ PROBE = by_precision(1.0e-4, 1.0e-2)
 """Length of the very short step of `probe`, as a part of the longest step."""
 REACH = real(0.125)
 """Largest rotation in one step [rad]: keeps the polynomials in their range."""
-
-Knots = wp.types.vector(length=3, dtype=int)
-"""Knots of the motion passed, along x, y and z."""
 
 
 @wp.struct

@@ -29,7 +29,7 @@ import warp as wp
 from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.event_space.block_contact import BOX, FLAT, FLYING
 from warprock.kernels.event_space.block_moves import cut_to, rotate_attitude, rotate_freely
-from warprock.kernels.event_space.block_trial import Base, Knots, next_step
+from warprock.kernels.event_space.block_trial import Base, next_step
 from warprock.kernels.event_space.block_trial import State as BlockState
 from warprock.kernels.event_space.body_contact import (
     Carried,
@@ -45,7 +45,7 @@ from warprock.kernels.event_space.body_contact import (
 )
 from warprock.kernels.event_space.body_law import project_on_points, solve
 from warprock.kernels.event_space.body_quiet import HOP, Course, Quiet, Support, roll, stays_still
-from warprock.kernels.event_space.lane import BaseMotion, Limits
+from warprock.kernels.event_space.lane import BaseMotion, Knots, Limits
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, UNSOLVED
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.frame import frame

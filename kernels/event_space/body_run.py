@@ -175,14 +175,8 @@ def run_lanes(
     lane = wp.tid()
     block, own = blocks[0, lane], lanes[lane]
     frame = own.frame
-    motion = BaseMotion()
-    motion.x = motions[0, lane]
-    motion.y = motions[1, lane]
-    motion.z = motions[2, lane]
-    limits = Limits()
-    limits.gravity = knobs.gravity
-    limits.longest_step = own.longest_step
-    limits.rest_gap = own.rest_gap
+    motion = BaseMotion(motions[0, lane], motions[1, lane], motions[2, lane], Vector(), Vector())
+    limits = Limits(knobs.gravity, own.longest_step, own.rest_gap)
     body = shape_of(block, frame)
     body.rebound = own.rebound
     body.slow = own.slow

@@ -5,6 +5,9 @@ import warp as wp
 from warprock.kernels.motion import Motion
 from warprock.kernels.vectors import Vector
 
+Knots = wp.types.vector(length=3, dtype=int)
+"""Knots of the motion passed, along x, y and z."""
+
 
 @wp.struct
 class Knobs:

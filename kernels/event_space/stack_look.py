@@ -7,8 +7,7 @@ import warp as wp
 
 from warprock.kernels.event.block import first_root
 from warprock.kernels.event_space.block_moves import rotate_attitude, rotate_freely
-from warprock.kernels.event_space.block_trial import Knots
-from warprock.kernels.event_space.lane import Limits
+from warprock.kernels.event_space.lane import Knots, Limits
 from warprock.kernels.event_space.stack_contact import (
     AWAIT,
     CONE,

@@ -114,14 +114,8 @@ def run_lanes(
 ):  # fmt: skip
     """Runs one lane a thread."""
     lane = wp.tid()
-    motion = BaseMotion()
-    motion.x = motions[0, lane]
-    motion.y = motions[1, lane]
-    motion.z = motions[2, lane]
-    limits = Limits()
-    limits.gravity = knobs.gravity
-    limits.longest_step = lanes[lane].longest_step
-    limits.rest_gap = lanes[lane].rest_gap
+    motion = BaseMotion(motions[0, lane], motions[1, lane], motions[2, lane], Vector(), Vector())
+    limits = Limits(knobs.gravity, lanes[lane].longest_step, lanes[lane].rest_gap)
     bodies = int(BLOCKS + 1)
     own = Own()
     for k in range(1, bodies):

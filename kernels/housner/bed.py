@@ -38,6 +38,7 @@ Cited for this model of lifting; the text has not been at hand:
 import warp as wp
 
 from warprock.kernels.housner.block_contact import ratio
+from warprock.kernels.housner.block_found import FrictionSeen
 from warprock.kernels.housner.held import (
     DEGREE,
     LOOK,
@@ -126,20 +127,6 @@ class State:
     segment: int
     pressed: int
     mode: int
-
-
-@wp.struct
-class Seen:
-    """What is seen of a lane so far; `loss` is the energy that dampers took [J]."""
-
-    peak: real
-    peak_time: real
-    uplift_time: real
-    rest_time: real
-    loss: real
-    needed: real
-    impacts: int
-    steps: int
 
 
 @wp.struct
@@ -343,7 +330,7 @@ def changes(block: Block, s: State, way: Way, h: real) -> int:
 
 
 @wp.func
-def press(block: Block, s: wp.ref[State], seen: wp.ref[Seen]):
+def press(block: Block, s: wp.ref[State], seen: wp.ref[FrictionSeen]):
     """Has another part of the base be pressed, that which the present state says.
 
     Where a state lies between two of them the present one is left.
@@ -423,7 +410,7 @@ def start_lane(block: Block, theta: real, omega: real):
         pressed = int(PART)
     lifted, rested = wp.where(partly, zero, NEVER), wp.where(partly, NEVER, zero)
     state = State(side, lean, side * omega, depth, zero, zero, 0, pressed, ROCKING)
-    return state, Seen(lean, zero, lifted, rested, zero, zero, 0, 0)
+    return state, FrictionSeen(lean, zero, lifted, rested, zero, zero, 0, 0)
 
 
 @wp.func
@@ -437,7 +424,7 @@ def step_limit_of(block: Block, s: State, way: Way) -> real:
 
 @wp.func
 def advance(
-    block: Block, way: Way, a: Series, h: real, s: wp.ref[State], seen: wp.ref[Seen]
+    block: Block, way: Way, a: Series, h: real, s: wp.ref[State], seen: wp.ref[FrictionSeen]
 ) -> real:
     """Moves a block on to its next event, at most by h; the time that it takes [s]."""
     width = real(2.0) * block.half_width
@@ -496,7 +483,12 @@ def advance(
 
 @wp.func
 def step(
-    block: Block, m: Motion, ground: Ground, until: real, s: wp.ref[State], seen: wp.ref[Seen]
+    block: Block,
+    m: Motion,
+    ground: Ground,
+    until: real,
+    s: wp.ref[State],
+    seen: wp.ref[FrictionSeen],
 ):
     """One step of one lane, to its next event or at most to `until`."""
     knot = knot_time(m, s.segment)

@@ -27,6 +27,20 @@ class Seen:
 
 
 @wp.struct
+class FrictionSeen:
+    """The same, and the friction needed so far; on compliant ground `loss` is in J: of dampers."""
+
+    peak: real
+    peak_time: real
+    uplift_time: real
+    rest_time: real
+    loss: real
+    needed: real
+    impacts: int
+    steps: int
+
+
+@wp.struct
 class BlockResult:
     """What the run of one block leaves behind."""
 

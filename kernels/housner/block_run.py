@@ -13,15 +13,21 @@ import warp as wp
 
 from warprock.kernels.housner.block import Block, State, stall, start_lane, step
 from warprock.kernels.housner.block_found import BlockResult, Found, Result, Seen
-from warprock.kernels.instance import CAPTURES, HALVES_VECTORS, TWO_VECTORS, module_options
+from warprock.kernels.instance import (
+    CAPTURES,
+    FOUR_VECTORS,
+    HALVES_VECTORS,
+    TWO_VECTORS,
+    module_options,
+)
 from warprock.kernels.modes import OVERTURNED, RESTING
 from warprock.kernels.motion import Ground, Motion, sample_index
 from warprock.kernels.rows import kernel, rows
 
 RECORD = MOTION == "record"
 
-if MOTION in ("still", "record") or not HALVES_VECTORS:
-    wp.set_module_options(TWO_VECTORS)
+FOUR = HALVES_VECTORS and MOTION not in ("still", "record") and PRECISION == "float64"
+wp.set_module_options(FOUR_VECTORS if FOUR else TWO_VECTORS)
 
 if RECORD:
     from warprock.kernels.housner.block_roll import rest_on, roll

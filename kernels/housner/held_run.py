@@ -37,7 +37,7 @@ class Result:
 
 @wp.struct
 class Found:
-    """Where the answers go; `ties` is what the lanes work on."""
+    """Arrays of results; `ties` holds the states of the ties, which the lanes update."""
 
     results: wp.array(dtype=Result)
     blocks: wp.array2d(dtype=BlockResult)

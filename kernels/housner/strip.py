@@ -23,6 +23,7 @@ faces share what the base gives: nothing is judged.
 import warp as wp
 
 from warprock.kernels.housner.block_contact import ratio
+from warprock.kernels.housner.block_found import FrictionSeen
 from warprock.kernels.housner.held import (
     COARSE,
     GRAIN,
@@ -93,20 +94,6 @@ class State:
     time: real
     segment: int
     mode: int
-
-
-@wp.struct
-class Seen:
-    """What is seen of a lane so far, as of housner/block.py, and the friction it has needed."""
-
-    peak: real
-    peak_time: real
-    uplift_time: real
-    rest_time: real
-    loss: real
-    needed: real
-    impacts: int
-    steps: int
 
 
 @wp.struct
@@ -384,7 +371,7 @@ def settles(strip: Strip, omega: real, a: real, blur: real) -> bool:
 
 
 @wp.func
-def strike(strip: Strip, a: real, blur: real, s: wp.ref[State], seen: wp.ref[Seen]):
+def strike(strip: Strip, a: real, blur: real, s: wp.ref[State], seen: wp.ref[FrictionSeen]):
     """The return upright: the strip goes on bowed to the other side, or rests."""
     before = s.omega
     kept = strip.angular_restitution
@@ -411,7 +398,7 @@ def strike(strip: Strip, a: real, blur: real, s: wp.ref[State], seen: wp.ref[See
 
 
 @wp.func
-def lift(side: real, s: wp.ref[State], seen: wp.ref[Seen]):
+def lift(side: real, s: wp.ref[State], seen: wp.ref[FrictionSeen]):
     """Has a strip at rest bow to a side."""
     s.side = side
     s.mode = ROCKING
@@ -426,7 +413,7 @@ def fall_lean(strip: Strip, side: real) -> real:
 
 
 @wp.func
-def pass_knot(strip: Strip, dv: real, s: wp.ref[State], seen: wp.ref[Seen]):
+def pass_knot(strip: Strip, dv: real, s: wp.ref[State], seen: wp.ref[FrictionSeen]):
     """Passes a knot of the motion, with a velocity step dv of the base."""
     s.segment = s.segment + 1
     if dv != real(0.0):
@@ -466,12 +453,17 @@ def start_lane(theta: real, omega: real):
     mode = wp.where(rests, RESTING, ROCKING)
     lifted, rested = wp.where(rests, NEVER, zero), wp.where(rests, zero, NEVER)
     state = State(theta, omega, side, zero, 0, mode)
-    return state, Seen(size(theta), zero, lifted, rested, zero, zero, 0, 0)
+    return state, FrictionSeen(size(theta), zero, lifted, rested, zero, zero, 0, 0)
 
 
 @wp.func
 def rock(
-    strip: Strip, m: Motion, ground: Ground, until: real, s: wp.ref[State], seen: wp.ref[Seen]
+    strip: Strip,
+    m: Motion,
+    ground: Ground,
+    until: real,
+    s: wp.ref[State],
+    seen: wp.ref[FrictionSeen],
 ):
     """One step of a bowed strip, to its next event or at most to `until`."""
     zero = real(0.0)
@@ -527,7 +519,12 @@ def rock(
 
 @wp.func
 def rest(
-    strip: Strip, m: Motion, ground: Ground, until: real, s: wp.ref[State], seen: wp.ref[Seen]
+    strip: Strip,
+    m: Motion,
+    ground: Ground,
+    until: real,
+    s: wp.ref[State],
+    seen: wp.ref[FrictionSeen],
 ):
     """One step of a strip at rest, until it bows or at most to `until`."""
     zero = real(0.0)
@@ -570,7 +567,12 @@ def rest(
 
 @wp.func
 def step(
-    strip: Strip, m: Motion, ground: Ground, until: real, s: wp.ref[State], seen: wp.ref[Seen]
+    strip: Strip,
+    m: Motion,
+    ground: Ground,
+    until: real,
+    s: wp.ref[State],
+    seen: wp.ref[FrictionSeen],
 ):
     """One step of one lane, to its next event or at most to `until`."""
     if s.mode == RESTING:

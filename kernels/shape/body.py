@@ -6,12 +6,12 @@ On flat ground the lowest corner at a rotation theta (clockwise) is the one with
 
     angle(k - 1) <= theta <= angle(k),
 
-angle(k) the rotation at which the edge between corners k and k + 1 lies flat; it grows with k. The
-first corner has no lower bound and the last one no upper bound.
+where angle(k) is the rotation at which the edge between corners k and k + 1 lies flat. It grows
+with k. The first corner has no lower bound and the last one no upper bound.
 
-A body that rolls from corner to corner moves along the ground without sliding. `along` is the place
-at which corner k then stands on the ground; it grows by the lengths of the edges. The slide is the
-distance of the lowest corner from that place.
+A body that rolls from corner to corner moves along the ground without sliding. Corner k then stands
+at the place `along`, which grows by the length of an edge from corner to corner. The slide is the
+distance of the lowest corner from its place.
 """
 
 import warp as wp

@@ -14,8 +14,8 @@ from warprock.kernels.shape_space.thrown import Throw
 MOST_POINTS = 64
 """Largest number of contact points of a body: rows that a kernel keeps for them."""
 PLANE = by_precision(1.0e-8, 1.0e-4)
-"""Least product of the two principal second moments of points that span a plane, over the square of
-their sum. On narrower points a body turns about the line along them."""
+"""Points span a plane if the product of their two principal second moments is at least this part of
+the square of their sum. On narrower points a body turns about the line along them."""
 APART = by_precision(1.0e-12, 1.0e-6)
 """Least second moment of more than one point, over the square of the body's reach; a smaller one is
 round-off."""

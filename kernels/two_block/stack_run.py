@@ -1,7 +1,6 @@
 """Runs of two_block/stack.py, one lane a thread on any device.
 
-A sample inside a step is read off the series that the step follows, so that histories do not
-change the run.
+A step evaluates its own series at the samples inside it, so that histories do not change the run.
 """
 
 import warp as wp
@@ -14,8 +13,8 @@ from warprock.kernels.two_block.stack_mechanics import Block, Lane, stack_of
 from warprock.kernels.two_block.stack_series import Series, motion_series, value
 
 FLAGS = f"{BRANCHES['cpu_compiler_flags']} -fno-slp-vectorize"
-"""Without this flag the compiler packs pairs of sums of a chain, which then wait for one another: a
-step takes a fifth longer."""
+"""Without this flag the compiler packs two sums of a dependent chain into one vector. They then
+wait for one another, and a step takes a fifth longer."""
 wp.set_module_options(BRANCHES | {"cpu_compiler_flags": FLAGS})
 
 LANES = 1

@@ -276,7 +276,7 @@ def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
         "report.html",
     }
     printed = run(str(tmp_path), "--by", "size").stdout
-    assert f"{written['median'][1]:.4g}" in printed
+    assert f"{written['median'][1]:.3g}" in printed
 
 
 @pytest.mark.parametrize(

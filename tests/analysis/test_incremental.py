@@ -279,7 +279,7 @@ def test_the_command_writes_what_it_prints(
     request.getfixturevalue("unrendered")
     printed = command(*arguments).stdout
     assert f"{found['stages']} of them kept" in printed
-    assert f"{table['median'][0]:.4g}" in printed
+    assert f"{table['median'][0]:.3g}" in printed
 
 
 @pytest.mark.parametrize(

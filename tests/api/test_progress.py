@@ -5,7 +5,7 @@ import types
 
 import warprock as wr
 from warprock.api.progress import _Bar, shown
-from warprock.running.compiling import TEXT
+from warprock.running.waiting import TEXT
 
 
 class Handle:

@@ -70,8 +70,11 @@ def test_a_template_is_a_commented_case_that_loads(kind, write):
 def test_the_kinds_of_templates():
     kinds = [
         "arch",
+        "column",
+        "dry-stone",
         "ensemble",
         "facade",
+        "frame",
         "free",
         "isolator",
         "map",
@@ -86,11 +89,12 @@ def test_the_kinds_of_templates():
         "strip",
         "study",
         "sweep",
+        "wall",
     ]
     assert template_kinds() == kinds
     with pytest.raises(
         InputError,
-        match=r"KIND: got 'fre', must be one of arch, ensemble, facade, free, .* mean free\?",
+        match=r"KIND: got 'fre', must be one of arch, column, dry-stone, .* mean free\?",
     ):
         template_text("fre")
 

@@ -100,6 +100,14 @@ def test_the_command_line_starts_without_anything_heavy(does: str, needs: set[st
     assert set(done.stdout.split("uses:")[-1].split()) <= needs
 
 
+def test_a_command_ends_without_a_last_look_for_garbage(python: Python):
+    told = "import atexit, gc, sys; atexit.register(lambda: print(gc.get_freeze_count() > 0))"
+    asked = "sys.argv = ['warprock', '--version']; from warprock.cli.main import entry; entry()"
+    done = python("-c", f"{told}; {asked}")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "True"
+
+
 def test_python_m_warprock_is_the_command_line(python: Python):
     done = python("-m", "warprock", "--version")
     assert done.returncode == 0, done.stderr
@@ -353,12 +361,10 @@ def test_ctrl_c_exits_with_130_and_leaves_nothing(
 def test_a_full_disk_exits_with_1_and_leaves_no_half_file(
     case: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ):
-    from warprock.running import results
-
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(results.pq, "write_table", full)
+    monkeypatch.setattr("pyarrow.parquet.write_table", full)
     result = invoke("run", case, "-o", case.parent / "results")
     assert result.exit_code == 1
     assert "No space left on device" in result.stderr

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from warprock.findings.bench import about
+from warprock.findings.numbers import about
 from warprock.measure import price
 from warprock.measure.price import Trial
 from warprock.model import rocking

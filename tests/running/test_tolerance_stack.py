@@ -8,13 +8,15 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+import warprock as wr
 from tests.shared.blocks import make_stacks, sines
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.running.batch import run_batch
-from warprock.running.options import RunOptions
-from warprock.running.tolerance import run_to_tolerance
+from warprock.running.companions import Companions, gap, largest, sample_times
+from warprock.running.options import DEFAULT_OPTIONS, RunOptions
+from warprock.running.tolerance import SAMPLE_INTERVAL, run_to_tolerance
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
 
@@ -91,3 +93,19 @@ def test_a_stack_that_is_ok_has_the_answer_of_finer_steps_and_smaller_swings(
     error = apart(found, other, lanes)[met]
     assert np.max(error) <= 2.0 * TOLERANCE
     assert np.mean(error <= TOLERANCE) >= 0.98
+
+
+def test_a_lane_that_magnifies_the_smallest_difference_is_chaotic_and_ends_at_the_asked_step():
+    found = wr.expand_lanes(wr.load_case("stack-continuous-sine-ensemble"))
+    some = np.arange(0, found.lanes.lane_count, found.lanes.lane_count // 24)
+    lanes, motions = found.lanes.take(some), found.motions.take(some)
+    times = sample_times(10.0, SAMPLE_INTERVAL)
+    response = run_to_tolerance("event", lanes, motions, times)
+    step = EventSettings().time_step
+    chaotic = (response["status"] == Status.SENSITIVE) & (response["time_step"] == step)
+    assert 0.5 < chaotic.mean() < 1.0
+    # At the asked step, where it was not tried, a thousand-millionth of the motion moves them, too.
+    case = Companions("event", lanes, motions, times, EventSettings(), DEFAULT_OPTIONS)
+    case = case.take(np.flatnonzero(chaotic))
+    apart = gap(case.run(), case.perturbed().run(), case.lanes.slenderness_angle)
+    assert np.mean(largest(apart / case.lanes.slenderness_angle) > 0.01) > 0.9

@@ -22,7 +22,7 @@ import pytest
 from tests.shared.commands import invoke
 from tests.shared.sweeps import planned, run_all
 from warprock.case.load import load_case
-from warprock.cli.sweep import EXIT_RESUMABLE
+from warprock.cli.exits import EXIT_RESUMABLE
 from warprock.errors import InputError
 from warprock.quantity import Said
 from warprock.sweeps import dask as sweep_dask

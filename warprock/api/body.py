@@ -10,7 +10,7 @@ import tomllib
 from warprock.api.case import Case
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.api.work import Angle, Density, Length, Mass
+from warprock.api.values import Angle, Density, Length, Mass
 from warprock.arguments import at_the_door
 from warprock.bodies.body import Asked, Body, Texts, find_body, read_asked
 from warprock.bodies.case_text import CASE_FILE, case_of

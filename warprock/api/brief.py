@@ -19,7 +19,8 @@ from warprock.api.analyses.risk import File, read_asked
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.api.work import Column, HowHeld, Length, Quantity, Share, listing_how, working
+from warprock.api.values import Column, Length, Quantity, Share
+from warprock.api.work import HowHeld, listing_how, working
 from warprock.arguments import at_the_door, require_within, several
 from warprock.errors import InputError
 from warprock.figures.brief import draw_object

@@ -16,7 +16,6 @@ from warprock.arguments import at_the_door
 from warprock.errors import InputError
 from warprock.findings.finding import Finding
 from warprock.findings.numbers import three
-from warprock.running.results import list_results, write_results
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -173,6 +172,7 @@ class Found:
             InputError: The folder cannot be written to.
         """
         from warprock.figures.drawing import write_drawings
+        from warprock.running.results import list_results
 
         place = pathlib.Path(folder)
         with python_names():
@@ -204,6 +204,7 @@ class Found:
     def _write_page(self, folder: pathlib.Path) -> pathlib.Path:
         """Writes the page of a folder that it was saved to."""
         from warprock.report.writing import write_report
+        from warprock.running.results import list_results
 
         page = write_report(folder, scenes=self.scenes(), drawings=self.figures())
         if not self.finding.stays:
@@ -216,6 +217,8 @@ class Found:
 
     def write(self, folder: pathlib.Path) -> list[pathlib.Path]:
         """Writes all but the figures and the page."""
+        from warprock.running.results import write_results
+
         finding = self.finding
         return write_results(folder, self.tables, finding.facts or None, finding.texts)
 

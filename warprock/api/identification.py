@@ -12,7 +12,7 @@ import pandas as pd
 from warprock.analysis.identification import FITS, FREQUENCY, SLENDERNESS, identify_block
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.api.work import Angle, Column, Length
+from warprock.api.values import Angle, Column, Length
 from warprock.arguments import at_the_door, several
 from warprock.errors import InputError, list_allowed
 from warprock.figures.identification import draw_identified

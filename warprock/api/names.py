@@ -7,9 +7,12 @@ import contextvars
 import dataclasses
 import re
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from warprock.errors import InputError
-from warprock.running.engine_choice import EngineChoice
+
+if TYPE_CHECKING:
+    from warprock.running.engine_choice import EngineChoice
 
 _ARGUMENTS = {
     "-s": "overrides",

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from warprock.api.names import calling_command
-from warprock.running.compiling import saying_when_compiling
 from warprock.running.options import Progress
+from warprock.running.waiting import saying_what_takes_long
 
 Shown = bool | Progress
 """What a command takes as `progress`: whether to show it, or what to call instead."""
@@ -38,10 +38,10 @@ def shown(progress: Shown, text: str, total: int | None) -> Iterator[Progress]:
     elif not progress:
         yield lambda _: None
     elif (display := _notebook_display()) is not None:
-        with _notebook_bar(display, text, total) as bar, saying_when_compiling(bar.say):
+        with _notebook_bar(display, text, total) as bar, saying_what_takes_long(bar.say):
             yield bar
     else:
-        with _on_terminal(text, total) as report, saying_when_compiling(_say):
+        with _on_terminal(text, total) as report, saying_what_takes_long(_say):
             yield report
 
 

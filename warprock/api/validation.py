@@ -12,7 +12,8 @@ import pandas as pd
 
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
-from warprock.api.work import Column, HowHeld, listing_how, working
+from warprock.api.values import Column
+from warprock.api.work import HowHeld, listing_how, working
 from warprock.arguments import at_the_door, several
 from warprock.figures.validation import draw_validation
 from warprock.findings.validation import find_validation

@@ -9,7 +9,8 @@ from warprock.analysis.verdict import Spread, run_verdict
 from warprock.api.case import AnyCase, Case
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.api.work import HowHeld, Share, listing_how, working
+from warprock.api.values import Share
+from warprock.api.work import HowHeld, listing_how, working
 from warprock.arguments import at_the_door
 from warprock.case.template import case_of_record
 from warprock.errors import InputError

@@ -20,18 +20,6 @@ from warprock.running.work import Work
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-Column = str
-"""Name of a column. The name of such an alias is the placeholder of the option: COLUMN."""
-Age = str
-Angle = str
-Density = str
-Length = str
-Mass = str
-Quantity = str
-"""Texts with a unit."""
-Share = float
-"""A share, from 0 to 1."""
-
 
 class How(TypedDict, total=False):
     """How lanes are run; `run` says what each is."""

@@ -136,7 +136,7 @@ class StackedBlock(_Box):
 class Stack(pydantic.RootModel[dict[str, StackedBlock | StackedBody]]):
     """The blocks of a stack by number, 1 the lowest."""
 
-    model_config = pydantic.ConfigDict(frozen=True)
+    model_config = pydantic.ConfigDict(frozen=True, defer_build=True)
 
     @pydantic.model_validator(mode="before")
     @classmethod

@@ -39,6 +39,12 @@ class Columns:
     columns: Mapping[str, Any]
     attrs: dict[str, Any] = dataclasses.field(default_factory=dict)
 
+    @classmethod
+    def of(cls, rows: Sequence[Mapping[str, Any]]) -> Columns:
+        """A table of rows, each a value by the name of the column."""
+        names = dict.fromkeys(name for row in rows for name in row)
+        return cls({name: [row.get(name) for row in rows] for name in names})
+
     def __iter__(self) -> Iterator[str]:
         return iter(self.columns)
 

@@ -288,7 +288,7 @@ class Ground(Table):
 class Ties(pydantic.RootModel[dict[str, Tie]]):
     """The ties of a block by number."""
 
-    model_config = pydantic.ConfigDict(frozen=True)
+    model_config = pydantic.ConfigDict(frozen=True, defer_build=True)
 
     @pydantic.model_validator(mode="before")
     @classmethod

@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from warprock.api.found import Found
 
 
-def call(function: Callable[..., Found], given: Any, /, **asked: Any) -> tuple[Found, str]:
+def call(function: Callable[..., Found], /, *given: Any, **asked: Any) -> tuple[Found, str]:
     """What the function of a command finds, and the engine that ran; "" where none did.
 
     Says which engine that is where a block was not run by the one that it has as a rule.
 
     Args:
         function: The public function of the same name.
-        given: The case, or the table.
+        *given: The case, or the table.
         **asked: The options of the command, by the names of the arguments.
 
     Raises:
@@ -36,7 +36,7 @@ def call(function: Callable[..., Found], given: Any, /, **asked: Any) -> tuple[F
     if held:
         asked["tolerance"] = asked_options(**held).tolerance
     with called_by_command() as done:
-        found = function(given, **asked)
+        found = function(*given, **asked)
     if done.choice is None:
         return found, ""
     say_engine(done.choice)
@@ -88,6 +88,25 @@ def finish(
         typed = then if folder is not None or always else f"{asked_command()} -o {output}"
         if finding.sentences[0]:
             print_end(finding.sentences[0], typed)
+
+
+def show(found: Found, then: str = "", *, as_json: bool) -> None:
+    """Prints what a command found that writes nothing.
+
+    Args:
+        found: What the command found.
+        then: The command to try next; that of the finding without.
+        as_json: Whether to print one JSON object.
+    """
+    from warprock.tables.finding import print_finding
+    from warprock.tables.terminal import print_end, print_json
+
+    finding = found.finding
+    if as_json:
+        print_json(finding.json)
+    else:
+        print_finding(finding)
+        print_end(finding.sentences[0], then or finding.then)
 
 
 def run_of(

@@ -11,9 +11,9 @@ from typing import Any, TypeVar
 import click
 
 from warprock.errors import InputError, one_line, shorten
-from warprock.running.compiling import saying_when_compiling
+from warprock.running.waiting import saying_what_takes_long
 
-EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
+EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_RESUMABLE, EXIT_INTERRUPTED = 1, 2, 3, 75, 130
 
 ASKED = "warprock.asked"
 """What a context keeps the arguments of the whole command under."""
@@ -85,7 +85,7 @@ class ExitCodes(click.Group):
         """Runs a command; bad input exits with 2, Ctrl-C with 130, a full disk with 1."""
         try:
             require_threads()
-            with saying_when_compiling(functools.partial(click.echo, err=True)):
+            with saying_what_takes_long(functools.partial(click.echo, err=True)):
                 return super().invoke(ctx)
         except InputError as error:
             click.echo(f"error: {error}", err=True)

@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import click
 
+from warprock.cli.analysis import call, show
 from warprock.cli.options import case_argument, json_option, set_option
 from warprock.cli.pages import on_case
+from warprock.cli.signatures import read_function
 
 
-@click.command()
+@click.command(help=read_function("explanation", "explain").text)
 @case_argument
 @set_option
 @json_option
 def explain(case_name: str, overrides: tuple[str, ...], as_json: bool) -> None:
-    """What a case requires, and which kernels can run it."""
-    from warprock.case.load import load_case
-    from warprock.running.catalogue import explain_case
-    from warprock.tables.listing import print_explanation
-    from warprock.tables.terminal import print_json
+    """The command of `warprock.explain`."""
+    from warprock.api import explanation as api
 
-    found = explain_case(load_case(case_name, overrides))
+    found, _engine = call(api.explain, case_name, overrides=overrides)
     then = on_case("run", case_name, overrides, "-o", "results")
-    print_json(found) if as_json else print_explanation(found, then)
+    show(found, then, as_json=as_json)
 
 
 COMMANDS = (explain,)

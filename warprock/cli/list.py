@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import click
 
+from warprock.cli.analysis import call, show
 from warprock.cli.options import json_option
+from warprock.cli.signatures import read_function
 
 
-@click.command("list")
+@click.command("list", help=read_function("choices", "list").text)
 @json_option
 def list_command(as_json: bool) -> None:
-    """The shipped cases and the engines."""
-    from warprock.running.choices import list_all
-    from warprock.tables.listing import print_listing
-    from warprock.tables.terminal import print_json
+    """The command of `warprock.list`."""
+    from warprock.api import choices as api
 
-    found = list_all()
-    print_json(found) if as_json else print_listing(found)
+    found, _engine = call(api.list)
+    show(found, as_json=as_json)
 
 
 COMMANDS = (list_command,)

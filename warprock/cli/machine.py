@@ -6,25 +6,23 @@ import pathlib
 
 import click
 
-from warprock.cli.analysis import finish
+from warprock.cli.analysis import call, finish, show
 from warprock.cli.exits import EXIT_FAILED
 from warprock.cli.options import json_option, output_option, workers_option
 from warprock.cli.signatures import help_of, own_options, read_function
 from warprock.cli.sweep import bench_sweep
 
 
-@click.command()
+@click.command(help=read_function("doctor", "doctor").text)
 @json_option
 @click.pass_context
 def doctor(ctx: click.Context, as_json: bool) -> None:
-    """Versions, cores, vector instructions, Warp devices, kernel cache, and what is missing."""
-    from warprock.measure.doctor import examine
-    from warprock.tables.machine import print_examination
-    from warprock.tables.terminal import print_json
+    """The command of `warprock.doctor`."""
+    from warprock.api import doctor as api
 
-    found = examine()
-    print_json(found) if as_json else print_examination(found)
-    if found["missing"]:
+    found, _engine = call(api.doctor)
+    show(found, as_json=as_json)
+    if found.facts["missing"]:
         ctx.exit(EXIT_FAILED)
 
 

@@ -269,14 +269,7 @@ def reading_options(command: Command) -> Command:
 
     They arrive as `column`, `unit` and `interval`, None where they are left out.
     """
-    for name, meaning in (
-        ("interval", "Of a table without a column of time: time between samples, such as 0.01 s."),
-        (
-            "unit",
-            "Of a table: unit of the motion where the header has none, such as g or cm/s^2, or a "
-            'number of them, such as "-1 g".',
-        ),
-        ("column", "Of a table: name or number of the column of the motion."),
-    ):
+    for name in ("interval", "unit", "column"):
+        meaning = help_of("records", "records", name)
         command = click.option(f"--{name}", help=meaning)(command)
     return command

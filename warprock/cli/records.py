@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import pathlib
-from typing import TYPE_CHECKING
+import shlex
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from warprock.cli import completion
+from warprock.cli.analysis import call, show
 from warprock.cli.options import json_option, output_file_to, reading_options, workers_option
+from warprock.cli.signatures import help_of, own_options
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,61 +30,40 @@ def records() -> None:
 
 
 @records.command("list")
-@click.option("--fema-p695", "fema", is_flag=True, help="The 100 components of FEMA P-695.")
+@click.option("--fema-p695", is_flag=True, help=help_of("records", "records", "fema_p695"))
 @json_option
-def list_command(fema: bool, as_json: bool) -> None:
+def list_command(fema_p695: bool, as_json: bool) -> None:
     """The shipped records: unit, interval, PGA, PGV, licence and SHA-256."""
-    from warprock.recordings.summary import record_rows
-    from warprock.tables.records import print_records
-    from warprock.tables.terminal import print_json
+    from warprock.api import records as api
 
-    rows = record_rows(fema=fema)
-    if as_json:
-        print_json({"records": rows})
-    else:
-        print_records(rows)
+    found, _engine = call(api.records, None, fema_p695=fema_p695)
+    strongest = max(found.found, key=lambda row: float(row["pga_m_s2"]))["name"]
+    show(found, _start_with(strongest), as_json=as_json)
 
 
 @records.command()
 @click.argument("file", shell_complete=completion.records)
-@click.option("--period", "periods", multiple=True, metavar="TIME", help="Of Sa; repeat for more.")
-@click.option("--damping", type=float, default=0.05, show_default=True, help="Of Sa.")
-@click.option("--width", metavar="LENGTH", help="Of a block, for PGA / (g tan alpha).")
-@click.option("--height", metavar="LENGTH", help="Of a block, for p PGV / (g tan alpha).")
+@own_options("records", "records", only=("period", "damping", "width", "height"))
 @reading_options
 @json_option
-def info(
-    file: str,
-    periods: tuple[str, ...],
-    damping: float,
-    width: str | None,
-    height: str | None,
-    as_json: bool,
-    **table: str | None,
-) -> None:
+def info(file: str, as_json: bool, **asked: Any) -> None:
     """What a record or a file holds, with all its intensity measures."""
-    from warprock.errors import InputError
-    from warprock.recordings.column_file import Reading
-    from warprock.recordings.intensity import PERIODS
-    from warprock.recordings.summary import record_facts
-    from warprock.tables.records import print_facts
-    from warprock.tables.terminal import print_json
+    from warprock.api import records as api
 
-    if not 0.0 <= damping < 1.0:
-        raise InputError("--damping", "", damping, "must be from 0 to below 1")
-    if (width is None) != (height is None):
-        raise InputError("--width", "", width or "nothing", "must be given with --height")
-    block = None
-    if width is not None and height is not None:
-        block = _positive("--width", width, "length"), _positive("--height", height, "length")
-    times = tuple(_positive("--period", text, "time") for text in periods) or PERIODS
-    asked = Reading(**table)
-    facts = record_facts(file, periods=times, damping=damping, block=block, asked=asked)
-    if as_json:
-        print_json({"records": facts})
-    else:
-        given = {name: text for name, text in table.items() if text is not None}
-        print_facts(facts, file, [part for name in given for part in (f"--{name}", given[name])])
+    found, _engine = call(api.records, file, **asked)
+    given = {name: asked[name] for name in ("column", "unit", "interval") if asked[name]}
+    said = [part for name, text in given.items() for part in (f"--{name}", text)]
+    show(found, _start_with(file, *said), as_json=as_json)
+
+
+def _start_with(record: str, *said: str) -> str:
+    """The command that makes a case of a record.
+
+    Args:
+        record: A shipped record, or a file.
+        said: Options that say more of a file than its header does.
+    """
+    return shlex.join(["warprock", "init", "record", "mine/case.toml", "--record", record, *said])
 
 
 @records.command("import")
@@ -232,51 +214,39 @@ def generate(
     as_json: bool,
 ) -> None:
     """Writes a stochastic motion: Kanai-Tajimi noise under an envelope, scaled to a peak."""
+    from warprock.api.records import require_positive
     from warprock.recordings.stochastic import GroundNoise
     from warprock.recordings.writing import format_generated
 
     noise = GroundNoise(
         seed=seed,
-        peak=_positive("--peak", peak, "acceleration"),
-        duration=_positive("--duration", duration, "time"),
-        frequency=_positive("--frequency", frequency, "frequency"),
+        peak=require_positive("--peak", peak, "acceleration"),
+        duration=require_positive("--duration", duration, "time"),
+        frequency=require_positive("--frequency", frequency, "frequency"),
         damping=damping,
-        interval=_positive("--interval", interval, "time"),
+        interval=require_positive("--interval", interval, "time"),
     )
     _write(output, format_generated(noise, output.stem), as_json)
 
 
-def _positive(option: str, text: str, dimension: str) -> float:
-    """A quantity above zero that an option gives."""
-    from warprock.errors import InputError
-    from warprock.units import parse_quantity
-
-    try:
-        value = parse_quantity(text, dimension)
-    except ValueError as error:
-        raise InputError(option, "", text, str(error)) from None
-    if value <= 0.0:
-        raise InputError(option, "", text, f"must be a {dimension} above 0")
-    return value
-
-
 def _write(output: pathlib.Path, content: bytes, as_json: bool) -> None:
     """Writes a CSV file and says what is in it."""
-    from warprock.recordings.summary import record_facts
+    from warprock.api import records as api
     from warprock.running.files import replacing, require_writable_file
-    from warprock.tables.records import print_facts
-    from warprock.tables.terminal import print_json, print_written
+    from warprock.tables.finding import print_finding
+    from warprock.tables.terminal import print_end, print_json, print_written
 
     require_writable_file(output)
     output.parent.mkdir(parents=True, exist_ok=True)
     with replacing(output) as temporary:
         temporary.write_bytes(content)
-    facts = record_facts(str(output))
+    finding = api.records(output).finding
     if as_json:
-        print_json({"records": facts, "files": [output]})
+        print_json({**finding.json, "files": [output]})
     else:
         print_written([output])
-        print_facts(facts, str(output))
+        print_finding(finding)
+        print_end(finding.sentences[0], _start_with(str(output)))
 
 
 COMMANDS = (records,)

@@ -12,7 +12,7 @@ import functools
 import inspect
 import pathlib
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, NamedTuple, TypeVar
 
 import click
@@ -27,6 +27,7 @@ SHARED = {"overrides", "precision", "device", "workers", "progress", "folder"}
 """Arguments of many functions, whose options are those of `warprock.cli.options`."""
 
 _TYPES = {"int": int, "float": float, "bool": bool}
+_SECTION = re.compile(r"\n\n(?:Args|Returns):\n")
 _ARGUMENT = re.compile(r"^    (\w+): (.+(?:\n     +.+)*)", re.MULTILINE)
 
 
@@ -78,7 +79,8 @@ def read_function(module: str, name: str) -> Function:
     tree = ast.parse((ROOM / f"{module}.py").read_text(encoding="utf-8"))
     node = next(n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == name)
     doc = inspect.cleandoc(ast.get_docstring(node) or "")
-    text, _, rest = doc.partition("\n\nArgs:\n")
+    text = _SECTION.split(doc, maxsplit=1)[0]
+    rest = doc.partition("\n\nArgs:\n")[2]
     told = {found[1]: " ".join(found[2].split()) for found in _ARGUMENT.finditer(rest)}
     pairs = zip(node.args.kwonlyargs, node.args.kw_defaults, strict=True)
     arguments = tuple(
@@ -97,18 +99,22 @@ def _kind(annotation: ast.expr | None) -> str:
     return ast.unparse(annotation).partition(" ")[0]
 
 
-def own_options(module: str, name: str, **complete: Completer) -> Callable[[Command], Command]:
+def own_options(
+    module: str, name: str, only: Collection[str] = (), **complete: Completer
+) -> Callable[[Command], Command]:
     """The options of the arguments of a function, each under the name of its argument.
 
     Args:
         module: Its file in `warprock.api`, without the ending: `analyses/map`.
         name: Its name.
+        only: Names of the arguments that the command takes; empty is all of them.
         **complete: What a shell completes an option with, by the name of its argument.
     """
 
     def add(command: Command) -> Command:
         function = read_function(module, name)
-        for argument in reversed(function.arguments):
+        taken = [each for each in function.arguments if not only or each.name in only]
+        for argument in reversed(taken):
             text = _help(function, argument.text)
             command = _option(argument, text, complete.get(argument.name))(command)
         return command

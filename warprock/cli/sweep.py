@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 import click
 
+from warprock.cli.exits import EXIT_RESUMABLE
 from warprock.cli.options import (
     EXIT_BAD_LANES,
     asked_options,
@@ -28,8 +29,6 @@ from warprock.cli.options import (
 )
 from warprock.cli.pages import add_page
 from warprock.cli.signatures import own_options
-
-EXIT_RESUMABLE = 75
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 

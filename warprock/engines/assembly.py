@@ -188,7 +188,7 @@ class Assembly(KernelEngine):
         return {
             "blocks": blocks | {"calm": calm},
             "joints": touching,
-            "laid": self._laid(module, own, joints),
+            "laid": self._laid(module, own, joints, module.BLOCKS),
             "knobs": knobs,
         }
 
@@ -200,14 +200,14 @@ class Assembly(KernelEngine):
         knobs.time_steps = wp.array(steps, dtype=module.real, device=self.target.device)
         return knobs
 
-    def _laid(self, module: Any, own: Assemblies, joints: int) -> Any:
+    def _laid(self, module: Any, own: Assemblies, joints: int, blocks: int) -> Any:
         """The struct of where blocks are and may touch, of whole packs; see kernels/assembly."""
         import warp as wp
 
         device, lanes, pairs = self.target.device, len(own.lane), room_for_pairs(own)
         meeting = {name: field.type.dtype for name, field in module.Laid.vars.items()}
         rows = {
-            "graph": graph_of(own, module.LANES, joints, module.BLOCKS),
+            "graph": graph_of(own, module.LANES, joints, blocks),
             "around": around_rows(own, meeting["around"]),
             "corners": corner_rows(own, meeting["corners"]),
             "sides": side_rows(own, meeting["sides"], joints),
@@ -291,7 +291,7 @@ class Assembly(KernelEngine):
         blocks["calm"] = np.repeat(self.calm(lane, steps)[:, None], kind.count, axis=1)
         given = Given(
             columns=(blocks, joint_columns(own, kind.joints.count)),
-            laid=self._laid(module, own, kind.joints.count),
+            laid=self._laid(module, own, kind.joints.count, kind.count),
             knobs=knobs,
         )
         found = run_team(module, self.target, kind, given, motions, times)

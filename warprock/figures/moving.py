@@ -17,6 +17,7 @@ from warprock.figures.palette import DARK, FALLEN, GREY, PALE, SERIES
 from warprock.figures.sheet import style
 from warprock.model.hull import lower_hull
 from warprock.model.tie_states import TieState
+from warprock.model.words import ASSEMBLY, BLOCK
 from warprock.running.scene_motion import SceneMotion
 from warprock.running.scene_parts import TIE_WORDS
 
@@ -37,6 +38,10 @@ FAR = 1.0
 """Drift of the base over the size of the scene from which the view goes with it."""
 GAP = 1.2
 """Height between a support and the ground below it over that of their slabs."""
+MOST_CURVES = 200
+"""Blocks whose rotations are drawn over time: those that turn furthest."""
+EDGE = 0.06
+"""Width of the edges of an assembly's blocks over the median length of these, at most 1 point."""
 FAINT = 0.3
 """Opacity of blocks that stay where they were when their model ended."""
 FACES = np.array(
@@ -89,6 +94,9 @@ def frames(motion: SceneMotion, samples: Sequence[int] | None = None) -> Iterato
 def _said(motion: SceneMotion, sample: int) -> str:
     """What stands above the scene at a sample."""
     parts = [f"time {motion.times[sample]:.2f} s"]
+    outcome = motion.outcome
+    if motion.fixed:
+        outcome = outcome.replace(BLOCK.fallen, ASSEMBLY.fallen)
     if np.any(motion.acceleration) or np.any(motion.base):
         moved = ", ".join(
             f"{name} {round(1e3 * float(motion.base[sample, AXES.index(name)]), 1) + 0.0:.1f} mm"
@@ -104,17 +112,24 @@ def _said(motion: SceneMotion, sample: int) -> str:
     if motion.end is not None and motion.times[sample] >= motion.end:
         what = f"{motion.outcome} at {motion.end:.2f} s; what follows is not modelled"
         if motion.fixed:
-            what = f"{motion.outcome}; followed until {motion.end:.2f} s"
+            what = f"{outcome}; followed until {motion.end:.2f} s"
         parts.append(what)
     elif sample == len(motion.times) - 1:
-        parts.append(f"end: {motion.outcome}")
+        parts.append(f"end: {outcome}")
     return "     ".join(parts)
 
 
 def _curves(axes: Axes, motion: SceneMotion) -> Any:
     """Rotations over time; returns the line that marks the time."""
-    for block, ratio in enumerate(motion.ratio[: len(motion.ratio) - motion.fixed]):
-        axes.plot(motion.times, ratio, color=SERIES[block % len(SERIES)], linewidth=1.0)
+    from matplotlib.collections import LineCollection
+
+    ratios = np.asarray(motion.ratio)[: len(motion.ratio) - motion.fixed]
+    if len(ratios) > MOST_CURVES:
+        far = np.argsort(np.nanmax(np.abs(ratios), axis=1), kind="stable")[-MOST_CURVES:]
+        ratios = ratios[np.sort(far)]
+    curves = np.stack([np.broadcast_to(motion.times, ratios.shape), ratios], axis=-1)
+    axes.add_collection(LineCollection([*curves], colors=SERIES, linewidths=1.0))
+    axes.autoscale_view()
     label = "rotations\n[deg]" if motion.fixed else "rotation /\nslenderness"
     axes.set_ylabel(label, fontsize=8)
     axes.set_xlim(motion.times[0], max(motion.times[-1], 1e-9))
@@ -164,12 +179,14 @@ class _View:
             Polygon(np.zeros((4, 2)), facecolor=PALE, edgecolor=DARK, linewidth=0.8, zorder=order)
             for order in ((1.0,) if motion.ground is None else (1.0, 0.8))
         ]
-        self.blocks = [
+        self.blocks: list[Any] = [
             Polygon(np.zeros((4, 2)), edgecolor="black", linewidth=1.0, alpha=1.0)
-            for _ in range(pieces * len(motion.sizes))
+            for _ in range(0 if motion.fixed else pieces * len(motion.sizes))
         ]
         for patch in (*self.slabs, *self.blocks):
             axes.add_patch(patch)
+        if motion.fixed:
+            self.blocks = [_assembled(axes, motion, self.corners)]
         self.marks = axes.plot([], [], color=GREY, linewidth=0.8, zorder=0.5)[0]
         self.pin = axes.plot([], [], color=FALLEN, linewidth=1.6, zorder=1.5)[0]
         self.links = axes.plot([], [], color=DARK, linewidth=2.0, zorder=0.9)[0]
@@ -183,6 +200,11 @@ class _View:
         for side in axes.spines.values():
             side.set_visible(False)
         self._frame()
+        if motion.fixed:
+            across = float(np.ptp(axes.get_xlim()))
+            points = 72.0 * SIZE[0] * axes.get_position().width
+            length = float(np.median(motion.sizes[:, [0, 2]].max(axis=1)))
+            self.blocks[0].set_linewidth(min(1.0, EDGE * length / across * points))
 
     def _seen(self, points: Array) -> Array:
         """Where points in space lie in the picture, to the right and up."""
@@ -253,10 +275,13 @@ class _View:
         self._show_support(sample)
         self.held.show(sample)
         self._show_ground(sample)
+        if self.motion.fixed:
+            self.blocks[0].set_verts([*self.corners[:, sample]])
+            return
         if not self.motion.spatial:
             for block, patch in enumerate(self.blocks):
                 patch.set_xy(self.corners[block, sample])
-                patch.set_facecolor(self._colour(block))
+                patch.set_facecolor(SERIES[block % len(SERIES)])
                 patch.set_zorder(2)
             return
         if self.motion.outline is not None:
@@ -276,13 +301,6 @@ class _View:
                 patch.set_xy(self._seen(points))
                 patch.set_facecolor(_shaded(SERIES[block % len(SERIES)], 0.55 + 0.45 * near))
                 patch.set_zorder(2.0 + 0.001 * float(self._depth(points.mean(axis=0))) + block)
-
-    def _colour(self, block: int) -> str:
-        """Of a block in the plane: of an assembly all that can move have one."""
-        motion = self.motion
-        if not motion.fixed:
-            return SERIES[block % len(SERIES)]
-        return PALE if block >= len(motion.sizes) - motion.fixed else SERIES[0]
 
     def _show_ground(self, sample: int) -> None:
         """Marks of the ground, every tenth or so of the picture, and how far the base has gone."""
@@ -310,6 +328,15 @@ class _View:
         self.marks.set_data(drawn[:, 0], drawn[:, 1])
         origin = self._seen(np.stack([-off, base]))
         self.pin.set_data(origin[:, 0], origin[:, 1])
+
+
+def _assembled(axes: Axes, motion: SceneMotion, corners: Array) -> Any:
+    """The blocks of an assembly, thousands of them, as one; those that can move have one colour."""
+    from matplotlib.collections import PolyCollection
+
+    colours = [SERIES[0]] * (len(corners) - motion.fixed) + [PALE] * motion.fixed
+    blocks = PolyCollection([*corners[:, 0]], facecolors=colours, edgecolors="black", zorder=2.0)
+    return axes.add_collection(blocks, autolim=False)
 
 
 def _hull(points: Array) -> Array:

@@ -12,6 +12,7 @@ from warprock.case.columns import Table
 from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
 from warprock.errors import InputError
+from warprock.findings.digits import number_of
 from warprock.findings.numbers import counted, listed, three
 from warprock.model.response import Outcome, Status
 from warprock.model.words import BLOCK, OUTCOMES, STATUSES, Thing
@@ -50,9 +51,8 @@ def asked(facts: Facts, table: Table | None = None) -> Pairs:
     if facts.get("estimate") is False:
         pairs.append(("Tolerance", "none: errors were not estimated"))
     elif tolerance is not None:
-        pairs.append(
-            ("Tolerance", f"{tolerance:g} of the slenderness angle, on the error of a rotation")
-        )
+        angle = f"{number_of('tolerance', tolerance)} of the slenderness angle"
+        pairs.append(("Tolerance", f"{angle}, on the error of a rotation"))
     return pairs
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
 
+from warprock.findings.digits import value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
-from warprock.findings.numbers import three
+from warprock.findings.numbers import about, three
 from warprock.findings.plain import plain
 from warprock.findings.sheets import Heading, Sheet, heading, sheet_of
 
@@ -36,7 +36,8 @@ def tell_bench(facts: Facts, tables: Tables) -> Finding:
     table, prices, machine = tables[TABLE], facts["prices"], facts["machine"]
     best = table.iloc[int(table["block_steps_per_s"].argmax())]
     tried = ", ".join(f"{name} {count}" for name, count in prices["tried"].items())
-    unmet = [f"{r['name']} at {r['error_met']:g}" for r in prices["rows"] if "settings" not in r]
+    short = [row for row in prices["rows"] if "settings" not in row]
+    unmet = [f"{row['name']} at {value_of(row, 'error_met')}" for row in short]
     flags = " ".join(machine["vector_flags"])
     return Finding(
         kind="Bench",
@@ -164,12 +165,3 @@ def _by_count(table: pd.DataFrame) -> tuple[list[Heading], list[list[str]]]:
         numbers += [last["kernel_lanes_per_s"], last["cpu_lanes_per_s"]]
         rows.append([*map(str, key), *map(three, numbers)])
     return [Heading(name) for name in heads], rows
-
-
-def about(ratio: float | None) -> str:
-    """A ratio of two costs to one digit, or two after a leading 1: times are no better known."""
-    if ratio is None or not math.isfinite(ratio) or ratio <= 0.0:
-        return "-"
-    leading = math.floor(math.log10(ratio))
-    digits = 1 - leading if ratio < 1.95 * 10.0**leading else -leading
-    return f"{round(ratio, digits):,.{max(digits, 0)}f}"

@@ -13,6 +13,7 @@ import pandas as pd
 from warprock.bodies.body import Body
 from warprock.bodies.footing import DIRECTIONS
 from warprock.bodies.rests import turns_over as hull_turns_over
+from warprock.findings.digits import number_of, quantity_of, value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.numbers import three
 from warprock.findings.sheets import Heading, Sheet, declared
@@ -149,10 +150,17 @@ def body_sentence(body: Body) -> str:
     """How weak the body is, and where, in one sentence."""
     weak, other = _side(body, body.weakest), _side(body, body.weakest + math.pi)
     return (
-        f"{body.name} is weakest towards {math.degrees(body.weakest):.3g} deg from x: it lifts off "
-        f"at {weak['lift_g']:.3g} g and turns over at a lean of {weak['turns_over_deg']:.3g} deg; "
-        f"on the opposite side at {other['lift_g']:.3g} g and {other['turns_over_deg']:.3g} deg."
+        f"{body.name} is weakest towards {_degrees('weakest', body.weakest)} from x: it lifts off "
+        f"at {value_of(weak, 'lift_g')} g and turns over at a lean of "
+        f"{quantity_of('turns_over_deg', weak['turns_over_deg'])}; on the opposite side at "
+        f"{value_of(other, 'lift_g')} g and "
+        f"{quantity_of('turns_over_deg', other['turns_over_deg'])}."
     )
+
+
+def _degrees(name: str, angle: float) -> str:
+    """An angle [rad] in degrees."""
+    return quantity_of(f"{name}_deg", math.degrees(angle))
 
 
 def _side(body: Body, direction: float) -> dict[str, float]:
@@ -171,14 +179,15 @@ def body_notes(body: Body) -> list[str]:
     if asked.unit is None:
         notes.append("The file names no unit: its lengths were taken as metres (--unit).")
     if asked.pose is None and body.pose.turn > 1e-4:
-        settled = math.degrees(body.pose.turn)
-        notes.append(f"It settles by {settled:.2g} deg from its pose in the file, --pose 0.")
+        settled = _degrees("settled", body.pose.turn)
+        notes.append(f"It settles by {settled} from its pose in the file, --pose 0.")
     weak = _side(body, body.weakest)
     hull = math.degrees(hull_turns_over(body.hull, np.array([body.weakest]))[0].lean)
     if asked.base == "flat" and hull > ROLLS_ON * weak["turns_over_deg"]:
         notes.append(
             "Its base is not flat: beyond what touches the ground at rest it rolls on, and turns "
-            f"over at {hull:.3g} deg. --base hull keeps the points that touch then."
+            f"over at {quantity_of('turns_over_deg', hull)}. --base hull keeps the points that "
+            "touch then."
         )
     if asked.base == "hull" and hull > ROLLS_ON * weak["slenderness_angle_deg"]:
         notes.append(
@@ -188,8 +197,8 @@ def body_notes(body: Body) -> list[str]:
     if kept < KEPT * full:
         notes.append(
             f"{len(body.base.polygon)} of the {len(body.footing.polygon)} points that touch the "
-            f"ground were kept (--points): {math.degrees(kept):.3g} deg is its slenderness angle "
-            f"with them, {math.degrees(full):.3g} deg with all."
+            f"ground were kept (--points): {_degrees('slenderness_angle', kept)} is its "
+            f"slenderness angle with them, {_degrees('slenderness_angle', full)} with all."
         )
     return notes
 
@@ -217,18 +226,20 @@ def _body_sheet(facts: Facts) -> Sheet:
 
 def _contacts(body: Mapping[str, Any]) -> str:
     """How many contact points, and where."""
-    low, tolerance = body["on_the_ground"], f"{1e3 * body['tolerance_m']:.3g} mm"
+    low, tolerance = body["on_the_ground"], quantity_of("tolerance_m", body["tolerance_m"])
     raised, highest = len(body["base_m"]) - low, max(point[2] for point in body["base_m"])
-    more = f", and {raised} up to {1e3 * highest:.3g} mm above" if raised else ""
+    more = f", and {raised} up to {quantity_of('height_m', highest)} above" if raised else ""
     return f"{low} within {tolerance} of the ground{more}"
 
 
 def _side_text(body: Mapping[str, Any], name: str, direction: float) -> str:
     """What a side of a body bears."""
     angle, lift, lean = (body[f"{name}_{what}"] for what in _SIDE)
+    towards = quantity_of("weakest_deg", math.remainder(direction, 360.0))
     return (
-        f"towards {math.remainder(direction, 360.0):.3g} deg from x, lifts off at {lift:.3g} g "
-        f"({angle:.3g} deg), turns over at a lean of {lean:.3g} deg"
+        f"towards {towards} from x, lifts off at {number_of('lift_g', lift)} g "
+        f"({quantity_of('slenderness_angle_deg', angle)}), turns over at a lean of "
+        f"{quantity_of('turns_over_deg', lean)}"
     )
 
 
@@ -237,8 +248,8 @@ def _flat_bases(rows: list[Mapping[str, Any]]) -> str:
     found = []
     for row in rows:
         angle = row["slenderness_angle_deg"]
-        lean = f"{angle:.3g} deg" if angle > 0.0 else "falls"
-        found.append(f"{lean} within {row['tolerance_mm']:.3g} mm")
+        lean = quantity_of("slenderness_angle_deg", angle) if angle > 0.0 else "falls"
+        found.append(f"{lean} within {quantity_of('tolerance_mm', row['tolerance_mm'])}")
     return ", ".join(found)
 
 

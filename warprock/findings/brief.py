@@ -10,6 +10,7 @@ import pandas as pd
 from warprock.analysis.brief import Brief, Slide
 from warprock.analysis.incremental import Ladder
 from warprock.analysis.risk import Risk, chance_within
+from warprock.findings.digits import number_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.measures import measure
 from warprock.findings.mitigation import (
@@ -18,6 +19,7 @@ from warprock.findings.mitigation import (
     best_measure,
     effect_rows,
     effect_sheet,
+    factor_range,
     rate_facts,
     target_sentences,
 )
@@ -59,7 +61,7 @@ def one_in(chance: float) -> str:
     """
     if chance > 0.5:
         return f"{10.0 * chance:.0f} in 10"
-    return f"1 in {float(f'{1.0 / chance:.2g}'):,.0f}"
+    return f"1 in {float(number_of('odds', 1.0 / chance)):,.0f}"
 
 
 def times(factor: float) -> str:
@@ -70,7 +72,7 @@ def times(factor: float) -> str:
     """
     if not factor > 0.0:
         return "-"
-    text = f"{max(factor, 1.0 / factor):.2g}"
+    text = number_of("odds", max(factor, 1.0 / factor))
     return text if text == "1" or factor > 1.0 else f"1/{text}"
 
 
@@ -165,8 +167,7 @@ def tell_brief(facts: Facts, tables: Tables) -> Finding:
         asked=[
             ("Hazard", base["hazard"]),
             ("Intensity measure", measure(base["intensity"]).name),
-            ("Records", f"{base['records']}, each {base['lowest_factor']:g} to "
-                        f"{base['highest_factor']:g} times as strong"),
+            ("Records", f"{base['records']}, each {factor_range(base)} times as strong"),
         ],
         pictures=["object.png", "measures*.png", "risk*.png"],
     )  # fmt: skip
@@ -206,7 +207,7 @@ def chances(base: Facts) -> list[dict[str, str]]:
         if low is not None and high is not None:
             ends = (percent_text(chance_within(each, years)) for each in (low, high))
             band = " to ".join(ends)
-        span = "a year" if years == 1.0 else f"{years:g} years"
+        span = "a year" if years == 1.0 else f"{number_of('years', years)} years"
         found.append(
             {
                 "span": span,
@@ -308,4 +309,4 @@ def object_text(base: Facts) -> str:
     """The object in numbers."""
     text = f"{three(base['object_width_m'])} m wide, {three(base['object_height_m'])} m high"
     mass = base["object_mass_kg"]
-    return text if mass is None else f"{text}, {three(float(f'{mass:.3g}'))} kg"
+    return text if mass is None else f"{text}, {number_of('object_mass_kg', mass)} kg"

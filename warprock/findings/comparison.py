@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from warprock.case.case import Case
+from warprock.findings.digits import number_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.numbers import counted, listed, three
 from warprock.findings.plain import plain
@@ -133,7 +134,7 @@ def _nearest(facts: Facts) -> tuple[str, str]:
     # Housner's equation is no nearer to itself than it was before.
     others = [engine for engine in largest if plain_name(engine) not in EXACT] or list(largest)
     best = min(others, key=lambda engine: largest[engine])
-    within = f"within {largest[best]:.2g} of the slenderness angle"
+    within = f"within {number_of('error_run_ratio', largest[best])} of the slenderness angle"
     if len(others) == 1:
         return f"{best} is {within} of Housner.", best
     return f"{best} is nearest to Housner: {within}.", best

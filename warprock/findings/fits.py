@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from warprock.findings.digits import number_of, value_of
 from warprock.findings.measures import Measure, measure
 from warprock.findings.numbers import three
 
@@ -110,19 +111,17 @@ def _fit_text(row: pd.Series[Any], groups: Sequence[str], measured: Measure) -> 
 
 def fit_cells(row: pd.Series[Any]) -> list[str]:
     """Median and dispersion of a row, or why there are none."""
-    low, high = row["none_up_to"], row["all_from"]
+    low_text, high_text = (value_of(row, name) for name in ("none_up_to", "all_from"))
     known = {
-        "separated": [f"between {low:.4g} and {high:.4g}", "none: data are parted"],
-        "none reached": [f"above {low:.4g}", "none: nothing reached it"],
-        "all reached": [f"below {high:.4g}", "none: everything reached it"],
+        "separated": [f"between {low_text} and {high_text}", "none: data are parted"],
+        "none reached": [f"above {low_text}", "none: nothing reached it"],
+        "all reached": [f"below {high_text}", "none: everything reached it"],
     }
     if row["verdict"] != FITTED:
         return known.get(row["verdict"], ["none", "none: fewer reach it at a greater intensity"])
-    return [
-        f"{row[name]:.4g}{_band(row[f'{name}_p05'], row[f'{name}_p95'])}"
-        for name in ("median", "dispersion")
-    ]
+    return [f"{value_of(row, name)}{_band(row, name)}" for name in ("median", "dispersion")]
 
 
-def _band(low: float, high: float) -> str:
-    return f" [{low:.4g}, {high:.4g}]" if np.isfinite(low) else ""
+def _band(row: pd.Series[Any], name: str) -> str:
+    low, high = row[f"{name}_p05"], row[f"{name}_p95"]
+    return f" [{number_of(name, low)}, {number_of(name, high)}]" if np.isfinite(low) else ""

@@ -11,6 +11,7 @@ import pandas as pd
 from warprock.analysis.exports import component_rows, intensity_of, nrml_text
 from warprock.analysis.fragility import RULE, Curve, curve_rows, warnings
 from warprock.analysis.risk_functions import PERIOD
+from warprock.findings.digits import number_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.fits import FITTED, LIMIT, fit_cells, fit_sentences, fits_headline
 from warprock.findings.measures import measure
@@ -160,7 +161,7 @@ def _group_sheet(rows: pd.DataFrame, intensity: str, groups: int) -> Sheet:
         cells.append([
             str(limit),
             f"{len(medians):,}",
-            *("-" if value != value else f"{value:.4g}" for value in medians.quantile([0, 0.5, 1])),
+            *(number_of("median", value) for value in medians.quantile([0, 0.5, 1])),
             *(f"{verdicts.count(each):,}" for each in ("separated", "none reached", "all reached")),
             f"{mine['in_doubt'].sum():,}",
         ])  # fmt: skip

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from warprock.analysis.identification import FREQUENCY, SLENDERNESS, Identified
+from warprock.findings.digits import number_of, quantity_of, value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.numbers import counted, three, with_error
 from warprock.findings.plain import plain
@@ -16,6 +17,7 @@ from warprock.findings.sheets import declared, sheet_of
 SWINGS = "swings"
 """Name of the table."""
 DEGREE = np.pi / 180.0
+FORMULA = "angular_restitution_by_formula"
 FINE, NOTED = 1e-3, 1.5
 """A misfit of durations that nobody minds, and one over their errors that chance explains."""
 
@@ -50,7 +52,7 @@ def _facts(found: Identified) -> dict[str, Any]:
         "angular_restitution": found.restitution.value,
         "angular_restitution_error": found.restitution.error,
         "angular_restitution_spread": found.spread,
-        "angular_restitution_by_formula": found.formula,
+        FORMULA: found.formula,
         "one_sided": found.one_sided,
         "swings": found.swings.count,
         "fits": list(found.fits),
@@ -112,7 +114,7 @@ IDENTIFIED = Kind(
                     "angular_restitution",
                     "angular_restitution_error",
                     "angular_restitution_spread",
-                    "angular_restitution_by_formula",
+                    FORMULA,
                     "slenderness_angle_rad",
                     "slenderness_angle_error_rad",
                     "noise_rad",
@@ -144,7 +146,7 @@ def _restitution(found: Facts) -> str:
     """What the block keeps at an impact, beside what is computed."""
     value = with_error(found["angular_restitution"], found["angular_restitution_error"])
     impacts = counted(found["swings"] - 1, "impact")
-    formula = f"{found['angular_restitution_by_formula']:.4f}"
+    formula = value_of(found, FORMULA)
     if found["one_sided"]:
         return (
             f"The block leaves its wall with {value} of the angular velocity with which it came, "
@@ -169,21 +171,26 @@ def _fitted(found: Facts) -> list[str]:
     said = []
     if SLENDERNESS in found["fits"]:
         angle = [found[f"slenderness_angle{end}_rad"] / DEGREE for end in ("", "_error")]
-        given = found["given_slenderness_angle_rad"]
-        text = "" if given is None else f"; it was given as {given / DEGREE:.4g} deg"
-        said.append(f"The slenderness angle is {with_error(*angle)} deg by the swings{text}.")
+        given = _given(found, "slenderness_angle_rad")
+        said.append(f"The slenderness angle is {with_error(*angle)} deg by the swings{given}.")
     if FREQUENCY in found["fits"]:
         rate = [found[f"frequency_parameter{end}_rad_s"] for end in ("", "_error")]
-        given = found["given_frequency_parameter_rad_s"]
-        text = "" if given is None else f"; it was given as {given:.4g} rad/s"
-        said.append(f"The frequency parameter is {with_error(*rate)} rad/s by the swings{text}.")
+        given = _given(found, "frequency_parameter_rad_s")
+        said.append(f"The frequency parameter is {with_error(*rate)} rad/s by the swings{given}.")
     misfit, scatter = found["duration_misfit"], found["duration_scatter"]
     if misfit is not None and misfit > FINE and scatter > NOTED:
         said.append(
-            f"With that, the swings last {misfit:.2g} times their time longer or shorter than by "
-            "Housner's equation, more than noise explains; the errors above account for it."
+            f"With that, the swings last {number_of('duration_misfit', misfit)} times their time "
+            "longer or shorter than by Housner's equation, more than noise explains; the errors "
+            "above account for it."
         )
     return said
+
+
+def _given(found: Facts, name: str) -> str:
+    """What the user gave of a quantity; empty where nothing was given."""
+    given = found[f"given_{name}"]
+    return "" if given is None else f"; it was given as {quantity_of(f'given_{name}', given)}"
 
 
 def _noise(found: Facts) -> str:

@@ -19,6 +19,7 @@ from warprock.analysis.incremental import Analysis, Verdict
 from warprock.case.case import Case
 from warprock.case.input_columns import input_meaning
 from warprock.findings import asked
+from warprock.findings.digits import number_of, value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.fits import fit_cells, fit_sentences
 from warprock.findings.fragility import median_heading
@@ -111,8 +112,8 @@ def tell_analysis(facts: Facts, tables: Tables, said: Facts | None = None) -> Fi
             ("Intensity measure", intensity),
             (
                 "Factors",
-                f"{ladder['lowest']:g} to {ladder['highest']:g}, {ladder['count']} at first, "
-                f"brackets to {ladder['accuracy']:g}",
+                f"{_factors(ladder)}, {ladder['count']} at first, "
+                f"brackets to {value_of(ladder, 'accuracy')}",
             ),
         ],
         pictures=["ida*.png"],
@@ -138,39 +139,51 @@ def factor_sentence(found: Analysis, intensity: str) -> str:
     rows, ladder = lane_rows(found, intensity), found.plan.content["incremental"]
     verdicts = rows["verdict"].to_numpy(dtype=object)
     fell = rows[verdicts == Verdict.BRACKETED.value]
-    highest, lowest = ladder["highest"], ladder["lowest"]
+    lowest, highest = (number_of(f"{end}_factor", ladder[end]) for end in ("lowest", "highest"))
     if len(rows) == 1:
         row = rows.iloc[0]
         what = f"The {thing_of(found.lane_set.lanes).noun}"
         if row["verdict"] == Verdict.BRACKETED.value:
-            factor, at = row["overturning_factor"], _intensity(row, "overturning", intensity)
+            at = _intensity(row, "overturning", intensity)
             return (
-                f"{what} first falls at {factor:.4g} times its motion{at}; at "
-                f"{row['standing_factor']:.4g} times it stands."
+                f"{what} first falls at {_factor(row, 'overturning')} times its motion{at}; at "
+                f"{_factor(row, 'standing')} times it stands."
             )
         if row["verdict"] == Verdict.ABOVE.value:
-            top, at = row["standing_factor"], _intensity(row, "standing", intensity)
-            return f"{what} stands at up to {top:.4g} times its motion{at}: a larger --to goes on."
+            top, at = _factor(row, "standing"), _intensity(row, "standing", intensity)
+            return f"{what} stands at up to {top} times its motion{at}: a larger --to goes on."
         at = _intensity(row, "overturning", intensity)
         return (
-            f"{what} falls at once, at {row['overturning_factor']:.4g} times its motion{at}: "
+            f"{what} falls at once, at {_factor(row, 'overturning')} times its motion{at}: "
             "a smaller --from finds where it stands."
         )
     count = counted(len(rows), "lane")
     if fell.empty:
         never = int((verdicts == Verdict.ABOVE.value).sum())
         return (
-            f"Of {count} {never:,} stand at every factor up to {highest:g} and the others fall "
-            f"already at {lowest:g} times their motion."
+            f"Of {count} {never:,} stand at every factor up to {highest} and the others fall "
+            f"already at {lowest} times their motion."
         )
     factors = fell["overturning_factor"]
     weakest, strongest = fell.loc[factors.idxmin()], fell.loc[factors.idxmax()]
+    middle = number_of("overturning_factor", float(factors.median()))
     return (
-        f"Of {count} {len(fell):,} first fall at {factors.min():.4g} times their motion"
-        f"{_intensity(weakest, 'overturning', intensity)} to {factors.max():.4g} times"
-        f"{_intensity(strongest, 'overturning', intensity)}, half of them at up to "
-        f"{factors.median():.4g} times."
+        f"Of {count} {len(fell):,} first fall at {_factor(weakest, 'overturning')} times their "
+        f"motion{_intensity(weakest, 'overturning', intensity)} to "
+        f"{_factor(strongest, 'overturning')} times"
+        f"{_intensity(strongest, 'overturning', intensity)}, half of them at up to {middle} times."
     )
+
+
+def _factor(row: pd.Series[Any], end: str) -> str:
+    """The factor at an end of a lane's bracket."""
+    return number_of(f"{end}_factor", float(row[f"{end}_factor"]))
+
+
+def _factors(ladder: Facts) -> str:
+    """The factors between which it was looked."""
+    ends = (number_of(f"{end}_factor", ladder[end]) for end in ("lowest", "highest"))
+    return " to ".join(ends)
 
 
 def _intensity(row: pd.Series[Any], end: str, intensity: str) -> str:
@@ -179,7 +192,7 @@ def _intensity(row: pd.Series[Any], end: str, intensity: str) -> str:
         return ""
     value, seen = float(row[f"{end}_{intensity}"]), measure(intensity)
     unit = input_meaning(intensity)[0]
-    own = "" if unit == seen.unit else f"{value:.3g} {unit}, "
+    own = "" if unit == seen.unit else f"{number_of(intensity, value)} {unit}, "
     return f" ({heading(intensity).text} {own}{seen.text(value)})"
 
 
@@ -191,17 +204,17 @@ def _sentences(facts: Facts, lanes: pd.DataFrame, left_out: int) -> list[str]:
     found = [
         f"Of {counted(len(lanes), 'lane')}: {listed(counts)}; {counted(again, 'lane')} stood again "
         "at a stronger motion than the first that felled them.",
-        f"Factors from {ladder['lowest']:g} to {ladder['highest']:g}, brackets to "
-        f"{ladder['accuracy']:.3g}: {facts['runs']:,} runs in {counted(facts['stages'], 'stage')}, "
+        f"Factors from {_factors(ladder)}, brackets to {value_of(ladder, 'accuracy')}: "
+        f"{facts['runs']:,} runs in {counted(facts['stages'], 'stage')}, "
         f"{facts['stages_kept']} of them kept from before.",
     ]
     if facts.get("tolerance") is None:
         found.append("Errors were not estimated: nothing says how far the time step matters.")
     elif facts["runs_missed_tolerance"]:
         found.append(
-            f"Not within {facts['tolerance']:g} of the slenderness angle at the finest step tried: "
-            f"{counted(facts['runs_missed_tolerance'], 'run')}; close to a fall nearly all are "
-            "sensitive. What that does to the capacities is seen with a smaller time step "
+            f"Not within {value_of(facts, 'tolerance')} of the slenderness angle at the finest "
+            f"step tried: {counted(facts['runs_missed_tolerance'], 'run')}; close to a fall nearly "
+            "all are sensitive. What that does to the capacities is seen with a smaller time step "
             "(-s engines. ...)."
         )
     if facts["undecided_runs"]:

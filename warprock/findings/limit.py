@@ -12,6 +12,7 @@ from warprock.analysis.pushing import ACCURACY, Pushes
 from warprock.case.assembly import BETWEEN
 from warprock.case.input_columns import input_meaning
 from warprock.findings.asked import naming_columns
+from warprock.findings.digits import quantity_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.lanes import lane_name
 from warprock.findings.numbers import counted, listed, three
@@ -222,9 +223,14 @@ def _of_many(facts: Facts, table: pd.DataFrame, up: pd.DataFrame) -> str:
     bounds = facts["upper_bounds"]
     are = f"; {bounds:,} of these loads are upper bounds" if bounds else ""
     return (
-        f"{standing} carry their own weight, and collapse under a sideways load of {three(least)} "
-        f"to {three(most)} of it{are}."
+        f"{standing} carry their own weight, and collapse under a sideways load of "
+        f"{_range(least, most)} of it{are}."
     )
+
+
+def _range(least: float, most: float) -> str:
+    """Two loads in words, one where they read alike."""
+    return f"{three(least)} to {three(most)}" if three(least) != three(most) else three(least)
 
 
 def _where_it_stands(facts: Facts, table: pd.DataFrame) -> list[str]:
@@ -257,7 +263,7 @@ def _pushed(facts: Facts, table: pd.DataFrame) -> list[str]:
     if len(known):
         least, most = float(known[PUSHED].min()), float(known[PUSHED].max())
         what = "it collapses" if len(table) == 1 else f"{len(known):,} of them collapse"
-        at = three(least) if three(least) == three(most) else f"{three(least)} to {three(most)}"
+        at = _range(least, most)
         told.append(f"Pushed slowly, {how}, {what} at {at} of the weight, {_beside(known)}.")
     for count, what in (
         (push["unsound"], "a lane below the collapse has no usable number"),
@@ -283,7 +289,7 @@ def _beside(known: pd.DataFrame) -> str:
 
 def _percent(part: float) -> str:
     """A share rounded upwards, not finer than pushes are found."""
-    return f"{np.ceil(1e3 * max(part, ACCURACY)) / 10.0:.1f} %"
+    return quantity_of("limit_gap", np.ceil(1e3 * max(part, ACCURACY)) / 1e3)
 
 
 def _mechanism(facts: Facts, table: pd.DataFrame, row: pd.Series[Any]) -> list[str]:

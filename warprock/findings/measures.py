@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 
 from warprock.case.input_columns import input_meaning
+from warprock.findings.digits import MEASURED
 from warprock.units import GRAVITY, split_unit
 
 _READABLE = {"m/s^2": ("g", 1.0 / GRAVITY), "rad": ("deg", 180.0 / np.pi), "m/s": ("cm/s", 100.0)}
@@ -44,8 +45,8 @@ class Measure:
 
     def text(self, value: float) -> str:
         """A value of the column with three digits and its unit."""
-        number = f"{value * self.size:.3g}"
-        return number if self.unit == "-" else f"{number} {self.unit}"
+        text = format(value * self.size, MEASURED.form)
+        return text if self.unit == "-" else f"{text} {self.unit}"
 
 
 def measure(column: str) -> Measure:

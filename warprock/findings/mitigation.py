@@ -9,6 +9,7 @@ import pandas as pd
 
 from warprock.analysis.incremental import Ladder
 from warprock.analysis.measures import Measures
+from warprock.findings.digits import number_of, quantity_of, value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.measures import measure
 from warprock.findings.numbers import counted, three
@@ -103,7 +104,7 @@ def tell_measures(facts: Facts, tables: Tables) -> Finding:
         asked=[
             ("Hazard", base["hazard"]),
             ("Intensity measure", measured.name),
-            ("Factors", f"{base['lowest_factor']:g} to {base['highest_factor']:g} on each motion"),
+            ("Factors", f"{factor_range(base)} on each motion"),
         ],
         pictures=["measures*.png"],
     )
@@ -168,6 +169,12 @@ def _rest(rows: pd.DataFrame) -> list[str]:
     return found
 
 
+def factor_range(base: Facts) -> str:
+    """The factors on a motion between which it was looked."""
+    ends = (f"{end}_factor" for end in ("lowest", "highest"))
+    return " to ".join(value_of(base, name) for name in ends)
+
+
 def target_sentences(base: Facts) -> list[str]:
     """The width and the straps that meet a rate."""
     if "target_per_year" not in base:
@@ -179,7 +186,8 @@ def target_sentences(base: Facts) -> list[str]:
     found = (
         f"No width up to {three(low)} m brings its falls to {rate}."
         if high is None
-        else f"A width between {low:.3f} m and {high:.3f} m, {high / own:.3g} times its own, "
+        else f"A width between {quantity_of('width_m', low)} and {quantity_of('width_m', high)}, "
+        f"{number_of('width_ratio', high / own)} times its own, "
         f"brings its falls to {rate}."
     )
     return [found, _straps(base)]
@@ -194,7 +202,8 @@ def _straps(base: Facts) -> str:
     low, high = base["tie_low_share"], base["tie_high_share"]
     if high is None:
         return f"No straps that yield at up to {three(low)} of its weight do so."
-    ends = f"at {high:.3g}" if low == 0.0 else f"between {low:.3g} and {high:.3g}"
+    top = number_of("tie_high_share", high)
+    ends = f"at {top}" if low == 0.0 else f"between {number_of('tie_low_share', low)} and {top}"
     return f"Two straps near its top that yield {ends} of its weight do so, too."
 
 
@@ -208,7 +217,9 @@ def effect_sheet(rows: pd.DataFrame) -> Sheet:
             if np.isfinite(row["factor_p05"])
             else "-",
             three(row["rate_per_year"]),
-            three(float(f"{1.0 / row['rate_per_year']:.3g}")) if row["rate_per_year"] > 0 else "-",
+            number_of("return_period_years", 1.0 / row["rate_per_year"])
+            if row["rate_per_year"] > 0
+            else "-",
             "" if pd.isna(row["why"]) else str(row["why"]),
         ]
         for _, row in rows.iterrows()

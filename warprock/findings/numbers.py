@@ -51,6 +51,15 @@ def _three(value: float) -> str:
     return f"{mantissa}e{int(exponent)}"
 
 
+def about(ratio: float | None) -> str:
+    """A ratio of two costs to one digit, or two after a leading 1: times are no better known."""
+    if ratio is None or not math.isfinite(ratio) or ratio <= 0.0:
+        return "-"
+    leading = math.floor(math.log10(ratio))
+    digits = 1 - leading if ratio < 1.95 * 10.0**leading else -leading
+    return f"{round(ratio, digits):,.{max(digits, 0)}f}"
+
+
 def with_error(value: float, error: float) -> str:
     """A value and its standard error, two digits of that; a value without one alone.
 

@@ -9,6 +9,7 @@ import pandas as pd
 
 from warprock.analysis.overturning import AMPLITUDE, FREQUENCY, Mode, OverturningMap
 from warprock.findings.asked import group_labels
+from warprock.findings.digits import number_of, quantity_of, value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.lanes import lane_sheet
 from warprock.findings.numbers import counted, even_selection, listed, three
@@ -95,7 +96,7 @@ def tell_map(facts: Facts, tables: Tables) -> Finding:
             ),
         ],
         rows={"rows": "boundaries"},
-        asked=[("Boundaries", f"to {facts['boundary_accuracy']:g} of their strength")],
+        asked=[("Boundaries", f"to {value_of(facts, 'boundary_accuracy')} of their strength")],
         pictures=["map*.png"],
     )
 
@@ -134,17 +135,18 @@ def _sentences(facts: Facts, grid: pd.DataFrame, boundaries: pd.DataFrame) -> li
     more = facts["lanes_run"] - facts["grid_lanes"]
     found.append(
         f"{counted(facts['boundaries'], 'boundary', 'boundaries')} between the modes were found, "
-        f"each to {facts['boundary_accuracy']:g} of its strength, by "
+        f"each to {value_of(facts, 'boundary_accuracy')} of its strength, by "
         f"{counted(more, 'more lane')} in "
         f"{counted(facts['stages'], 'batch', 'batches')}."
     )
     if facts["decided_after_s"] is not None:
         count = modes[Mode.UNDECIDED.text]
         undecided = counted(count, "lane") if count else "lanes between those of the grid"
+        decided = quantity_of("decided_after_s", facts["decided_after_s"])
         found.append(
             f"Undecided: {undecided} in which the {noun} had not fallen by the end of the run, "
-            f"{facts['duration_s']:g} s, but still moved or was still shaken; with "
-            f'-s run.duration="{facts["decided_after_s"]:g} s" none is undecided.'
+            f"{quantity_of('duration_s', facts['duration_s'])}, but still moved or was still "
+            f'shaken; with -s run.duration="{decided}" none is undecided.'
         )
     return found
 
@@ -179,7 +181,8 @@ def _mode_sheet(group: str, grid: pd.DataFrame, boundaries: pd.DataFrame) -> She
         changes = mine[np.isclose(mine["frequency_ratio"], ratio, rtol=1e-12, atol=0.0)]
         pairs = zip(changes["acceleration_ratio"], changes["above"], strict=True)
         texts = [str(known.iloc[0]) if len(known) else Mode.NO_NUMBER.text]
-        rows.append([f"{ratio:.4g}", ", ".join([*texts, *(f"{at:.4f} {to}" for at, to in pairs)])])
+        texts += [f"{number_of('acceleration_ratio', at)} {to}" for at, to in pairs]
+        rows.append([number_of("frequency_ratio", ratio), ", ".join(texts)])
     note = f"{COLUMNS_SHOWN} of {len(columns)} frequencies; all are in boundaries.csv."
     return Sheet(
         f"Modes by strength{f': {group}' if group else ''}",

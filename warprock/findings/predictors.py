@@ -11,6 +11,7 @@ from warprock.analysis.exports import component_rows, nrml_text
 from warprock.analysis.fragility import curve_rows
 from warprock.analysis.predictors import SUFFICIENT, Predictors, slices
 from warprock.analysis.risk_functions import PERIOD
+from warprock.findings.digits import number_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.measures import measure
 from warprock.findings.numbers import counted, three
@@ -191,7 +192,8 @@ def _sufficient(singles: pd.DataFrame, pairs: pd.DataFrame) -> list[str]:
         return []
     missing = [_name(name) for name in mine[~mine["sufficient"].astype(bool)]["second"]]
     if not missing:
-        return [f"The {_name(best)} is sufficient beside all others (chance above {SUFFICIENT:g})."]
+        level = number_of("level", SUFFICIENT)
+        return [f"The {_name(best)} is sufficient beside all others (chance above {level})."]
     return [f"The {_name(best)} is not sufficient: {', '.join(missing)} adds to it."]
 
 

@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from warprock.findings.digits import number_of, quantity_of, value_of
 from warprock.findings.numbers import counted, three
 from warprock.model.response import SOUND
 from warprock.running.refinement import (
@@ -63,14 +64,17 @@ def _counted(
     if lanes == 1:
         who = f"By its estimated error the lane is{'' if met else ' not'}"
     text = (
-        f"{who} within the tolerance, {facts['tolerance']:g} of the slenderness angle; refined: "
-        f"{counts[REFINED]:,}, in {cost:.1f} times the steps of one run"
+        f"{who} within the tolerance, {value_of(facts, 'tolerance')} of the slenderness angle; "
+        f"refined: {counts[REFINED]:,}, in {number_of('cost_ratio', cost)} times the steps of one "
+        "run"
     )
     if error:
         ends = [f"{three(math.degrees(error[name]))} deg" for name in ("median", "largest")]
         text += f"; estimates of sound lanes: median {ends[0]}, largest {ends[1]}"
     found = [f"{text}."]
-    down_to = "" if finest_step is None else f", tried down to {finest_step:.3g} s"
+    down_to = ""
+    if finest_step is not None:
+        down_to = f", tried down to {quantity_of('finest_step_s', finest_step)}"
     if counts[MISSED]:
         found.append(
             f"The tolerance is missed by {counted(counts[MISSED], 'lane')} whose runs approach one "
@@ -114,5 +118,5 @@ def smaller_step(engine: Mapping[str, Any]) -> str:
     except (TypeError, ValueError):
         return ""
     new = dataclasses.asdict(finer)
-    changed = {key: value for key, value in new.items() if value != old.get(key)}
-    return " ".join(f"-s engines.{name}.{key}={value:g}" for key, value in changed.items())
+    changed = {key: number_of("value", new[key]) for key in new if new[key] != old.get(key)}
+    return " ".join(f"-s engines.{name}.{key}={text}" for key, text in changed.items())

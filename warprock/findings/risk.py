@@ -16,10 +16,11 @@ from warprock.analysis.risk import (
     chance_within,
     contribution_edges,
 )
+from warprock.findings.digits import number_of, quantity_of, value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.fits import FITTED, LIMIT, MOST_FITS, worst_limit
 from warprock.findings.measures import measure
-from warprock.findings.numbers import MISSING, three
+from warprock.findings.numbers import three
 from warprock.findings.sheets import Heading, Sheet, sheet_of
 
 RISK = "risk.csv"
@@ -224,12 +225,12 @@ def _comes(limit: str) -> str:
 
 def once_in(period: float) -> str:
     """How often something comes, of its return period in years."""
-    return f"once in {three(float(f'{period:.3g}'))} years"
+    return f"once in {number_of('return_period_years', period)} years"
 
 
 def percent_text(chance: float) -> str:
     """A chance in percent, two digits; a dash where there is none."""
-    return MISSING if np.isnan(chance) else f"{100.0 * chance:.2g} %"
+    return quantity_of("chance", chance)
 
 
 def _headline(rows: pd.DataFrame, chances: pd.DataFrame, names: Sequence[str]) -> str:
@@ -252,10 +253,11 @@ def _headline(rows: pd.DataFrame, chances: pd.DataFrame, names: Sequence[str]) -
     band = ""
     if np.isfinite(often["rate_p05_per_year"]):
         most, least = (1.0 / often[f"rate_{end}_per_year"] for end in ("p05", "p95"))
-        band = f" (5 to 95 %: {three(float(f'{least:.3g}'))} to {three(float(f'{most:.3g}'))})"
+        years = " to ".join(number_of("return_period_years", each) for each in (least, most))
+        band = f" (5 to 95 %: {years})"
     return (
         f"{what} comes {once_in(often['return_period_years'])}{band}: a chance of "
-        f"{percent_text(longest['chance'])} within {longest['within_years']:g} years."
+        f"{percent_text(longest['chance'])} within {value_of(longest, 'within_years')} years."
     )
 
 
@@ -319,7 +321,7 @@ def _rate_sheet(rows: pd.DataFrame, chances: pd.DataFrame, names: Sequence[str])
     cells = [
         [
             *(str(row[name]) for name in (*names, LIMIT)),
-            MISSING if np.isnan(row["rate_per_year"]) else f"{row['rate_per_year']:.3g}",
+            value_of(row, "rate_per_year"),
             _range(row["rate_p05_per_year"], row["rate_p95_per_year"]),
             _range(row["rate_fit_p05_per_year"], row["rate_fit_p95_per_year"]),
             three(row["return_period_years"]),
@@ -332,11 +334,12 @@ def _rate_sheet(rows: pd.DataFrame, chances: pd.DataFrame, names: Sequence[str])
     heads += [Heading("rate", "1/year"), Heading("5 to 95 % over records", "1/year")]
     heads += [Heading("of the fit alone", "1/year")]
     heads += [Heading("return period", "years")]
-    heads += [Heading(f"chance within {span:g} years") for span in spans]
+    heads += [Heading(f"chance within {number_of('within_years', span)} years") for span in spans]
     heads += [Heading("beyond the hazard")]
     return Sheet("Yearly rates", heads, cells, "Beyond the hazard: share of the rate from motions "
                  "weaker or stronger than it tells of.")  # fmt: skip
 
 
 def _range(low: float, high: float) -> str:
-    return f"{low:.3g} to {high:.3g}" if np.isfinite(low) else "-"
+    ends = (number_of("rate_per_year", each) for each in (low, high))
+    return " to ".join(ends) if np.isfinite(low) else "-"

@@ -7,8 +7,9 @@ from typing import Any
 import pandas as pd
 
 from warprock.analysis.sensitivity import Sensitivity
+from warprock.findings.digits import number_of, quantity_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
-from warprock.findings.numbers import counted, listed, three
+from warprock.findings.numbers import MISSING, counted, listed, three
 from warprock.findings.refinement import refinement_sentences
 from warprock.findings.sheets import Heading, Sheet, declared, sheet_of
 from warprock.running.provenance import provenance
@@ -106,7 +107,8 @@ def _sentences(group: Facts, rows: pd.DataFrame, of: str) -> list[str]:
     ]
     idle = [str(each) for each in rows[rows["total"] < IDLE]["input"]]
     if idle:
-        found.append(f"{name}{listed(idle)} changes less than {100.0 * IDLE:g} % of its variance.")
+        share = quantity_of("idle_share", IDLE)
+        found.append(f"{name}{listed(idle)} changes less than {share} of its variance.")
     if group.get("censored"):
         lanes = counted(group["censored"], "lane")
         found.append(f"{name}{lanes} that fell or went beyond balance count as 1.")
@@ -132,4 +134,6 @@ def _index_sheet(group: str, table: pd.DataFrame, of: str) -> Sheet:
 
 def _band(row: pd.Series[Any], index: str) -> str:
     value, low, high = (float(row[f"{index}{end}"]) for end in ("", "_p05", "_p95"))
-    return "-" if value != value else f"{value:.3f} [{low:.3f}, {high:.3f}]"
+    if value != value:
+        return MISSING
+    return f"{number_of(index, value)} [{number_of(index, low)}, {number_of(index, high)}]"

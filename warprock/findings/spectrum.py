@@ -9,6 +9,7 @@ import pandas as pd
 
 from warprock.analysis.spectrum import Spectrum
 from warprock.findings.asked import group_labels
+from warprock.findings.digits import number_of, quantity_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.lanes import lane_sheet
 from warprock.findings.numbers import counted, even_selection, listed, three
@@ -98,7 +99,8 @@ def _sentences(facts: Facts, table: pd.DataFrame) -> list[str]:
     if facts[UNDECIDED]:
         found.append(
             f"Undecided: {counted(facts[UNDECIDED], 'lane')} in which the block had not fallen by "
-            f"the end of the run, {facts['duration_s']:g} s, but still moved or was still shaken."
+            f"the end of the run, {quantity_of('duration_s', facts['duration_s'])}, but still "
+            "moved or was still shaken."
         )
     return found
 
@@ -110,7 +112,7 @@ def _curve_sheet(group: str, table: pd.DataFrame, curves: list[str]) -> Sheet:
     rows = []
     for place in even_selection(range(count), PERIODS_SHOWN):
         lanes = [found[curve].iloc[place] for curve in curves]
-        rows.append([f"{lanes[0]['period_s']:.3g}", *map(_cell, lanes)])
+        rows.append([number_of("period_s", lanes[0]["period_s"]), *map(_cell, lanes)])
     note = f"{PERIODS_SHOWN} of {count} periods; all are in spectrum.csv."
     return Sheet(
         f"Peak rotation / slenderness angle{f', {group}' if group else ''}",
@@ -124,4 +126,4 @@ def _cell(lane: pd.Series[Any]) -> str:
     usable, ratio = lane["status"] in _USABLE, float(lane[PEAK_RATIO])
     if usable and lane["outcome"] == "overturned":
         return FELL
-    return f"{ratio:.4f}" if usable and not np.isnan(ratio) else NOTHING
+    return number_of(PEAK_RATIO, ratio) if usable and not np.isnan(ratio) else NOTHING

@@ -7,8 +7,9 @@ from typing import Any
 
 import pandas as pd
 
+from warprock.findings.digits import number_of, quantity_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
-from warprock.findings.numbers import MISSING, counted
+from warprock.findings.numbers import counted
 from warprock.findings.plain import plain
 from warprock.findings.sheets import Heading, Sheet
 from warprock.measure.atlas_summary import BOUNDS, explain_words, summarise
@@ -17,7 +18,7 @@ from warprock.running.run_file import COUNTS, ROWS
 
 TABLE, SUMMARY = "stability.csv", "summary.md"
 TITLE = "Where each engine may be trusted"
-_WITHIN = {f"within_{bound:g}": bound for bound in BOUNDS}
+_WITHIN = {f"within_{number_of('level', bound)}": bound for bound in BOUNDS}
 
 
 def find_stability(table: pd.DataFrame) -> Finding:
@@ -98,10 +99,11 @@ def _count_sheet(facts: Facts) -> Sheet:
     rows = []
     for entry in facts["engines"]:
         *words, within, nearly = _count(entry).values()
-        shares = [MISSING if share is None else f"{share:.1%}" for share in (within, nearly)]
+        shares = [quantity_of("compared_share", share) for share in (within, nearly)]
         rows.append([*map(str, words), *shares])
     names = ("engine", "precision", "lanes", "no number", "grew", "absurd", "compared")
-    heads = [*map(Heading, names), *(Heading(f"error <= {bound:.0e}") for bound in BOUNDS)]
+    bounds = [f"error <= {number_of('error_bound', bound)}" for bound in BOUNDS]
+    heads = [*map(Heading, names), *map(Heading, bounds)]
     return Sheet("Atlas of extremes", heads, rows)
 
 
@@ -123,7 +125,7 @@ def _defect(row: Mapping[str, Any]) -> str:
     """One lane in words, with what it takes to run it again."""
     left_out = ("engine", "precision", "of", "usable", "compared", "absurd", "grew", "map")
     parts = [
-        f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}"
+        f"{name} {number_of('input', value)}" if isinstance(value, float) else f"{name} {value}"
         for name, value in row.items()
         if name not in left_out
     ]

@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import pandas as pd
 
+from warprock.findings.digits import number_of, value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.numbers import three
 from warprock.findings.sheets import sheet_of
@@ -47,8 +48,7 @@ def tell_study(facts: Facts, tables: Tables) -> Finding:
         asked=[
             (
                 f"Settings of {plan['engine']}" if "engine" in plan else "Settings",
-                ", ".join(f"{row['setting']} {row['baseline']:g}" for row in plan["vary"])
-                + ", one varied at a time",
+                f"{_settings(plan)}, one varied at a time",
             )
             for plan in facts["study"]
         ],
@@ -67,6 +67,12 @@ STUDIES = Kind(
 )
 
 
+def _settings(plan: Facts) -> str:
+    """The settings that a study varies, with their values in the case."""
+    each = (f"{row['setting']} {number_of('value', row['baseline'])}" for row in plan["vary"])
+    return ", ".join(each)
+
+
 def study_headline(table: pd.DataFrame) -> str:
     """The setting that changes the error of the first 5 s most, where Housner holds.
 
@@ -83,7 +89,7 @@ def study_headline(table: pd.DataFrame) -> str:
     engine, setting = (spans.index.get_level_values(level)[most] for level in (0, 1))
     return (
         f"{setting} changes the error of the first 5 s most: that of {engine} by a factor of "
-        f"{spans.max():.3g}."
+        f"{number_of('error_span', float(spans.max()))}."
     )
 
 
@@ -108,7 +114,7 @@ def _cost_sentence(table: pd.DataFrame) -> str:
     cost = table["cpu_s"]
     dear, cheap = (table.iloc[int(at)] for at in (cost.argmax(), cost.argmin()))
     return (
-        f"The dearest run, {dear['setting']} {dear['value']:g} of {dear['engine']}, took "
+        f"The dearest run, {dear['setting']} {value_of(dear, 'value')} of {dear['engine']}, took "
         f"{three(float(dear['cpu_s'] / cheap['cpu_s']))} times the CPU time of the cheapest, "
-        f"{cheap['setting']} {cheap['value']:g} of {cheap['engine']}."
+        f"{cheap['setting']} {value_of(cheap, 'value')} of {cheap['engine']}."
     )

@@ -7,6 +7,7 @@ from typing import Any
 
 import pandas as pd
 
+from warprock.findings.digits import number_of, value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.numbers import MISSING, counted, listed, three
 from warprock.findings.sheets import Heading, Sheet, sheet_of
@@ -15,6 +16,7 @@ from warprock.measure.trade_scenes import TRADE_SCENES
 from warprock.settings.engines import EXACT
 
 LEVEL = 1e-3
+_LEVEL_TEXT = number_of("level", LEVEL)
 """Error over the slenderness angle whose cost is told in sentences."""
 _COST = "cpu_s_per_simulated_s"
 _MARKS = "*: the cheapest of all engines; -: no setting tried met it"
@@ -49,7 +51,7 @@ def tell_trade(_facts: Facts, tables: Tables) -> Finding:
         said={"levels": levels},
         pictures=["trade*.png"],
         stays=True,
-        then=f"warprock run free-b1-b3 --cheapest --tolerance {LEVEL:g}",
+        then=f"warprock run free-b1-b3 --cheapest --tolerance {_LEVEL_TEXT}",
     )
 
 
@@ -64,10 +66,10 @@ def _headline(table: pd.DataFrame) -> str:
         return f"Timed: {listed(sorted(table['engine'].unique()))}, whose blocks do not slide."
     good = cheapest(rows, LEVEL)
     if not len(good):
-        return f"No engine whose blocks can slide comes below an error of {LEVEL:g} ({scene})."
+        return f"No engine whose blocks can slide comes below an error of {_LEVEL_TEXT} ({scene})."
     best = good.iloc[0]
     return (
-        f"An error below {LEVEL:g} costs {three(float(best[_COST]))} CPU seconds a simulated "
+        f"An error below {_LEVEL_TEXT} costs {three(float(best[_COST]))} CPU seconds a simulated "
         f"second ({scene}, {best['engine']})."
     )
 
@@ -81,10 +83,10 @@ def _per_scene(table: pd.DataFrame) -> str:
             best = good.iloc[0]
             found.append(f"{scene}: {best['engine']}, {three(float(best[_COST]))} CPU s")
     if not found:
-        return f"No setting kept every rotation within {LEVEL:g} of the slenderness angle."
+        return f"No setting kept every rotation within {_LEVEL_TEXT} of the slenderness angle."
     return (
-        f"The cheapest that keeps every rotation within {LEVEL:g} of the slenderness angle, per "
-        f"simulated second of one block: {'; '.join(found)}."
+        f"The cheapest that keeps every rotation within {_LEVEL_TEXT} of the slenderness angle, "
+        f"per simulated second of one block: {'; '.join(found)}."
     )
 
 
@@ -92,7 +94,8 @@ def _level_sheets(levels: Sequence[Mapping[str, Any]]) -> list[Sheet]:
     """What each error costs: a table a scene, a row an engine, a column an error level."""
     errors = sorted({row["level"] for row in levels}, reverse=True)
     meaning = "CPU seconds of the cheapest setting whose largest error was no more than that"
-    heads = [Heading("engine"), *(Heading(f"{level:.0e}", "", meaning) for level in errors)]
+    texts = (number_of("error_bound", level) for level in errors)
+    heads = [Heading("engine"), *(Heading(text, "", meaning) for text in texts)]
     sheets = []
     for scene in dict.fromkeys(row["scene"] for row in levels):
         mine = [row for row in levels if row["scene"] == scene]
@@ -112,4 +115,4 @@ def _cell(row: Mapping[str, Any] | None, best: float | None) -> str:
         return MISSING
     precision = "" if row["precision"] == "float64" else f", {row['precision']}"
     mark = " *" if row[_COST] == best else ""
-    return f"{row[_COST]:.1e}{mark} {row['settings']}{precision}"
+    return f"{value_of(row, _COST)}{mark} {row['settings']}{precision}"

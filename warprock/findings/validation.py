@@ -13,6 +13,7 @@ import pandas as pd
 from warprock.analysis.bands import LEAST_RECORDS
 from warprock.analysis.groups import fit_columns
 from warprock.analysis.scores import SCORES, reliability
+from warprock.findings.digits import quantity_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.numbers import listed, three
 from warprock.findings.plain import plain
@@ -178,10 +179,10 @@ def _medians(facts: Facts) -> list[str]:
         if row["source"] == "observed" or row["over_observed"] is None:
             continue
         name = heading(row["intensity"])
-        off = 100.0 * (row["over_observed"] - 1.0)
+        off = quantity_of("median_change", row["over_observed"] - 1.0)
         texts.append(
             f"By {row['source']} half of the blocks fall at a {name.text} of "
-            f"{three(row['median'])} {name.unit}, {off:+.1f} % from what was observed."
+            f"{three(row['median'])} {name.unit}, {off} from what was observed."
         )
     return texts
 
@@ -337,7 +338,7 @@ def _sentence(facts: Mapping[str, Any]) -> str:
     best = max(engines, key=_right)
     text = (
         f"{best['predictor']} says the outcome of {_right(best):,} of {best['tests']:,} tests "
-        f"rightly ({100.0 * best['accuracy']:.1f} %)"
+        f"rightly ({quantity_of('right_share', best['accuracy'])})"
     )
     left = facts["validation"]["tests"] - best["tests"]
     if left:
@@ -346,4 +347,5 @@ def _sentence(facts: Mapping[str, Any]) -> str:
     if not others:
         return f"{text}."
     base = max(others, key=lambda row: row["accuracy"])
-    return f"{text}; a threshold on {base['predictor']} alone {100.0 * base['accuracy']:.1f} %."
+    share = quantity_of("right_share", base["accuracy"])
+    return f"{text}; a threshold on {base['predictor']} alone {share}."

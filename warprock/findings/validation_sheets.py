@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from warprock.errors import one_line
+from warprock.findings.digits import number_of, quantity_of, value_of
 from warprock.findings.sheets import Heading, Sheet, heading
 from warprock.running.cells import wilson_interval
 
@@ -116,7 +117,7 @@ def _confusion(facts: Facts) -> Sheet:
 def _threshold(row: Mapping[str, Any]) -> str:
     """The threshold of a baseline; empty of an engine."""
     unit = {"PGA": "m/s^2", "PGV": "m/s"}.get(row["predictor"], "")
-    return f"{row['threshold']:.3g} {unit}" if row["threshold"] is not None else ""
+    return f"{value_of(row, 'threshold')} {unit}" if row["threshold"] is not None else ""
 
 
 def _statuses(facts: Facts) -> Sheet:
@@ -124,11 +125,11 @@ def _statuses(facts: Facts) -> Sheet:
     alone = facts["validation"]["members"] == 1
     rows = []
     for row in facts["by_status"]:
-        share = "no numbers" if row["right"] is None else f"{row['right']:.3f}"
+        share = "no numbers" if row["right"] is None else value_of(row, "right")
         if alone and row["right"] is not None:
             right = np.array([round(row["right"] * row["lanes"])])
             low, high = wilson_interval(right, np.array([row["lanes"]]))
-            share += f" [{low[0]:.3f}, {high[0]:.3f}]"
+            share += f" [{number_of('right', low[0])}, {number_of('right', high[0])}]"
         rows.append([row["engine"], row["status"], f"{row['lanes']:,}", share])
     note = "share of lanes that became what was observed"
     note += "; in brackets: its 95 % interval (Wilson)" if alone else ""
@@ -139,8 +140,8 @@ def _medians(facts: Facts) -> Sheet:
     rows = []
     for row in facts["medians"]:
         fitted = row["verdict"] == "fitted"
-        ratio = f"{row['over_observed']:.3f}" if row["over_observed"] is not None else "-"
-        cells = [_with_band(row, name, ".3g") for name in ("median", "dispersion")]
+        ratio = value_of(row, "over_observed")
+        cells = [_with_band(row, name) for name in ("median", "dispersion")]
         cells = cells if fitted else [row["verdict"], "-"]
         rows.append([heading(row["intensity"]).label, row["source"], *cells, ratio])
     headings = ["intensity measure", "source", "median", "dispersion", "median / observed"]
@@ -155,8 +156,10 @@ def _pairs(facts: Facts) -> Sheet:
             f"{row['tests']:,}",
             f"{row['first_only_right']:,}",
             f"{row['second_only_right']:,}",
-            f"{row['p_value']:.2g}" if row["p_value"] >= SMALL_P else f"below {SMALL_P:g}",
-            _with_band(row, "brier_difference", "+.3f"),
+            value_of(row, "p_value")
+            if row["p_value"] >= SMALL_P
+            else f"below {number_of('level', SMALL_P)}",
+            _with_band(row, "brier_difference"),
         ]
         for row in facts["pairs"]
     ]
@@ -168,11 +171,9 @@ def _pairs(facts: Facts) -> Sheet:
 def _measured(facts: Facts) -> Sheet:
     rows = []
     for row in facts["measured"]:
-        size, unit = (180.0 / np.pi, "deg") if row["unit"] == "rad" else (1000.0, "mm")
-        values = [row[name] for name in ("median_difference", "median_error")]
-        cells = ["-" if value is None else f"{size * value:.3g} {unit}" for value in values]
-        rank = row["rank_correlation"]
-        rank_text = "-" if rank is None else f"{rank:.3f}"
+        names = ("median_difference", "median_error")
+        cells = [quantity_of(f"{name}_{row['unit']}", row[name]) for name in names]
+        rank_text = value_of(row, "rank_correlation")
         what = row["what"].replace("_", " ")
         rows.append([row["engine"], what, f"{row['tests']:,}", *cells, rank_text])
     headings = ["engine", "measured", "tests", "predicted - measured", "error", "rank correlation"]
@@ -184,10 +185,10 @@ def _reliability(facts: Facts) -> Sheet:
     rows = [
         [
             row["engine"],
-            f"{row['from']:.1f} to {row['to']:.1f}",
+            f"{number_of('probability', row['from'])} to {number_of('probability', row['to'])}",
             f"{row['tests']:,}",
-            f"{row['predicted']:.3f}",
-            f"{row['observed']:.3f}",
+            value_of(row, "predicted"),
+            value_of(row, "observed"),
         ]
         for row in facts["reliability"]
     ]
@@ -195,10 +196,8 @@ def _reliability(facts: Facts) -> Sheet:
     return _sheet("Reliability", headings, rows, folded=True)
 
 
-def _with_band(row: Mapping[str, Any], name: str, digits: str = ".3f") -> str:
+def _with_band(row: Mapping[str, Any], name: str) -> str:
     """A number with its band in brackets, where it has one."""
     value, low, high = (row[f"{name}{end}"] for end in ("", "_p05", "_p95"))
-    if value is None:
-        return "-"
-    band = f" [{low:{digits}}, {high:{digits}}]" if low is not None else ""
-    return f"{value:{digits}}{band}"
+    band = f" [{number_of(name, low)}, {number_of(name, high)}]" if low is not None else ""
+    return f"{number_of(name, value)}{band}"

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from warprock.analysis.verdict import Verdict
+from warprock.findings.digits import number_of, quantity_of, value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.measures import measure
 from warprock.findings.numbers import counted, three
@@ -119,11 +120,11 @@ def tell_verdict(facts: Facts, tables: Tables) -> Finding:
         asked=[
             (
                 "Neighbours",
-                f"{answers['neighbours']:,}: width and height -+{100 * answers['spread_size']:g} %"
-                f", friction -+{100 * answers['spread_friction']:g} %, strength of the motion "
-                f"-+{100 * answers['spread_motion']:g} %, each even over its range",
+                f"{answers['neighbours']:,}: width and height -+{_spread(answers, 'size')}"
+                f", friction -+{_spread(answers, 'friction')}, strength of the motion "
+                f"-+{_spread(answers, 'motion')}, each even over its range",
             ),
-            ("Margin", f"{answers['margin']:g} times the motion"),
+            ("Margin", f"{value_of(answers, 'margin')} times the motion"),
         ],
         pictures=["verdict*.png"],
     )
@@ -194,11 +195,17 @@ def _falls_from(answers: Facts) -> str:
     if not low:
         least = answers["lowest_factor"]
         return f"It falls already at {three(least)} times the motion{_at(answers, least)}."
-    text = f"It first falls between {low:.3f} and {high:.3f} times the motion{_at(answers, high)}"
+    ends = f"{number_of('standing_factor', low)} and {number_of('overturning_factor', high)}"
+    text = f"It first falls between {ends} times the motion{_at(answers, high)}"
     again = answers["resurrections"]
     if again:
         text += f"; at {again:,} of the stronger motions that were tried it stands again"
     return f"{text}."
+
+
+def _spread(answers: Facts, of: str) -> str:
+    """By how much neighbours differ."""
+    return quantity_of(f"spread_{of}", answers[f"spread_{of}"])
 
 
 def _neighbours(answers: Facts) -> str:
@@ -206,10 +213,11 @@ def _neighbours(answers: Facts) -> str:
     count, fallen = answers["neighbours_usable"], answers["neighbours_fallen"]
     if not count:
         return "None of its neighbours has numbers that can be used."
-    ends = " to ".join(f"{100.0 * answers[f'fallen_{end}']:.2g}" for end in ("low", "high"))
+    ends = " to ".join(number_of("chance", answers[f"fallen_{end}"]) for end in ("low", "high"))
     text = (
         f"Of {counted(count, 'neighbour')} that differ a little in size, friction and strength of "
-        f"the motion {fallen:,} fall: {100.0 * fallen / count:.2g} % (95 % interval {ends} %)"
+        f"the motion {fallen:,} fall: {quantity_of('chance', fallen / count)} "
+        f"(95 % interval {ends} %)"
     )
     left = answers["neighbours"] - count
     return f"{text}; {left:,} more cannot be judged." if left else f"{text}."
@@ -233,14 +241,19 @@ def _width(answers: Facts) -> list[str]:
     if "width_m" not in answers:
         return []
     own, low, high = (answers[name] for name in ("width_m", "width_low_m", "width_high_m"))
-    margin = f"{answers['margin']:g} times the motion"
+    margin = f"{value_of(answers, 'margin')} times the motion"
     if high is None:
-        return [f"To bear {margin} it must be wider than {low:.3f} m, {low / own:.3g} times as "
-                "wide, the widest that was tried."]  # fmt: skip
+        return [
+            f"To bear {margin} it must be wider than {quantity_of('width_m', low)}, "
+            f"{number_of('width_ratio', low / own)} times as wide, the widest that was tried."
+        ]
     if low is None:
         return [f"It bears {margin} as wide as it is, and so does every greater width tried."]
-    return [f"To bear {margin} it must be between {low:.3f} m and {high:.3f} m wide, "
-            f"{high / own:.3f} times as wide."]  # fmt: skip
+    ends = f"{quantity_of('width_m', low)} and {quantity_of('width_m', high)}"
+    return [
+        f"To bear {margin} it must be between {ends} wide, "
+        f"{number_of('width_ratio', high / own)} times as wide."
+    ]
 
 
 def _unsure(answers: Facts) -> list[str]:
@@ -265,13 +278,14 @@ def _answers_sheet(answers: Facts) -> Sheet:
         ["factor at which it first falls", three(answers["overturning_factor"]),
          three(_gap(answers["standing_factor"], answers["overturning_factor"]))],
         ["share of neighbours that fall [%]",
-         three(_share(answers)), f"{100.0 * answers['fallen_low']:.2g} to "
-         f"{100.0 * answers['fallen_high']:.2g}"],
+         three(_share(answers)), f"{number_of('chance', answers['fallen_low'])} to "
+         f"{number_of('chance', answers['fallen_high'])}"],
     ]  # fmt: skip
     if "width_m" in answers:
         high = answers["width_high_m"]
-        rows.append([f"width for {answers['margin']:g} times the motion [m]", three(high),
-                     three(_gap(answers["width_low_m"], high))])  # fmt: skip
+        margin = value_of(answers, "margin")
+        gap = three(_gap(answers["width_low_m"], high))
+        rows.append([f"width for {margin} times the motion [m]", three(high), gap])
     heads = [Heading("answer"), Heading("value"), Heading("error")]
     return Sheet("Answers", heads, rows, "Error: of a factor and a width that of their brackets.")
 

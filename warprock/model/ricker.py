@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from typing import ClassVar
 
@@ -15,16 +16,19 @@ from warprock.model.pulse import PulseMotions
 RICKER_HALF_LENGTH = 2.0
 """Half length of a Ricker pulse in periods: exp(-(2 pi)^2) = 7e-18, below round-off."""
 
-GRID = np.linspace(-6.0, 6.0, 12_001)
-"""Places x at which humps x^k exp(-x^2) are looked at: their peaks to 1e-6, nothing is beyond."""
-BELL = np.exp(-(GRID**2))
-POWERS = np.arange(4)[:, None]
-HUMP_VARIATION = np.abs(np.diff(GRID**POWERS * BELL, axis=1)).sum(axis=1)
-"""Total variation of the humps k of the velocity of a Ricker pulse, see `RickerMotions`."""
-HUMP_SLOPE = np.abs(
-    (POWERS * GRID ** np.maximum(POWERS - 1, 0) - 2.0 * GRID ** (POWERS + 1)) * BELL
-).max(axis=1)
-"""Their steepest slopes."""
+
+@functools.cache
+def _humps() -> tuple[Array, Array]:
+    """Total variation and steepest slope of the humps x^k exp(-x^2), shape [k].
+
+    They are the parts of the velocity of a Ricker pulse, see `RickerMotions`. Looked at where their
+    peaks are found to 1e-6; beyond there is nothing.
+    """
+    grid, powers = np.linspace(-6.0, 6.0, 12_001), np.arange(4)[:, None]
+    bell = np.exp(-(grid**2))
+    slopes = (powers * grid ** np.maximum(powers - 1, 0) - 2.0 * grid ** (powers + 1)) * bell
+    variation = np.abs(np.diff(grid**powers * bell, axis=1)).sum(axis=1)
+    return variation, np.abs(slopes).max(axis=1)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -67,11 +71,11 @@ class RickerMotions(PulseMotions):
 
     def variation_inside(self, moving: Array) -> Array:
         """Upper bound of the total variation of the velocity of the waveform itself [m/s]."""
-        return np.asarray(HUMP_VARIATION @ np.abs([self.c0, self.c1, self.c2, self.c3]))
+        return np.asarray(_humps()[0] @ np.abs([self.c0, self.c1, self.c2, self.c3]))
 
     def acceleration_bound(self) -> Array:
         """Upper bound of the |acceleration| [m/s^2]."""
-        return np.asarray(self.rate * (HUMP_SLOPE @ np.abs([self.c0, self.c1, self.c2, self.c3])))
+        return np.asarray(self.rate * (_humps()[1] @ np.abs([self.c0, self.c1, self.c2, self.c3])))
 
 
 def ricker_motions(

@@ -23,6 +23,7 @@ References:
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 
 import numpy as np
@@ -33,8 +34,13 @@ from warprock.units import GRAVITY
 Array = npt.NDArray[np.float64]
 Numbers = npt.ArrayLike
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
-"""Gauss-Legendre rule on (-1, 1); its integrands here are smooth, 64 nodes reach round-off."""
+
+@functools.cache
+def _gauss_rule() -> tuple[Array, Array]:
+    """Gauss-Legendre nodes and weights on (-1, 1): for smooth integrands 64 reach round-off."""
+    nodes, weights = np.polynomial.legendre.leggauss(64)
+    return nodes, weights
+
 
 _BISECTIONS = 100
 """Halvings of a bracket; more than enough to close it to neighbouring numbers."""
@@ -150,10 +156,11 @@ def quarter_period_of(angle: Numbers, rate: Numbers, rotation: Numbers) -> Array
     angle = _array(angle)
     left = angle - np.abs(_array(rotation))
     end = _reach(angle, left)
-    half = 0.25 * end[..., np.newaxis] * (1.0 + _NODES)
+    nodes, weights = _gauss_rule()
+    half = 0.25 * end[..., np.newaxis] * (1.0 + nodes)
     one = np.sinc(left[..., np.newaxis] * np.cosh(half) ** 2 / np.pi)
     other = np.sinc(left[..., np.newaxis] * np.sinh(half) ** 2 / np.pi)
-    integral = 0.5 * end * np.sum(_WEIGHTS / np.sqrt(one * other), axis=-1)
+    integral = 0.5 * end * np.sum(weights / np.sqrt(one * other), axis=-1)
     return np.asarray(integral / _array(rate))
 
 

@@ -6,7 +6,6 @@ A lane's result does not depend on its chunk, its place or the number of workers
 from __future__ import annotations
 
 import collections
-import concurrent.futures
 import dataclasses
 import threading
 from collections.abc import Callable, Iterable, Sequence
@@ -168,6 +167,8 @@ def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotion
     Raises:
         InputError: The folder of the kernels cannot be written to.
     """
+    import concurrent.futures
+
     import warp as wp
 
     start_warp()
@@ -226,6 +227,8 @@ def _run_all(
     progress: Callable[[int], None] | None,
 ) -> list[Response]:
     """Responses of all chunks in their order; after an error the waiting chunks are dropped."""
+    import concurrent.futures
+
     done = 0
     pool = concurrent.futures.ThreadPoolExecutor(threads)
     try:

@@ -28,6 +28,7 @@ from warprock.running.lane_parts import Part, run_parts
 from warprock.running.machine import require_workers
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 from warprock.running.tolerance import run_at_step, run_to_tolerance
+from warprock.running.waiting import Forecast
 
 PRECISIONS = ("float64", "float32")
 
@@ -132,7 +133,8 @@ def run_lane_set(
     def run(part: Part, options: RunOptions) -> Response:
         batch = (engine, part.lanes, part.motions, part.times)
         if options.tolerance is None:
-            return run_batch(*batch, settings=part.settings, **options.of_batch)
+            watched = options.watched_by(Forecast(part.lanes.lane_count))
+            return run_batch(*batch, settings=part.settings, **watched.of_batch)
         return run_to_tolerance(*batch, options, settings=part.settings)
 
     return run_parts(run, lane_set, None, times, settings, options)

@@ -29,6 +29,7 @@ from warprock.plugins import brought
 from warprock.running.choices import engine_row
 from warprock.running.engine_choice import choose_engine
 from warprock.running.files import replacing, require_writable_file
+from warprock.running.waiting import LONG
 from warprock.settings.engines import SETTINGS, declared_settings
 from warprock.unmodelled import UNMODELLED
 
@@ -164,9 +165,6 @@ to 29,850 joints within a factor of two (`warprock bench blocks`)."""
 
 BYTES_A_JOINT = 4_000
 """Memory of a large lane over its joints: about 120 MB for 10,000 blocks."""
-
-LONG = 60.0
-"""Time from which on a run is announced [s]."""
 
 
 def _size_note(case: Case, lanes: Lanes) -> list[str]:

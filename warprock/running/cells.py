@@ -5,8 +5,8 @@ nearly everywhere. The answer for a cell is then the distribution over its membe
 
 A lane that overturned, or whose blocks slid off one another, has no meaningful largest rotation: it
 ranks above every lane that stayed up, as +infinity, in all of its blocks. A quantile among such
-lanes is +infinity, which is printed as "overturned". Lanes whose numbers may not be
-used are left out, and counted.
+lanes is +infinity, which is printed as "overturned". Lanes without usable numbers are left out, and
+counted.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ Numbers = npt.NDArray[np.intp]
 
 
 STACK_REST = 3.0
-"""Motion of the other blocks of a stack that omitted swings cause at least, over these swings."""
+"""Least motion that an omitted swing causes in the other blocks of a stack, over that swing."""
 
 PIECES_KEPT = 2**24
 """Largest number of samples of shortened records in memory at a time, 400 MB; lanes that need more
@@ -52,6 +52,10 @@ then erred by more than its estimate; with 2 one in twelve did."""
 BRANCHES = 64.0
 """Ratio of two differences above which two nearly simultaneous impacts have changed their order.
 Convergence cannot explain it: the ratio is twice that of the fifth order, of sticking stacks."""
+
+PERTURBATION = 1e-9
+"""Relative change of the motions and of the rotations at the start that shows how a lane magnifies
+small differences: round-off moves a lane less, and nobody knows a motion so well."""
 
 REST_RATIO_LEAST = 1e-9
 REST_RATIO_MOST = 1e-2
@@ -166,7 +170,9 @@ class Companions:
             return STACK
         upright = isinstance(self.motions, UprightMotions)
         own = self.lanes.spatial or self.lanes.on_points or self.lanes.restitution_given or upright
-        return BODY if own else BLOCK
+        # What bounces runs as a body.
+        bounces = getattr(self.settings, "restitution", 0.0) > 0.0
+        return BODY if own or bounces else BLOCK
 
     @property
     def rest_is_known(self) -> bool:
@@ -187,9 +193,9 @@ class Companions:
         return np.asarray(swing * (STACK_REST if self.lanes.stacked else 1.0))
 
     def uplift_floor(self, steps: Array | float) -> Array:
-        """Error of an uplift time that runs at a step setting and at finer ones share [s], [lane].
+        """Error of an uplift time that is the same at every step setting [s], shape [lane].
 
-        Zero where the engine finds a lift inside its step.
+        It is zero if the engine locates uplifts inside its steps.
         """
         if engine_class(self.engine).rests_exactly:
             return np.zeros(self.lanes.lane_count)
@@ -200,6 +206,13 @@ class Companions:
         return dataclasses.replace(
             self, lanes=self.lanes.take(lanes), motions=self.motions.take(lanes)
         )
+
+    def perturbed(self) -> Companions:
+        """The same with motions, and rotations at the start, that are larger by `PERTURBATION`."""
+        larger = 1.0 + PERTURBATION
+        lanes = dataclasses.replace(self.lanes, rotation_start=self.lanes.rotation_start * larger)
+        factors = np.full(self.lanes.lane_count, larger)
+        return dataclasses.replace(self, lanes=lanes, motions=self.motions.scaled(factors))
 
     def run(self) -> Response:
         """Runs the lanes at the step of the settings."""

@@ -126,8 +126,8 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
 def another_engine(ran: str, scene: SceneKind) -> str | None:
     """An engine to compare a run with; None if no other can run its scene.
 
-    For an engine that locates events, it is the most preferred one that steps over them, and the
-    other way round; if there is none, the most preferred other engine.
+    If the run's engine locates events, the most preferred engine that steps over them is taken. If
+    it steps over them, one that locates them. If there is no such engine, the most preferred other.
     """
     others = [name for name in preferred_engines() if name != ran]
     able = [name for name in others if engine_class(name).supports(scene) is None]
@@ -145,9 +145,9 @@ def outside_model(lanes: Lanes, motions: GroundMotions, ends: npt.NDArray[np.flo
     """
     start_warp()
     found = 0
-    for end in np.unique(ends):
+    for end in sorted(set(ends.tolist())):
         alike = np.flatnonzero(ends == end)
-        batch = lanes.take(alike), motions.take(alike), SampleTimes(float(end))
+        batch = lanes.take(alike), motions.take(alike), SampleTimes(end)
         found += run_batch(reference_engine(), *batch).count(Status.OUTSIDE_MODEL)
     return found
 

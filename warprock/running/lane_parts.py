@@ -6,7 +6,6 @@ has one step and one end for all of its lanes, so that each lane is the one that
 
 from __future__ import annotations
 
-import concurrent.futures
 import dataclasses
 from collections.abc import Callable
 from typing import Any
@@ -76,6 +75,8 @@ def run_parts(
     counted = Counted(options.progress)
     many_ends = lane_set.durations is not None and options.on_cpu and not lane_set.lanes.spatial
     each = dataclasses.replace(options, workers=workers // side_by_side)
+
+    import concurrent.futures
 
     def run_part(number: int) -> Response:
         part = parts[number]

@@ -81,7 +81,7 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
 
 
 def run_columns(lane_set: LaneSet, response: Response) -> Columns:
-    """The table of a run as columns, for whoever does without pandas; see `lane_table`.
+    """The table of a run as columns of NumPy, which need no pandas; see `lane_table`.
 
     Args:
         lane_set: Lanes, motions and inputs.
@@ -178,9 +178,9 @@ def arrow_table(table: pd.DataFrame) -> pa.Table:
 def history_table(response: Response, row: int, lane_set: LaneSet, lane: int) -> pd.DataFrame:
     """Sampled histories of one lane, one row a sample: how and where its blocks and its base are.
 
-    Places are seen from the ground: x, y and z of a block are those of the middle of its box from
-    where the middle of the lowest bottom face stood, the base moves from zero. Units are in the
-    column names; `DataFrame.attrs["columns"]` holds the unit and the meaning of each.
+    Places are in the frame of the ground. x, y and z of a block are those of the middle of its box;
+    the origin is where the middle of the lowest bottom face stood. The base starts at zero. Units
+    are in the column names; `DataFrame.attrs["columns"]` holds the unit and the meaning of each.
 
     Args:
         response: A response with histories.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import importlib.resources
 import os
 import pathlib
@@ -51,6 +50,8 @@ def require_workers(workers: int | None) -> None:
 
 def package_versions(names: tuple[str, ...]) -> dict[str, str | None]:
     """Versions of Python, warprock and installed distributions; None for one that is missing."""
+    import importlib.metadata
+
     found: dict[str, str | None] = {
         "python": platform.python_version(),
         "warprock": warprock.__version__,

@@ -55,6 +55,17 @@ class RunOptions:
         """Whether the device is the CPU."""
         return self.device.startswith("cpu")
 
+    def watched_by(self, watch: Progress) -> RunOptions:
+        """The options with one more that is told the lanes finished so far."""
+        told = self.progress
+
+        def tell(done: int) -> None:
+            watch(done)
+            if told is not None:
+                told(done)
+
+        return dataclasses.replace(self, progress=tell)
+
     def counting_from(self, before: int) -> RunOptions:
         """The options for the next of several batches.
 

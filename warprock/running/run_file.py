@@ -1,9 +1,10 @@
-"""`run.json` as it is read: what results say there is held to what they declare.
+"""Reads `run.json` and holds its content to declared shapes.
 
-What all may say is declared here; what findings of a kind say, by their `Kind`.
+This file declares what every result may contain. The `Kind` of a finding declares what only its
+results contain.
 
-A file that was edited, damaged or written by another program is refused in one line, and readers
-take what they read for what it is.
+A file that was edited, damaged or written by another program is refused in one line. So those who
+use its content need no checks of their own.
 """
 
 from __future__ import annotations
@@ -86,6 +87,12 @@ COMMON: dict[Any, Shape] = {
     "duration_s?": float,
     "shortest_duration_s?": float,
     "wall_time_s?": float,
+    "limit_analysis?": {
+        "row": int,
+        "load_factor": (float, None),
+        "coulomb_load_factor": (float, None),
+        "upper_bound": bool,
+    },
 }
 """What results of any kind may say."""
 

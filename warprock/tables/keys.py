@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 
 from warprock.case.reference import Section, facts
-from warprock.tables.terminal import print_end, stdout
+from warprock.tables.terminal import stdout
 
 
 def print_keys(found: Sequence[Section]) -> None:
@@ -22,5 +22,3 @@ def print_keys(found: Sequence[Section]) -> None:
             for name, line in zip([f"  {row.key}", *([""] * len(lines))], lines, strict=False):
                 out.print(f"{name:<{width}}{line}", highlight=False, soft_wrap=True)
         out.print()
-    count = sum(len(section.keys) for section in found)
-    print_end(f"{count} keys are listed.", "warprock init pulse mine/case.toml", out)

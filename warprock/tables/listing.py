@@ -11,7 +11,6 @@ from warprock.findings.numbers import three
 from warprock.findings.sheets import heading
 from warprock.tables.terminal import (
     cell_text,
-    print_end,
     print_rows,
     say,
     wide_stdout,
@@ -23,10 +22,6 @@ def print_listing(found: Mapping[str, Any]) -> None:
     print_rows("Cases", found["cases"])
     print_rows("Engines", found["engines"])
     print_rows("Programs of others, for compare", found["programs"])
-    print_end(
-        f"{len(found['cases'])} cases are shipped, {len(found['engines'])} engines run them.",
-        "warprock explain free-b0",
-    )
 
 
 def _duration_text(found: Mapping[str, Any]) -> str:
@@ -34,8 +29,8 @@ def _duration_text(found: Mapping[str, Any]) -> str:
     return f"{most:g} s" if least == most else f"{least:g} s to {most:g} s"
 
 
-def print_explanation(found: Mapping[str, Any], then: str) -> None:
-    """Prints what `running.catalogue.explain_case` found, and the command to try then."""
+def print_explanation(found: Mapping[str, Any]) -> None:
+    """Prints what `running.catalogue.explain_case` found."""
     out = wide_stdout()
     case, scene = found["case"], found["scene"]
     out.print(f"{case['name']}: {case['title']}", style="bold")
@@ -95,13 +90,6 @@ def print_explanation(found: Mapping[str, Any], then: str) -> None:
         _print_engine(out, engine)
     if any(engine["estimate"] for engine in found["engines"]):
         say(out, f"\n{next(e['estimate'] for e in found['engines'] if e['estimate'])}")
-    runs = f"{found['engine']['engine']} runs them unless another engine is named"
-    print_end(
-        f"{case['name']} makes {found['lanes']:,} {'lane' if found['lanes'] == 1 else 'lanes'}; "
-        f"{runs if able else 'no engine runs them'}.",
-        then,
-        out,
-    )
 
 
 def _print_list(out: Console, heading: str, texts: Sequence[str]) -> None:

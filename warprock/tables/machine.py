@@ -33,8 +33,6 @@ def print_examination(found: Mapping[str, Any]) -> None:
         out.print(f"note: {note}")
     for thing in found["missing"]:
         out.print(f"missing: {thing}", style="bold red")
-    if not found["missing"]:
-        print_end("Nothing is missing.", "warprock run free-b0 -o results")
 
 
 def print_assembly_bench(found: Mapping[str, Any]) -> None:

@@ -55,13 +55,6 @@ def print_records(rows: Sequence[Mapping[str, Any]], console: Console | None = N
     for licence in dict.fromkeys(row["licence"] for row in rows):
         count = sum(row["licence"] == licence for row in rows)
         out.print(f"  licence of {count}: {licence or 'not stated'}", soft_wrap=True)
-    most = max(rows, key=lambda row: row["pga_m_s2"])
-    peak = most["pga_m_s2"] / GRAVITY
-    print_end(
-        f"{len(rows)} records; the strongest is {most['name']}, {peak:.3g} g.",
-        f"warprock init record mine/case.toml --record {shlex.quote(most['name'])}",
-        out,
-    )
 
 
 def print_imported(
@@ -96,18 +89,11 @@ def print_imported(
     )
 
 
-def print_facts(
-    records: Sequence[Mapping[str, Any]],
-    asked: str,
-    said: Sequence[str] = (),
-    console: Console | None = None,
-) -> None:
+def print_facts(records: Sequence[Mapping[str, Any]], console: Console | None = None) -> None:
     """Prints what `recordings.summary.record_facts` found.
 
     Args:
         records: One a channel.
-        asked: Record or file, as it was asked for.
-        said: Options that said more of it than its header does.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
@@ -135,9 +121,3 @@ def print_facts(
         out.print(f"  Sa ({damping}): {spectrum}", soft_wrap=True, highlight=False)
         for warning in facts["warnings"]:
             out.print(f"  note: {warning}", soft_wrap=True, style="yellow")
-    first = records[0]
-    print_end(
-        f"The record reaches {first['pga_m_s2'] / GRAVITY:.3g} g in {first['duration_s']:.3g} s.",
-        shlex.join(["warprock", "init", "record", "mine/case.toml", "--record", asked, *said]),
-        out,
-    )

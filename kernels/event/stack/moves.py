@@ -38,10 +38,10 @@ from warprock.kernels.shape.stack import (
 )
 
 DEEP = real(1.0e-6)
-"""Part of the half height by which an open end may lie too low and still land."""
+"""Depth to which an open end may lie too low and still land, over the half height."""
 LEAST = real(1.0 / 32.0)
-"""Part of a step in which a contact stops to which it is cut at least, at once: the acceleration in
-a step that is far too long says little about when."""
+"""Least part of itself to which a step is cut at once if a contact stops in it. If the step is far
+too long, its acceleration says little about the time of the stop."""
 
 
 @wp.struct

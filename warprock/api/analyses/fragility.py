@@ -15,8 +15,8 @@ from warprock.analysis.lane_tables import measure_named, read_lanes
 from warprock.analysis.limits import DEFAULT_LIMITS, read_limits
 from warprock.api.found import Found
 from warprock.api.names import python_names
+from warprock.api.values import Column, Length, Share
 from warprock.api.weights import AnyWeights, weights_of
-from warprock.api.work import Column, Length, Share
 from warprock.arguments import at_the_door, require_within, several
 from warprock.figures.fragility import draw_curves, groups_of, plot_curves
 from warprock.findings.fragility import find_fragility

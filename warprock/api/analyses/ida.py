@@ -14,7 +14,8 @@ from warprock.analysis.lane_tables import measure_named
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.api.work import Column, HowHeld, listing_how, working
+from warprock.api.values import Column
+from warprock.api.work import HowHeld, listing_how, working
 from warprock.arguments import at_the_door, several
 from warprock.figures.incremental import draw_analysis, plot_analysis
 from warprock.findings.incremental import find_analysis

@@ -11,8 +11,8 @@ from warprock.analysis.predictors import RATIO, compare_measures
 from warprock.api.analyses.fragility import Table, lanes_of
 from warprock.api.found import Found
 from warprock.api.names import python_names
+from warprock.api.values import Column, Share
 from warprock.api.weights import AnyWeights, weights_of
-from warprock.api.work import Column, Share
 from warprock.arguments import at_the_door, require_within, several
 from warprock.figures.predictors import draw_predictors, plot_losses
 from warprock.findings.predictors import find_predictors

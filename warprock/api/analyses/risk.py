@@ -25,8 +25,8 @@ from warprock.analysis.risk_functions import (
 )
 from warprock.api.found import Found
 from warprock.api.names import python_names
+from warprock.api.values import Age, Column, Length, Quantity, Share
 from warprock.api.weights import AnyWeights, weights_of
-from warprock.api.work import Age, Column, Length, Quantity, Share
 from warprock.arguments import at_the_door, require_within, several
 from warprock.errors import InputError
 from warprock.figures.risk import draw_risk, plot_risk

@@ -8,7 +8,8 @@ from typing import Unpack
 from warprock.analysis.sensitivity import run_sensitivity
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
-from warprock.api.work import Column, HowHeld, listing_how, working
+from warprock.api.values import Column
+from warprock.api.work import HowHeld, listing_how, working
 from warprock.arguments import at_the_door, require_within
 from warprock.figures.sensitivity import draw_sensitivity, plot_sensitivity
 from warprock.findings.sensitivity import find_sensitivity

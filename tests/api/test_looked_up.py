@@ -1,0 +1,78 @@
+"""What there is to choose from, and what a case, a record or a machine holds, as functions."""
+
+from __future__ import annotations
+
+import pathlib
+import pickle
+
+import click
+import pytest
+
+import warprock as wr
+from tests.shared.commands import succeed
+from warprock.cli.main import main
+
+NO_FUNCTION = {
+    "init": "writes a file to edit",
+    "animate": "writes a picture of a lane",
+    "view": "opens a window",
+    "report": "writes a page: `Found.report`",
+    "check": "ends with an exit code, as a test does",
+    "reproduce": "writes the tables and figures of a paper",
+    "completion": "writes for a shell",
+}
+"""Commands that find nothing to hand over, with the reason."""
+
+LOOKED_UP = {
+    "list": (),
+    "keys": ("block",),
+    "explain": ("free-b0",),
+    "records": ("ridgecrest-2019-ccc-090",),
+    "doctor": (),
+}
+
+
+def test_every_command_that_finds_something_is_a_function():
+    commands = set(main.list_commands(click.Context(main)))
+    assert commands - set(wr.__all__) == set(NO_FUNCTION)
+
+
+@pytest.mark.parametrize(("name", "given"), LOOKED_UP.items())
+def test_a_function_shows_what_its_command_prints(
+    name: str, given: tuple[str, ...], capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
+):
+    found = getattr(wr, name)(*given)
+    found.show()
+    shown = capsys.readouterr().out
+    command = (name, "info", *given) if name == "records" else (name, *given)
+    printed = succeed(*command).stdout
+    assert printed.startswith(shown)
+    assert found.finding.sentences[0] in printed
+    assert len(found.table)
+    again = pickle.loads(pickle.dumps(found))
+    assert again.facts == found.facts
+    saved = {file.name for file in found.save(tmp_path)}
+    assert {f"{table}.parquet" for table in found.tables} <= saved
+    assert found.figures() == []
+    with pytest.raises(ValueError, match="has no page"):
+        found.report()
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"period": "1 s"}, "period: got '1 s', must be left out where no file is named"),
+        ({"file": "nowhere"}, "must be a file or the name of a shipped record"),
+        ({"file": "ridgecrest-2019-ccc-090", "fema_p695": True}, "must be left out where a file"),
+        ({"file": "ridgecrest-2019-ccc-090", "width": "1 m"}, "must be given with height"),
+        ({"file": 3}, "file: got 3, must be text, a path or None"),
+    ],
+)
+def test_records_refuses_what_it_cannot_use(given: dict, said: str):
+    with pytest.raises(wr.InputError, match=said):
+        wr.records(**given)
+
+
+def test_a_key_that_is_not_there_is_refused_with_what_is_near():
+    with pytest.raises(wr.InputError, match="hight"):
+        wr.keys("block.hight")

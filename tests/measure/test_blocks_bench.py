@@ -1,0 +1,28 @@
+"""The bench of assemblies by their number of blocks."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from tests.shared.commands import invoke, succeed
+from warprock.measure import blocks_bench
+
+
+def test_a_small_wall_is_measured(monkeypatch: pytest.MonkeyPatch):
+    """Three courses of three blocks, two of the middle one halves at its ends.
+
+    Three joints with the ground, six between one course and the next, and two, three and two
+    upright ones.
+    """
+    monkeypatch.setattr(blocks_bench, "TRIES", 1)
+    (row,) = json.loads(succeed("bench", "blocks", "--blocks", "10", "--json").stdout)["rows"]
+    assert (row["blocks"], row["joints"], row["status"]) == (10, 22, "ok")
+    assert row["cpu_us_per_step"] == pytest.approx(1e3 * row["cpu_per_motion"])
+
+
+def test_numbers_of_blocks_have_bounds():
+    result = invoke("bench", "blocks", "--blocks", "10", "--blocks", "1")
+    assert result.exit_code == 2
+    assert "--blocks: got 1, must be a number of blocks from 2 to 20,000" in result.output
