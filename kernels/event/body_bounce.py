@@ -9,9 +9,9 @@ has v = 0: the impact of the other end may lift it. Let s be the motion with the
 -e v at the corners and none along the base. Then the velocity after the impact plus s obeys the law
 without rebound for the velocity before it plus s, so that `law_velocity` finds both.
 
-- A corner slower than `slow` does not bounce: its flight would last less than the longest step,
-  2 e v < g step. So bounces that follow one another ever faster come to an end. Their height is of
-  second order in the step.
+- A corner slower than `slow` does not bounce: its flight, 2 e v / g, would last less than a part of
+  the longest step. So bounces that follow one another ever faster come to an end. The height of
+  those that are left out is of second order in the step.
 - An impact that would make energy is a mixture of those with and without rebound, see bounce.py.
 
 References:

@@ -7,8 +7,8 @@ base, which is one motion of the body, since all of them lie on the plane of the
 
 - Points that rise before the impact take no part in it. If the others make one of them sink, that
   is the next impact.
-- If none comes down faster than `slow`, none bounces: the longest flight would last less than the
-  longest step. If one does, all bounce, the slower ones by less than that.
+- If none comes down faster than `slow`, none bounces: the longest flight would last less than a
+  part of the longest step. If one does, all bounce, the slower ones by less than that.
 - An impact that would make energy is a mixture of those with and without rebound, see bounce.py.
 
 Points that leave the base fly, and land when they are back.

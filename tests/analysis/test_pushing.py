@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pathlib
+
 import numpy as np
 import pytest
 
@@ -45,3 +47,13 @@ def test_a_map_is_of_pulses():
 def test_an_engine_is_named_for_pushes_alone():
     with pytest.raises(wr.InputError, match="engine"):
         wr.limit(DRUMS, "assembly", progress=False)
+
+
+def test_the_page_of_a_push_tells_limit_analysis_beside_the_collapse(tmp_path: pathlib.Path):
+    push = {"motion.waveform": "push", "motion.amplitude": "0.5 g", "contact.friction": 0.7}
+    longer = {"run.duration": "6 s"}
+    run = wr.run(DRUMS, overrides=push | longer, tolerance=None, progress=False)
+    said = "a steady sideways load of 0.333 of the weight brings it down"
+    assert said in " ".join(run.finding.sentences)
+    run.save(tmp_path / "push")
+    assert said in (tmp_path / "push" / "report.html").read_text(encoding="utf-8")

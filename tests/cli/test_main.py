@@ -90,14 +90,23 @@ def refused(result: Result, *words: str) -> None:
             {"rich", "pydantic", "numpy", "warp"},
         ),
         ("import warprock; warprock.Case; warprock.run", {"pydantic", "numpy"}),
+        ("import warprock.paper.reproduce", {"rich", "pydantic", "numpy", "pandas", "pyarrow"}),
     ],
-    ids=["help", "keys", "list", "explain", "run", "import"],
+    ids=["help", "keys", "list", "explain", "run", "import", "reproduce"],
 )
 def test_the_command_line_starts_without_anything_heavy(does: str, needs: set[str], python: Python):
     used = f"print('uses:', *(set({HEAVY!r}) & sys.modules.keys()))"
     done = python("-c", f"import sys; from warprock.cli.main import main; {does}\n{used}")
     assert done.returncode == 0, done.stderr
     assert set(done.stdout.split("uses:")[-1].split()) <= needs
+
+
+def test_a_command_ends_without_a_last_look_for_garbage(python: Python):
+    told = "import atexit, gc, sys; atexit.register(lambda: print(gc.get_freeze_count() > 0))"
+    asked = "sys.argv = ['warprock', '--version']; from warprock.cli.main import entry; entry()"
+    done = python("-c", f"{told}; {asked}")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "True"
 
 
 def test_python_m_warprock_is_the_command_line(python: Python):

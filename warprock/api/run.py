@@ -21,7 +21,7 @@ from warprock.case.run import Run as RunTable
 from warprock.case.validation import refusing, validated
 from warprock.errors import InputError
 from warprock.findings.finding import Finding
-from warprock.findings.run import find_run
+from warprock.findings.run import LIMIT_ANALYSIS, find_run
 from warprock.model.response import Response
 from warprock.quantity import Said
 from warprock.running.case_run import (
@@ -191,9 +191,10 @@ class Run(Found):
 
     def write(self, folder: pathlib.Path) -> list[pathlib.Path]:
         """Writes the lane table, cells, histories and `run.json`."""
-        return write_run(
-            self.found, folder, {lane: run_lane(self.found, lane) for lane in self.kept}
-        )
+        histories = {lane: run_lane(self.found, lane) for lane in self.kept}
+        facts = self.finding.facts
+        besides = {LIMIT_ANALYSIS: facts[LIMIT_ANALYSIS]} if LIMIT_ANALYSIS in facts else {}
+        return write_run(self.found, folder, histories, besides=besides)
 
     def scenes(self) -> Mapping[str, Any]:
         """Lanes to play on the page."""

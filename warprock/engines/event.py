@@ -36,6 +36,7 @@ from warprock.model import rocking
 from warprock.model.bodies import CORNERS, Bodies, boxes_on_corners
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions, RecordMotions, UprightMotions
+from warprock.model.pose import bottom_corners
 from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import EventSettings
@@ -59,6 +60,12 @@ estimates held in 96 % of the lanes with 1, in 99.4 % with 0.5)."""
 MOTION_STEP = 1.0
 """Longest step of single boxes in the plane, times the largest angular frequency of their motion:
 its Taylor polynomials end at degree 8."""
+
+SHORTEST_BOUNCE = 0.0625
+"""Shortest flight of a corner that bounces, over the longest step; shorter ones are left out. The
+difference of two runs does not show them where both leave out the same. Of 256 pulses the estimates
+held in all lanes at restitutions of 0.2 to 0.6, in 96 to 100 % with 0.25 and in 80 to 88 % with 1,
+which saves 7 % of the steps; at 0.8 in 95 to 98 %."""
 
 HELD_STEP = 0.4
 """Longest step of held blocks times the largest angular frequency of block, ties and motion: what
@@ -231,6 +238,11 @@ class Event(KernelEngine):
         boxes = cast(SpatialLanes, lanes)
         sizes = np.stack([boxes.width, boxes.depth, boxes.height], axis=-1)
         body = boxes_on_corners(sizes=sizes, mass=lanes.mass, gyration=own)
+        if not lanes.thrown:
+            # It ends where it has overturned, and does not come down on its side.
+            feet = bottom_corners(boxes)
+            count = np.full(lanes.lane_count, feet.shape[1], np.int32)
+            body = dataclasses.replace(body, points=feet, count=count)
         release = lanes.release and dataclasses.replace(lanes.release, gyration=None)
         return dataclasses.replace(boxes, body=body, release=release)
 
@@ -336,11 +348,11 @@ class Event(KernelEngine):
     def _rebound(self, longest_step: Array) -> dict[str, Array]:
         """How corners bounce: the restitution, and the speed [m/s] up to which they do not.
 
-        A bounce that would last less than the longest step, 2 e v / g, is left out.
+        A bounce that would last less than a part of the longest step, 2 e v / g, is left out.
         """
-        kept = np.full(longest_step.shape, self.settings.restitution)
+        kept, shortest = np.full(longest_step.shape, self.settings.restitution), SHORTEST_BOUNCE
         with np.errstate(divide="ignore"):
-            return {"rebound": kept, "slow": 0.5 * GRAVITY * longest_step / kept}
+            return {"rebound": kept, "slow": 0.5 * GRAVITY * shortest * longest_step / kept}
 
     def _held_inputs(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes

@@ -161,9 +161,10 @@ def assembly_sentences(facts: Facts, table: Table) -> list[str]:
         tilt = ""
         if "tilt_rate_deg_s" in table:
             tilt = f", a tilt of {three(float(np.degrees(np.arctan(load))))} deg"
+        began = f"at a sideways load of {three(load)} of the weight{tilt}" if load else "at once"
         told.append(
-            f"{what} had fallen at {three(fell[first])} s. The motion that ended so began at a "
-            f"sideways load of {three(load)} of the weight{tilt}; {joint_words(table, first)}."
+            f"{what} had fallen at {three(fell[first])} s. The motion that ended so began {began}; "
+            f"{joint_words(table, first)}."
             f"{limit_words(facts, first, tilted=bool(tilt))}"
         )
     elif not len(up):
@@ -189,9 +190,13 @@ def joint_words(table: Table, row: int) -> str:
     return f"joints {' and '.join(parts)}" if parts else "no joint opened or slid"
 
 
+LIMIT_ANALYSIS = "limit_analysis"
+"""What `run.json` says of the first assembly that collapsed, if one did."""
+
+
 def limit_words(facts: Facts, row: int, *, tilted: bool) -> str:
     """What limit analysis says of a lane that collapsed, as a sentence; empty of other lanes."""
-    limit = facts.get("limit_analysis")
+    limit = facts.get(LIMIT_ANALYSIS)
     if limit is None or limit["row"] != row:
         return ""
     load = limit["load_factor"]
@@ -235,7 +240,7 @@ def limit_beside(run: CaseRun) -> dict[str, Any]:
         "coulomb_load_factor": coulomb if np.isfinite(coulomb) else None,
         "upper_bound": collapse.upper_bound,
     }
-    return {"limit_analysis": limit}
+    return {LIMIT_ANALYSIS: limit}
 
 
 def tie_sentences(facts: Mapping[str, Any], table: Table) -> list[str]:

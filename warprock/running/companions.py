@@ -170,7 +170,9 @@ class Companions:
             return STACK
         upright = isinstance(self.motions, UprightMotions)
         own = self.lanes.spatial or self.lanes.on_points or self.lanes.restitution_given or upright
-        return BODY if own else BLOCK
+        # What bounces runs as a body.
+        bounces = getattr(self.settings, "restitution", 0.0) > 0.0
+        return BODY if own or bounces else BLOCK
 
     @property
     def rest_is_known(self) -> bool:

@@ -140,6 +140,8 @@ def write_run(
     run: CaseRun,
     folder: str | os.PathLike[str],
     histories: Mapping[int, Response] | None = None,
+    *,
+    besides: Mapping[str, Any] | None = None,
 ) -> list[pathlib.Path]:
     """Writes the lane table, that of cells of an ensemble, histories asked for, and `run.json`.
 
@@ -149,6 +151,7 @@ def write_run(
         run: The run.
         folder: Where to; made if it does not exist.
         histories: One-lane responses with histories, by number of the lane.
+        besides: What `run.json` says besides: limit analysis of an assembly that collapsed.
 
     Returns:
         The files, in the order in which they were written; `run.json` comes last.
@@ -164,7 +167,7 @@ def write_run(
         ...     [path.name for path in wr.write_run(run, pathlib.Path(folder))]
         ['lanes.parquet', 'lanes.csv', 'run.json']
     """
-    facts = provenance(run)
+    facts = provenance(run) | dict(besides or {})
     table = lane_table(run.lane_set, run.response)
     table.attrs["footer"] = {name: facts[name] for name in ("engine", "estimate", "tolerance")}
     tables = {LANE_TABLE: table}

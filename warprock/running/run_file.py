@@ -87,6 +87,12 @@ COMMON: dict[Any, Shape] = {
     "duration_s?": float,
     "shortest_duration_s?": float,
     "wall_time_s?": float,
+    "limit_analysis?": {
+        "row": int,
+        "load_factor": (float, None),
+        "coulomb_load_factor": (float, None),
+        "upper_bound": bool,
+    },
 }
 """What results of any kind may say."""
 

@@ -168,8 +168,8 @@ class EventSettings:
         float,
         SettingKey(
             "of single blocks and bodies: speed at which a corner that lands leaves the base "
-            "again, as a part of that at which it came; a bounce that would last less than the "
-            "longest step is left out",
+            "again, as a part of that at which it came; a bounce that would last less than a "
+            "sixteenth of the longest step is left out",
             0.0,
             1.0,
         ),
