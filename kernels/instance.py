@@ -113,6 +113,7 @@ PARAMETERS = (
     "BOUNCES",
     "SPRINGS",
     "BONDS",
+    "TREES",
 )
 """Names that the loader sets in a kernel file: the arguments of `kernel_module`, in capitals."""
 
@@ -208,6 +209,7 @@ def kernel_module(
     bounces: bool = False,
     springs: bool = False,
     bonds: bool = False,
+    trees: bool = False,
 ) -> ModuleType:
     """The instance of a kernel file for a precision, a kind of ground motion and a stack.
 
@@ -228,13 +230,14 @@ def kernel_module(
         bounces: Whether what strikes its base in `event` leaves it with a part of its speed.
         springs: Whether the contacts of an assembly are springs.
         bonds: Whether joints of an assembly have cohesion and tensile strength until they break.
+        trees: Whether joints of some assemblies form trees.
 
     Raises:
         OSError: A kernel file cannot be read.
     """
     values = (
         precision, motion, iterations, blocks, lanes, friction, points, vertical, chains,
-        prescribed, thrown, bounces, springs, bonds,
+        prescribed, thrown, bounces, springs, bonds, trees,
     )  # fmt: skip
     with _LOCK:
         return _instance(file, dict(zip(PARAMETERS, values, strict=True)))

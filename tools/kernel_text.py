@@ -28,6 +28,7 @@ def main() -> None:
     ask.add_argument("--thrown", action="store_true")
     ask.add_argument("--springs", action="store_true")
     ask.add_argument("--bonds", action="store_true")
+    ask.add_argument("--trees", action="store_true")
     asked = vars(ask.parse_args())
     module = kernel_module(asked.pop("file"), **asked)
     if module.__name__ not in TEXTS:

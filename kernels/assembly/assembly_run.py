@@ -64,6 +64,7 @@ from warprock.kernels.assembly.meeting import (
     observe_free,
 )
 from warprock.kernels.assembly.solve import (
+    Leap,
     Solve,
     Trail,
     Way,
@@ -71,17 +72,6 @@ from warprock.kernels.assembly.solve import (
     extrapolate,
     start_solve,
     sweep_contact,
-)
-from warprock.kernels.assembly.tree import (
-    Node,
-    add_contact,
-    aim,
-    change_of,
-    eliminate,
-    leap_to,
-    limit_share,
-    start_node,
-    substitute,
 )
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import OVERTURNED, RUNNING, STALLED, UNSOLVED
@@ -91,6 +81,18 @@ from warprock.kernels.rows import kernel, rows
 
 if BONDS:
     from warprock.kernels.assembly.bond import Bond, Breaks, after_break, is_torn
+if TREES:
+    from warprock.kernels.assembly.tree import (
+        Node,
+        add_contact,
+        aim,
+        change_of,
+        eliminate,
+        leap_to,
+        limit_share,
+        start_node,
+        substitute,
+    )
 if SPRINGS:
     from warprock.kernels.assembly.spring import Pace, Spring, Store, press
 
@@ -137,10 +139,9 @@ def run_lanes(
     account = rows(Account)
     seen = rows(Seen)
     near = rows(Near)
-    if SPRINGS:
-        pass
-    else:
+    if TREES:
         node = rows(Node, BLOCKS)
+        leap = rows(Leap)
         node_count = int(laid.graph[pack, TREE])
     if SPRINGS:
         spring = rows(Spring, POINTS)
@@ -442,7 +443,13 @@ def run_lanes(
             for i in range(LANES):
                 most = wp.where(clock[i].count < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
                 own = solve[i]
-                decide(knobs.settled, most, node_count > 0, own)
+                if TREES:
+                    jump = leap[i]
+                    decide(knobs.settled, most, node_count > 0, own, jump)
+                    leap[i] = jump
+                else:
+                    none = Leap()
+                    decide(knobs.settled, most, False, own, none)
                 solve[i] = own
             for k in range(block_count):
                 for i in range(LANES):
@@ -451,116 +458,120 @@ def run_lanes(
                     extrapolate(solve[i].beta, v, behind)
                     new[k, i] = v
                     trail[k, i] = behind
-            leaping = int(0)
-            for i in range(LANES):
-                leaping = leaping + solve[i].leap
-            if leaping > 0:
-                for k in range(block_count + 1):
-                    for i in range(LANES):
-                        node[k, i] = start_node(mass[k, i])
-                for joint in range(contact_count // 2):
-                    q, p = 2 * joint, 2 * joint + 1
-                    place = int(laid.graph[pack, TREE + 1 + 2 * BLOCKS + joint])
-                    a, b = (
-                        int(laid.graph[pack, 2 + 2 * joint]),
-                        int(laid.graph[pack, 3 + 2 * joint]),
-                    )
-                    child, parent = wp.where(place % 2 == 0, a, b), wp.where(place % 2 == 0, b, a)
-                    for i in range(LANES):
-                        below = node[child, i]
-                        above = node[parent, i]
-                        add_contact(
-                            contact[q, i], impulse[q, i], place, new[a, i], new[b, i],
-                            below, above,
-                        )  # fmt: skip
-                        add_contact(
-                            contact[p, i], impulse[p, i], place, new[a, i], new[b, i],
-                            below, above,
-                        )  # fmt: skip
-                        node[child, i] = below
-                        node[parent, i] = above
-                for m in range(node_count):
-                    child = int(laid.graph[pack, TREE + 1 + 2 * m])
-                    parent = int(laid.graph[pack, TREE + 2 + 2 * m])
-                    for i in range(LANES):
-                        below = node[child, i]
-                        above = node[parent, i]
-                        eliminate(below, above)
-                        node[child, i] = below
-                        node[parent, i] = above
-                for m in range(node_count):
-                    last_first = node_count - 1 - m
-                    child = int(laid.graph[pack, TREE + 1 + 2 * last_first])
-                    parent = int(laid.graph[pack, TREE + 2 + 2 * last_first])
-                    for i in range(LANES):
-                        below = node[child, i]
-                        substitute(node[parent, i], below)
-                        node[child, i] = below
-                for joint in range(contact_count // 2):
-                    q, p = 2 * joint, 2 * joint + 1
-                    a, b = (
-                        int(laid.graph[pack, 2 + 2 * joint]),
-                        int(laid.graph[pack, 3 + 2 * joint]),
-                    )
-                    for i in range(LANES):
-                        leaps = solve[i].leap > 0
-                        da = change_of(node[a, i], mass[a, i])
-                        db = change_of(node[b, i], mass[b, i])
-                        along = way[q, i]
-                        beside = way[p, i]
-                        aim(
-                            contact[q, i], impulse[q, i], new[a, i], new[b, i], da, db,
-                            along,
-                        )  # fmt: skip
-                        aim(
-                            contact[p, i], impulse[p, i], new[a, i], new[b, i], da, db,
-                            beside,
-                        )  # fmt: skip
-                        own = solve[i]
-                        limit_share(
-                            contact[q, i], impulse[q, i], along, contact[p, i], impulse[p, i],
-                            beside, own,
-                        )  # fmt: skip
-                        solve[i].share = own.share
-                        way[q, i] = wp.where(leaps, along, way[q, i])
-                        way[p, i] = wp.where(leaps, beside, way[p, i])
-                for joint in range(contact_count // 2):
-                    q, p = 2 * joint, 2 * joint + 1
-                    a, b = (
-                        int(laid.graph[pack, 2 + 2 * joint]),
-                        int(laid.graph[pack, 3 + 2 * joint]),
-                    )
-                    for i in range(LANES):
-                        leaps = solve[i].leap > 0
-                        n0, t0, n1, t1 = leap_to(
-                            contact[q, i], impulse[q, i], way[q, i], contact[p, i],
-                            impulse[p, i], way[p, i], solve[i].share,
-                        )  # fmt: skip
-                        zero = real(0.0)
-                        n0, t0 = wp.where(leaps, n0, zero), wp.where(leaps, t0, zero)
-                        n1, t1 = wp.where(leaps, n1, zero), wp.where(leaps, t1, zero)
-                        impulse[q, i].n = impulse[q, i].n + n0
-                        impulse[q, i].t = impulse[q, i].t + t0
-                        impulse[p, i].n = impulse[p, i].n + n1
-                        impulse[p, i].t = impulse[p, i].t + t1
-                        va = new[a, i]
-                        vb = new[b, i]
-                        push(contact[q, i], n0, t0, mass[a, i], mass[b, i], va, vb)
-                        push(contact[p, i], n1, t1, mass[a, i], mass[b, i], va, vb)
-                        new[a, i] = va
-                        new[b, i] = vb
-                        way[q, i].dn = wp.where(leaps, zero, way[q, i].dn)
-                        way[q, i].dt = wp.where(leaps, zero, way[q, i].dt)
-                        way[p, i].dn = wp.where(leaps, zero, way[p, i].dn)
-                        way[p, i].dt = wp.where(leaps, zero, way[p, i].dt)
-                for k in range(block_count):
-                    for i in range(LANES):
-                        zero = real(0.0)
-                        v = new[k, i]
-                        trail[k, i] = wp.where(
-                            solve[i].leap > 0, Trail(zero, zero, zero, v.x, v.z, v.omega),
-                            trail[k, i],
-                        )  # fmt: skip
+            if TREES:
+                leaping = int(0)
+                for i in range(LANES):
+                    leaping = leaping + leap[i].next
+                if leaping > 0:
+                    for k in range(block_count + 1):
+                        for i in range(LANES):
+                            node[k, i] = start_node(mass[k, i])
+                    for joint in range(contact_count // 2):
+                        q, p = 2 * joint, 2 * joint + 1
+                        place = int(laid.graph[pack, TREE + 1 + 2 * BLOCKS + joint])
+                        a, b = (
+                            int(laid.graph[pack, 2 + 2 * joint]),
+                            int(laid.graph[pack, 3 + 2 * joint]),
+                        )
+                        child, parent = (
+                            wp.where(place % 2 == 0, a, b),
+                            wp.where(place % 2 == 0, b, a),
+                        )
+                        for i in range(LANES):
+                            below = node[child, i]
+                            above = node[parent, i]
+                            add_contact(
+                                contact[q, i], impulse[q, i], place, new[a, i], new[b, i],
+                                below, above,
+                            )  # fmt: skip
+                            add_contact(
+                                contact[p, i], impulse[p, i], place, new[a, i], new[b, i],
+                                below, above,
+                            )  # fmt: skip
+                            node[child, i] = below
+                            node[parent, i] = above
+                    for m in range(node_count):
+                        child = int(laid.graph[pack, TREE + 1 + 2 * m])
+                        parent = int(laid.graph[pack, TREE + 2 + 2 * m])
+                        for i in range(LANES):
+                            below = node[child, i]
+                            above = node[parent, i]
+                            eliminate(below, above)
+                            node[child, i] = below
+                            node[parent, i] = above
+                    for m in range(node_count):
+                        last_first = node_count - 1 - m
+                        child = int(laid.graph[pack, TREE + 1 + 2 * last_first])
+                        parent = int(laid.graph[pack, TREE + 2 + 2 * last_first])
+                        for i in range(LANES):
+                            below = node[child, i]
+                            substitute(node[parent, i], below)
+                            node[child, i] = below
+                    for joint in range(contact_count // 2):
+                        q, p = 2 * joint, 2 * joint + 1
+                        a, b = (
+                            int(laid.graph[pack, 2 + 2 * joint]),
+                            int(laid.graph[pack, 3 + 2 * joint]),
+                        )
+                        for i in range(LANES):
+                            leaps = leap[i].next > 0
+                            da = change_of(node[a, i], mass[a, i])
+                            db = change_of(node[b, i], mass[b, i])
+                            along = way[q, i]
+                            beside = way[p, i]
+                            aim(
+                                contact[q, i], impulse[q, i], new[a, i], new[b, i], da, db,
+                                along,
+                            )  # fmt: skip
+                            aim(
+                                contact[p, i], impulse[p, i], new[a, i], new[b, i], da, db,
+                                beside,
+                            )  # fmt: skip
+                            jump = leap[i]
+                            limit_share(
+                                contact[q, i], impulse[q, i], along, contact[p, i], impulse[p, i],
+                                beside, jump,
+                            )  # fmt: skip
+                            leap[i] = jump
+                            way[q, i] = wp.where(leaps, along, way[q, i])
+                            way[p, i] = wp.where(leaps, beside, way[p, i])
+                    for joint in range(contact_count // 2):
+                        q, p = 2 * joint, 2 * joint + 1
+                        a, b = (
+                            int(laid.graph[pack, 2 + 2 * joint]),
+                            int(laid.graph[pack, 3 + 2 * joint]),
+                        )
+                        for i in range(LANES):
+                            leaps = leap[i].next > 0
+                            n0, t0, n1, t1 = leap_to(
+                                contact[q, i], impulse[q, i], way[q, i], contact[p, i],
+                                impulse[p, i], way[p, i], leap[i].share,
+                            )  # fmt: skip
+                            zero = real(0.0)
+                            n0, t0 = wp.where(leaps, n0, zero), wp.where(leaps, t0, zero)
+                            n1, t1 = wp.where(leaps, n1, zero), wp.where(leaps, t1, zero)
+                            impulse[q, i].n = impulse[q, i].n + n0
+                            impulse[q, i].t = impulse[q, i].t + t0
+                            impulse[p, i].n = impulse[p, i].n + n1
+                            impulse[p, i].t = impulse[p, i].t + t1
+                            va = new[a, i]
+                            vb = new[b, i]
+                            push(contact[q, i], n0, t0, mass[a, i], mass[b, i], va, vb)
+                            push(contact[p, i], n1, t1, mass[a, i], mass[b, i], va, vb)
+                            new[a, i] = va
+                            new[b, i] = vb
+                            way[q, i].dn = wp.where(leaps, zero, way[q, i].dn)
+                            way[q, i].dt = wp.where(leaps, zero, way[q, i].dt)
+                            way[p, i].dn = wp.where(leaps, zero, way[p, i].dn)
+                            way[p, i].dt = wp.where(leaps, zero, way[p, i].dt)
+                    for k in range(block_count):
+                        for i in range(LANES):
+                            zero = real(0.0)
+                            v = new[k, i]
+                            trail[k, i] = wp.where(
+                                leap[i].next > 0, Trail(zero, zero, zero, v.x, v.z, v.omega),
+                                trail[k, i],
+                            )  # fmt: skip
     if found.rotations.shape[0] > 0:
         for i in range(LANES):
             for sample in range(int(clock[i].sample), samples):

@@ -78,9 +78,6 @@ class Solve:
         left: `worst` of the last sweep [m/s].
         loose: What may be left after `LONG` sweeps [m/s].
         sweeps: Sweeps of this step.
-        leaps: Leaps of this step, see tree.py.
-        leap: 1 where one comes next, else 0.
-        share: The part of it that keeps the law of all contacts.
     """
 
     on: real
@@ -91,8 +88,20 @@ class Solve:
     left: real
     loose: real
     sweeps: int
-    leaps: int
-    leap: int
+
+
+@wp.struct
+class Leap:
+    """The leaps of a lane, see tree.py.
+
+    Attributes:
+        count: Leaps of this step.
+        next: 1 where one comes next, else 0.
+        share: The part of it that keeps the law of all contacts.
+    """
+
+    count: int
+    next: int
     share: real
 
 
@@ -106,7 +115,7 @@ def start_solve(on: real, bound: real, speed: real) -> Solve:
         speed: Largest speed of a corner in the lane [m/s].
     """
     zero = real(0.0)
-    return Solve(on, zero, zero, zero, zero, zero, larger(bound, SHARE * speed), 0, 0, 0, zero)
+    return Solve(on, zero, zero, zero, zero, zero, larger(bound, SHARE * speed), 0)
 
 
 if BONDS:
@@ -173,7 +182,7 @@ def sweep_contact(
 
 
 @wp.func
-def decide(bound: real, most: int, leaps: bool, solve: wp.ref[Solve]):
+def decide(bound: real, most: int, leaps: bool, solve: wp.ref[Solve], leap: wp.ref[Leap]):
     """Whether a lane sweeps on, and how, after a sweep.
 
     Args:
@@ -181,25 +190,27 @@ def decide(bound: real, most: int, leaps: bool, solve: wp.ref[Solve]):
         most: Most sweeps of a step.
         leaps: Whether its joints form a tree, see tree.py.
         solve: Its solve.
+        leap: Its leaps.
     """
     zero, on = real(0.0), real(solve.on)
     square, before, worst = real(solve.square), real(solve.before), real(solve.worst)
     live = on > zero
-    fails = solve.leap > 0 and worst > HALF * solve.left
-    solve.leaps = wp.where(fails, LEAPS, solve.leaps)
-    may_leap = leaps and solve.leaps < LEAPS
+    count = wp.where(solve.sweeps == 0, 0, leap.count)
+    fails = leap.next > 0 and worst > HALF * solve.left
+    count = wp.where(fails, LEAPS, count)
+    may_leap = leaps and count < LEAPS
     left = wp.where(may_leap, TIGHT * bound, wp.where(solve.sweeps < LONG, bound, solve.loose))
     goes = live and worst > left and solve.sweeps + 1 < most
-    leap = goes and may_leap
-    solve.leap = wp.where(leap, 1, 0)
-    solve.leaps = solve.leaps + wp.where(leap, 1, 0)
-    solve.share = real(1.0)
+    jumps = goes and may_leap
+    leap.next = wp.where(jumps, 1, 0)
+    leap.count = count + leap.next
+    leap.share = real(1.0)
     plain = solve.sweeps % (ALONG + STRAIGHT) >= ALONG
     shrinks = before > zero and square < GROWN * before and not plain
     solve.sweeps = solve.sweeps + wp.where(live, 1, 0)
     kept = smaller(square / wp.where(shrinks, before, real(1.0)), real(1.0))
-    solve.beta = wp.where(goes and shrinks and not leap, kept, zero)
-    solve.before = wp.where(live, wp.where(leap, zero, square), before)
+    solve.beta = wp.where(goes and shrinks and not jumps, kept, zero)
+    solve.before = wp.where(live, wp.where(jumps, zero, square), before)
     solve.left = wp.where(live, worst, solve.left)
     solve.on = wp.where(goes, real(1.0), zero)
     solve.worst = zero

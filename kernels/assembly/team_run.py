@@ -62,6 +62,7 @@ from warprock.kernels.assembly.meeting import (
     observe_free,
 )
 from warprock.kernels.assembly.solve import (
+    Leap,
     Solve,
     Trail,
     Way,
@@ -517,7 +518,8 @@ def run_lanes(
             solve[0].square = all_of.square
             solve[0].worst = all_of.worst
             own = solve[0]
-            decide(knobs.settled, most, False, own)
+            none = Leap()
+            decide(knobs.settled, most, False, own, none)
             solve[0] = own
             for p in range(share(crew, rank, block_packs), share(crew, next_rank, block_packs)):
                 trails = wp.array(ptr=place(store.trail.ptr, p, TRAIL), shape=(TRAIL,), dtype=real)

@@ -21,7 +21,7 @@ bound.
 import warp as wp
 
 from warprock.kernels.assembly.joint import Contact, Impulse, Mass, Velocity, approach, slip
-from warprock.kernels.assembly.solve import Solve, Way, least_normal, most_drag
+from warprock.kernels.assembly.solve import Leap, Way, least_normal, most_drag
 
 WEIGHT = by_precision(1.0e7, 1.0e3)
 """r: the larger, the less a leap leaves, and the more round-off: r times that of a velocity."""
@@ -298,23 +298,23 @@ def aim(
 @wp.func
 def limit_share(
     at: Contact, impulse: Impulse, way: Way, end: Contact, other: Impulse, along: Way,
-    solve: wp.ref[Solve],
+    leap: wp.ref[Leap],
 ):  # fmt: skip
     """Shortens the way of a lane to what keeps the law of a joint.
 
     Args:
         at, impulse, way: One end of it, its impulses and their change.
         end, other, along: The same of the other end.
-        solve: The solve of the lane, with `share`.
+        leap: The leap of the lane, with `share`.
     """
-    part = within(impulse.n - least_normal(impulse), -way.dn, solve.share)
+    part = within(impulse.n - least_normal(impulse), -way.dn, leap.share)
     part = within(other.n - least_normal(other), -along.dn, part)
     stuck = sticks(at, impulse) or sticks(end, other)
     bound = most_drag(at.friction, impulse.n, impulse) + most_drag(end.friction, other.n, other)
     grows = fused(at.friction, way.dn, end.friction * along.dn)
     t, dt = impulse.t + other.t, way.dt + along.dt
     kept = within(bound + t, -dt - grows, within(bound - t, dt - grows, part))
-    solve.share = wp.where(stuck, kept, part)
+    leap.share = wp.where(stuck, kept, part)
 
 
 @wp.func

@@ -27,6 +27,7 @@ from warprock.engines.assembly_packs import (
     room_for_pairs,
     side_rows,
     sorts_of,
+    tree_of,
 )
 from warprock.engines.assembly_team import Given, run_team
 from warprock.engines.base import KernelEngine
@@ -123,9 +124,10 @@ class Assembly(KernelEngine):
         if isinstance(scene, Lanes):
             large, joints = bool(_large(scene).all()), _of(scene).most_joints
             bonded = _of(scene).bonded
+            trees = any(len(tree_of(kind).order) for kind in _of(scene).kinds)
         else:
             joints = scene.contact_point_count // 2
-            large, bonded = joints > LARGE, scene.bonded
+            large, bonded, trees = joints > LARGE, scene.bonded, False
         packed = self.target.kernel_form is Form.PACKED
         if large and not self.on_springs:
             return Kernel(assembly, "team_run", lanes=LANE_WIDTH if packed else 1)
@@ -139,6 +141,7 @@ class Assembly(KernelEngine):
             points=2 * room + 1,
             springs=self.on_springs,
             bonds=bonded and not self.on_springs,
+            trees=trees and not self.on_springs,
         )
 
     def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
@@ -154,6 +157,7 @@ class Assembly(KernelEngine):
             points=kernel.points,
             springs=kernel.springs,
             bonds=kernel.bonds,
+            trees=kernel.trees,
         )
         return module
 

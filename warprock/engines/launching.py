@@ -110,6 +110,7 @@ class Kernel:
         bounces: Whether what strikes its base in `event` leaves it with a part of its speed.
         springs: Whether the contacts of an assembly are springs.
         bonds: Whether joints of an assembly have cohesion and tensile strength until they break.
+        trees: Whether joints of some assemblies form trees.
     """
 
     scheme: ModuleType
@@ -122,6 +123,7 @@ class Kernel:
     bounces: bool = False
     springs: bool = False
     bonds: bool = False
+    trees: bool = False
 
     @property
     def file(self) -> str:
