@@ -4,6 +4,7 @@ import functools
 import inspect
 import pickle
 import re
+import sys
 from typing import Any
 
 import click
@@ -13,7 +14,7 @@ import pytest
 
 import warprock as wr
 from warprock.cli.main import main
-from warprock.errors import written_as
+from warprock.errors import InputError, written_as
 from warprock.paper.reproduce import TARGETS
 
 pytestmark = pytest.mark.usefixtures("nothing_rendered")
@@ -186,3 +187,11 @@ def test_a_table_of_the_paper_is_known_however_it_is_written(target):
     assert written_as(target, TARGETS) == "table6"
     assert written_as("single_block", TARGETS) == "single-block"
     assert written_as("table-66", TARGETS) == "table-66"
+
+
+def test_a_table_is_asked_for_where_nobody_has_loaded_pandas(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.delitem(sys.modules, "pandas", raising=False)
+    with pytest.raises(InputError, match=r"keys: got 3, must be a dict or a DataFrame"):
+        wr.Sweep(3)  # type: ignore[arg-type]
+    assert "pandas" not in sys.modules
+    assert list(wr.Sweep({"block.height": ["1 m"]})) == ["block.height"]

@@ -90,8 +90,9 @@ def refused(result: Result, *words: str) -> None:
             {"rich", "pydantic", "numpy", "warp"},
         ),
         ("import warprock; warprock.Case; warprock.run", {"pydantic", "numpy"}),
+        ("import warprock.paper.reproduce", {"rich", "pydantic", "numpy", "pandas", "pyarrow"}),
     ],
-    ids=["help", "keys", "list", "explain", "run", "import"],
+    ids=["help", "keys", "list", "explain", "run", "import", "reproduce"],
 )
 def test_the_command_line_starts_without_anything_heavy(does: str, needs: set[str], python: Python):
     used = f"print('uses:', *(set({HEAVY!r}) & sys.modules.keys()))"
