@@ -237,6 +237,26 @@ def test_a_mirrored_motion_has_a_mirrored_answer():
     assert (np.split(found["outcome"], 2)[0] == np.split(found["outcome"], 2)[1]).all()
 
 
+def test_a_scene_that_is_turned_has_the_turned_answer():
+    """Turned by phi, gravity is g cos(phi) across the joints and g sin(phi) along them.
+
+    That is the upright scene under a sideways push of g tan(phi), slower by sqrt(cos(phi)). The
+    push acts half a step later than gravity, of 400 steps of a motion that grows like t^2 or more.
+    """
+    phi, end = np.radians(20.0), 0.4
+    turn = np.array([[np.cos(phi), np.sin(phi)], [-np.sin(phi), np.cos(phi)]])
+    pieces = patterns.column(1.0, 0.5, 7)
+    turned = [piece._replace(corners=np.asarray(piece.corners) @ turn.T) for piece in pieces]
+    slow = np.sqrt(np.cos(phi))
+    leaning = run(built(turned, 0.7), StillBase(1), end)
+    upright = run(
+        built(pieces, 0.7), pushes([np.tan(phi)], 1e-5, 1.0), end * slow, time_step=1e-3 * slow
+    )
+    assert leaning["peak_rotation"][0] > 0.01
+    for name in ("peak_rotation", "peak_displacement", "peak_opening"):
+        assert leaning[name] == pytest.approx(upright[name], rel=0.01)
+
+
 def test_contacts_take_energy_and_give_none():
     """Random arches and walls under pulses: what contacts gave back is nothing against the work."""
     draw = np.random.default_rng(5)
