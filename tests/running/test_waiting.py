@@ -21,7 +21,7 @@ def test_compiling_is_said_once_where_it_takes_long(tmp_path, monkeypatch):
 
 
 def test_a_run_of_minutes_is_announced_once_and_a_short_one_is_not(monkeypatch):
-    clock = iter([10.0, 22.0, 10.0, 11.0, 10.0])
+    clock = iter([10.0, 22.0, 10.0, 11.0, *[0.0] * waiting.ENOUGH])
     told = types.SimpleNamespace(perf_counter=lambda: next(clock), monotonic=time.monotonic)
     monkeypatch.setattr(waiting, "time", told)
     said = []
@@ -32,4 +32,7 @@ def test_a_run_of_minutes_is_announced_once_and_a_short_one_is_not(monkeypatch):
             for done in range(100, 1000, 100):
                 forecast(done)
     assert said == ["some 5 minutes to go, and more"]
-    waiting.Forecast(4000)(100)
+    # Lanes that are counted anew, chunk by chunk, tell nothing.
+    forecast = waiting.Forecast(4000)
+    for _ in range(waiting.ENOUGH):
+        forecast(1000)

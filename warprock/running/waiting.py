@@ -69,8 +69,8 @@ class Forecast:
     def __call__(self, done: int) -> None:
         """Is told the lanes finished so far."""
         self._calls += 1
-        if self._calls == 1:
-            self._first, self._begin = done, time.perf_counter()
+        if self._calls == 1 or done <= self._first:  # the first, or of the next chunk the first
+            self._calls, self._first, self._begin = 1, done, time.perf_counter()
         if self._calls != ENOUGH:
             return
         each = (time.perf_counter() - self._begin) / (done - self._first)
