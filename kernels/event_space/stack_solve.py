@@ -559,9 +559,10 @@ def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
         slope = look_at(s, g, RENEW)
         more = g.lift - last
         if turn % LEAP == LEAP - 1 and rounds == ROUNDS:
-            # Changes that shrink are a geometric series (Aitken); where they grow, they lead away.
+            # Changes that shrink are a geometric series (Aitken). Where they grow, a leap ends at
+            # another solution than the rounds do, with a slip that no finer step has.
             ratio, one = wp.dot(more, before) / larger(wp.dot(before, before), TINY), real(1.0)
-            ahead = FARTHEST
+            ahead = real(0.0)
             if ratio < one:
                 ahead = smaller(ratio / (one - ratio), FARTHEST)
             for i in range(s.t.total):

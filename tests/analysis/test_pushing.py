@@ -20,6 +20,7 @@ DRUMS = wr.Case(
 )
 
 
+@pytest.mark.thorough
 def test_drums_that_slide_and_drums_that_tip_collapse_at_their_loads():
     """At the friction, and at width / height: found to 1e-3, which steps of 1e-3 s add less to."""
     found = wr.limit(DRUMS, push=True, progress=False)

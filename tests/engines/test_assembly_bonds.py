@@ -47,6 +47,7 @@ def hanging(eccentricity: float, tension: float) -> Laid:
     return bonded((0.0, 0.0, 0.4, 0.5), above, plinth, tension=tension, cohesion=1e9)
 
 
+@pytest.mark.thorough
 def test_a_block_that_hangs_tears_off_by_the_stress_at_the_edge():
     """N = f_t A / (1 + 6 e / d): what hangs at a distance e from the middle of the joint."""
     weight, area, length = DENSITY * 0.2 * GRAVITY, 0.2 * DEPTH, 0.2
@@ -90,6 +91,7 @@ def test_a_block_slides_at_cohesion_and_friction_and_tips_at_its_tension():
     assert found["peak_slide"][1] == pytest.approx(way, rel=0.03)
 
 
+@pytest.mark.thorough
 def test_a_bonded_column_stands_where_a_dry_one_falls_until_its_lowest_joint_tears():
     """Four drums, 0.4 m wide and 1.2 m high: dry they fall at 1 / 3 of their weight sideways."""
     width, height, tension = 0.4, 1.2, 1e5

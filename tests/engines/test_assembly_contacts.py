@@ -170,6 +170,7 @@ def test_what_falls_lies_still_in_the_end_beside_and_on_others():
     assert (found["energy_lost"] > 0.0).all()
 
 
+@pytest.mark.thorough
 def test_a_lane_that_falls_has_the_same_bits_alone_and_in_both_forms():
     kinds, motions = heaps()
     found = run(kinds, motions, 1.2, 0.1)

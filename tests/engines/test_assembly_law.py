@@ -70,6 +70,7 @@ def path(scene: str) -> Array:
     return places
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("scene", first(2, [name for name in SCENES if name != "wall 1"]))
 def test_a_second_solver_goes_the_same_way_step_by_step(scene: str):
     """Contacts are solved to SETTLED; of a chain of joints a block may have some times that.

@@ -70,6 +70,7 @@ def test_joints_of_a_colour_share_no_block_that_can_move():
     assert sorted(layout.joint[layout.joint >= 0]) == list(range(kind.joints.count))
 
 
+@pytest.mark.thorough
 def test_large_and_small_lanes_in_one_batch(monkeypatch: pytest.MonkeyPatch):
     """Each has the form of its own size, and its numbers alone."""
     monkeypatch.setattr(assembly, "LARGE", 96)

@@ -194,6 +194,7 @@ def built_otherwise(module: str) -> Iterator[None]:
         wp.set_module_options(before, module=module)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "run",
     [pytest.param(run, id=run.name, marks=rebuilt_in(run)) for run in runs(DIFFERENT_KINDS)],

@@ -54,6 +54,7 @@ def test_collapse_loads_come_to_those_of_rigid_joints_as_springs_stiffen():
     assert soft[0] < 0.1 < soft[1]
 
 
+@pytest.mark.thorough
 def test_the_account_knows_what_springs_hold():
     """Dashpots and sliders take; what springs give back is what they held."""
     found = pushed(3e9, 0.99, 1.01)

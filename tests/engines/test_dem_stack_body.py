@@ -36,6 +36,7 @@ def run(lanes: Lanes, motions: GroundMotions, settings: DemSettings = STIFF) -> 
     return response
 
 
+@pytest.mark.thorough
 def test_boxes_as_bodies_are_the_stack_of_boxes() -> None:
     lanes, motions = random_pairs(8, 0.8), shaken(EIGHT)
     boxes, bodies = run(lanes, motions), run(as_bodies(lanes), motions)

@@ -87,6 +87,7 @@ def assert_follows_housner(count: int, seed: int, *, wall: bool, ties: int, load
     assert event["peak_slide"][stands].max() < 1e-12
 
 
+@pytest.mark.thorough
 @every_kind
 def test_without_sliding_it_is_housner(wall, ties, load, seed):
     assert_follows_housner(30, seed, wall=wall, ties=ties, load=load)

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import sines, velocity_steps
+from tests.shared.kinds import lanes_of, motions_of
 from tests.shared.spatial_blocks import along, mirrored, spatial_stack, unmoved
 from warprock.engines.event import Event
 from warprock.model.lanes import Lanes, SpatialLanes
-from warprock.model.motion import Control, GroundMotions, SpatialMotions
+from warprock.model.motion import Control, GroundMotions, MotionKind, SpatialMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.model.scene import scene_kind
 from warprock.running.batch import run_batch
@@ -170,3 +171,17 @@ def test_slippery_pairs_end_well_with_friction_as_a_box() -> None:
     settings = EventSettings(time_step=5e-3, friction_box=1)
     found = run_batch("event", SpatialLanes(**parts), motions, SampleTimes(2.0), settings=settings)
     assert (found["status"] == Status.OK).all()
+
+
+def test_a_pair_that_slides_hard_converges_and_takes_no_more_steps_than_it_has() -> None:
+    """Two slender blocks, let go and shaken, of which the upper one slides by 18 mm at once."""
+    second = np.array([1])
+    every = lanes_of("stack in space")
+    lanes, motions = every.take(second), motions_of(MotionKind.HARMONIC, every).take(second)
+    found = [respond(lanes, motions, SampleTimes(0.8), step) for step in (5e-3, 1.25e-3)]
+    coarse, fine = found
+    assert fine["peak_slide"][0] == pytest.approx([0.53e-3, 17.8e-3], rel=1e-2)
+    # Of the second order in the step, in parts of the slenderness angle .2.
+    np.testing.assert_allclose(coarse["peak_rotation"], fine["peak_rotation"], rtol=0.0, atol=1e-3)
+    np.testing.assert_allclose(coarse["peak_slide"], fine["peak_slide"], rtol=0.0, atol=2e-5)
+    assert fine["step_count"][0] < 1.2 * 0.8 / 1.25e-3

@@ -63,6 +63,7 @@ def cabinets(rotation: Array) -> Lanes:
     return with_body(lanes, 0, FOOT, gyration=0.05)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("friction", [0.3, 0.8])
 def test_boxes_as_bodies_are_the_stack_of_boxes(friction: float) -> None:
     lanes, motions = random_pairs(8, friction), shaken(EIGHT)

@@ -109,6 +109,7 @@ def test_an_uplift_needs_tan_of_the_slenderness_angle() -> None:
     np.testing.assert_allclose(needed, 0.999 * push / GRAVITY, rtol=ROUND_OFF)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("duration", [0.03, 0.2, 1.0])
 def test_a_block_at_rest_needs_the_largest_acceleration_over_weight(duration: float) -> None:
     draw = np.random.default_rng(4)

@@ -32,6 +32,7 @@ def run(lanes: Lanes, motions: GroundMotions, substeps: int = 20) -> Response:
     return response
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("friction", [0.15, 0.5])
 def test_a_box_as_a_body_is_the_box(friction: float) -> None:
     lanes = make_lanes(np.linspace(0.2, 0.5, 8), 1.0, np.linspace(-0.9, 0.9, 8), friction)

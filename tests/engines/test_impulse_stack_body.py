@@ -37,6 +37,7 @@ def run(lanes: Lanes, motions: GroundMotions, times: SampleTimes = TIMES) -> Res
     return response
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("friction", [0.3, 0.8])
 def test_boxes_as_bodies_are_the_stack_of_boxes(friction: float) -> None:
     lanes, motions = random_pairs(8, friction), shaken(EIGHT)

@@ -86,6 +86,7 @@ def test_random_scenes_have_mirrored_answers(engine: str, stacked: bool) -> None
     assert_mirrored(engine, there, back)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("stacked", [False, True])
 def test_what_is_its_own_mirror_image_neither_turns_nor_slides(stacked: bool) -> None:
     # Tossed and landed again by its base, which moves upwards alone. Ten sweeps in one order would

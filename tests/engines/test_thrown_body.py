@@ -92,6 +92,7 @@ def as_body(boxes: SpatialLanes) -> SpatialLanes:
     )
 
 
+@pytest.mark.thorough
 def test_a_thrown_cube_is_one_as_a_body_of_its_corners(tosses):
     """The text of boxes renames axes and sweeps in another order; both fall on the same face.
 

@@ -57,8 +57,9 @@ def order(found: list[Response]) -> float:
     return float(np.log2(coarse / fine))
 
 
-@pytest.mark.parametrize("blocks", [2, THREE])
-@pytest.mark.parametrize("engine", ["event", pytest.param("impulse", marks=pytest.mark.thorough)])
+@pytest.mark.thorough
+@pytest.mark.parametrize("blocks", [2, 3])
+@pytest.mark.parametrize("engine", ["event", "impulse"])
 def test_a_steady_rise_is_another_gravity(engine: str, blocks: int) -> None:
     # Free rocking knows no time but the root of length over gravity: with n g for g, and a step
     # as much shorter, it runs sqrt(n) times as fast.

@@ -10,6 +10,7 @@ from tests.shared.commands import invoke, succeed
 from warprock.measure import blocks_bench
 
 
+@pytest.mark.thorough
 def test_a_small_wall_is_measured(monkeypatch: pytest.MonkeyPatch):
     """Three courses of three blocks, two of the middle one halves at its ends.
 

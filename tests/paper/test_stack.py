@@ -120,10 +120,8 @@ def test_printed_values_stay_as_printed(target: str, found):
         )
 
 
-@pytest.mark.parametrize(
-    ("target", "block"),
-    [("table9", "top"), pytest.param("table10", "bottom", marks=pytest.mark.thorough)],
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize(("target", "block"), [("table9", "top"), ("table10", "bottom")])
 def test_the_analytical_columns_cell_by_cell(target: str, block: str, found):
     ours = analytical(found(target), FITTED)
     np.testing.assert_allclose(ours, ORACLE[block], atol=5e-5)
@@ -208,6 +206,7 @@ def test_the_misfits_belong_to_another_stack_that_misses_the_rest(scanned):
     assert np.mean(off) == pytest.approx(0.33, abs=0.02)
 
 
+@pytest.mark.thorough
 def test_where_the_paper_prints_a_dash_the_stack_hardly_lifts(found):
     assert analytical(found("table9"), [(3.3, 4.0)])[0] < 1e-3
 
@@ -252,6 +251,7 @@ def test_an_ensemble_has_ordered_quantiles_and_all_its_members(target: str, foun
         assert 0.0 <= row["collapsed_low"] <= row["collapsed_share"] <= row["collapsed_high"] <= 1.0
 
 
+@pytest.mark.thorough
 def test_the_engines_of_the_paper_are_nearer_to_equal_depths(found):
     """Vortex's column, the displacement drive: what the item on the depths says."""
     table = paper_table("table9")["vortex"].to_numpy()

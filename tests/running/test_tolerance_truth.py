@@ -221,6 +221,7 @@ def test_a_record_of_40_s_makes_many_lanes_sensitive_and_the_rest_can_be_trusted
     assert np.all(found.response["status"][found.fell != found.truly_fell] == Status.SENSITIVE)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("problem", "engine"), JUDGED)
 def test_no_lane_that_is_ok_has_a_wrong_outcome(problem: str, engine: str) -> None:
     found = judged(problem, engine)
