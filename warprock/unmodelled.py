@@ -49,9 +49,9 @@ UNMODELLED = (
             *("wall", "neighbour", "neighbor", "obstacle", "pounding", "corner wall"),
             *("vault", "facade", "building"),
         ),
-        "a [transverse_wall] beside one [block], or a stack of up to six, [block.1], [block.2], "
-        "...; an [assembly], a wall or an arch of many blocks; motion of a floor as the record of "
-        "the base",
+        "a [transverse_wall] beside one [block], or a stack of up to six (twenty in event in the "
+        "plane), [block.1], [block.2], ...; an [assembly], a wall or an arch of many blocks; "
+        "motion of a floor as the record of the base",
     ),
     Unmodelled(
         "Hazard models: how often a motion comes is read from a hazard curve, not computed",

@@ -10,9 +10,13 @@ from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.errors import InputError
+from warprock.model.motion import StillBase
+from warprock.model.response import SampleTimes
 from warprock.model.stacking import contact_ends, uplift_ratio
 from warprock.oracle.pair import rock_two_blocks
 from warprock.oracle.pair_mechanics import TwoBlocks
+from warprock.running.batch import run_batch
+from warprock.running.case_run import run_case
 from warprock.units import GRAVITY
 from warprock.verification.checks import compare
 
@@ -130,9 +134,20 @@ def test_blocks_that_cannot_stand_are_refused(write, override, key, said):
 
 def test_too_many_blocks_are_refused(write):
     block = STACK[STACK.index("[block.2]") : STACK.index("[contact]")]
-    more = "".join(block.replace("block.2", f"block.{number}") for number in range(3, 8))
-    with pytest.raises(InputError, match="at most 6 blocks"):
+    more = "".join(block.replace("block.2", f"block.{number}") for number in range(3, 22))
+    with pytest.raises(InputError, match="at most 20 blocks"):
         load_case(write(STACK + more))
+
+
+def test_a_stack_that_is_too_high_for_an_engine_names_those_that_run_it(write):
+    block = STACK[STACK.index("[block.2]") : STACK.index("[contact]")]
+    more = "".join(block.replace("block.2", f"block.{number}") for number in range(3, 8))
+    case = load_case(write(STACK + more))
+    with pytest.raises(InputError, match=r"up to 6 blocks in the plane.* one of 7.*event runs up"):
+        run_case(case, "impulse")
+    lanes = expand_lanes(case).lanes
+    with pytest.raises(InputError, match="at most 6 blocks a lane in dem"):
+        run_batch("dem", lanes, StillBase(lanes.lane_count), SampleTimes(0.1))
 
 
 PEAKS = (

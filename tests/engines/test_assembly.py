@@ -18,6 +18,7 @@ from tests.shared.assemblies import (
     wall_1,
 )
 from tests.shared.blocks import make_lanes, make_stacks
+from tests.shared.marks import first
 from warprock.analysis.load_limit import collapse_load
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.assembly import Assembly
@@ -186,12 +187,15 @@ def test_a_rocking_frame_is_that_of_makris_and_vassiliou():
     assert found["peak_time"] == pytest.approx(exact["peak_time"], abs=0.01)
 
 
-def test_a_column_of_drums_is_a_stack():
-    """Two equal drums under a pulse, in `event` at its own error of some 1e-5."""
+@pytest.mark.parametrize("count", first(1, [2, 12, 20]))
+def test_a_column_of_drums_is_a_stack(count: int):
+    """Equal drums, 2 m of them, under a pulse, in `event` at its own error of some 1e-5."""
     motions = sine(2, [0.45, 0.6], 2.5, 1.0)
-    stack = make_stacks([[0.5, 0.5]] * 2, [[1.0, 1.0]] * 2, friction=NO_SLIDING)
+    height = 2.0 / count
+    stack = make_stacks([[0.5] * count] * 2, [[height] * count] * 2, friction=NO_SLIDING)
     exact = run_batch("event", stack, motions, SampleTimes(1.5))
-    found = run(built(patterns.column(0.5, 1.0, 2), NO_SLIDING), motions, 1.5, time_step=1e-4)
+    column = built(patterns.column(0.5, height, count), NO_SLIDING)
+    found = run(column, motions, 1.5, time_step=1e-4)
     assert found["peak_rotation"] == pytest.approx(exact["peak_rotation"].max(axis=1), rel=0.02)
 
 

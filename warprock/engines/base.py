@@ -18,6 +18,7 @@ from warprock.kernels.instance import kernel_module
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, UprightMotions
 from warprock.model.response import Response, SampleTimes
+from warprock.model.runnable import MOST_BLOCKS
 from warprock.model.scene import SceneKind
 
 HELD_IN_PLACE = ("transverse_wall", "tie", "top_load")
@@ -48,6 +49,8 @@ class AbstractEngine(abc.ABC):
     """Whether its blocks can move in space."""
     bodies: ClassVar[tuple[bool, bool]] = (False, False)
     """Whether its blocks can be bodies that are no boxes, in the plane and in space."""
+    highest: ClassVar[tuple[int, int]] = (6, 6)
+    """Blocks in the highest stack that it runs, in the plane and in space."""
     stacked_bodies: ClassVar[bool] = False
     """Whether the blocks of its stacks in the plane can be such bodies."""
     rounded: ClassVar[bool] = False
@@ -88,6 +91,13 @@ class AbstractEngine(abc.ABC):
             return (
                 f"{cls.name} runs single blocks and stacks, and the case has an [assembly]; "
                 "assembly and dem run it"
+            )
+        if not scene.assembly and scene.block_count > cls.highest[scene.spatial]:
+            place = "in space" if scene.spatial else "in the plane"
+            return (
+                f"{cls.name} runs stacks of up to {cls.highest[scene.spatial]} blocks {place}, and "
+                f"the case has one of {scene.block_count}; in the plane event runs up to "
+                f"{MOST_BLOCKS}, and assembly as many as a column of an [assembly] has"
             )
         if scene.beyond_the_plane and not cls.spatial:
             return scene.beyond_the_plane

@@ -38,6 +38,7 @@ from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions, RecordMotions, UprightMotions
 from warprock.model.pose import bottom_corners
 from warprock.model.response import SampleTimes, Status
+from warprock.model.runnable import MOST_BLOCKS
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
@@ -151,6 +152,7 @@ class Event(KernelEngine):
     starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
+    highest: ClassVar[tuple[int, int]] = (MOST_BLOCKS, 6)
     stacked_bodies: ClassVar[bool] = True
     rounded: ClassVar[bool] = True
     holds: ClassVar[bool] = True

@@ -24,8 +24,8 @@ from warprock.model.motion import (
 )
 from warprock.model.pulse import PulseMotions
 
-MOST_BLOCKS = 6
-"""Blocks in the highest stack that kernels are written for."""
+MOST_BLOCKS = 20
+"""Blocks in the highest stack that an engine runs."""
 
 RIGHT_ANGLE = 0.5 * np.pi
 _ABOVE_ZERO = ("width", "height", "depth", "density")

@@ -126,6 +126,10 @@ def run_batch(
     require_room(count * blocks, times)
     _require_spread(workers, chunk_size)
     built = _build(engine, settings, Target(precision, device, form))
+    most = built.highest[lanes.spatial]
+    if lanes.assembly is None and lanes.block_count > most:
+        allowed = f"must have at most {most} blocks a lane in {engine}"
+        raise InputError("run_batch", "lanes.width", list(lanes.width.shape), allowed)
     require_workload(built, lanes, motions, times, most_steps=most_steps)
     threads, size = workers or core_count(), chunk_size or DEVICE_CHUNK
     if built.target.on_cpu:
