@@ -92,18 +92,11 @@ class AbstractEngine(abc.ABC):
                 f"{cls.name} runs single blocks and stacks, and the case has an [assembly]; "
                 "assembly and dem run it"
             )
-        if not scene.assembly and scene.block_count > cls.highest[scene.spatial]:
-            place = "in space" if scene.spatial else "in the plane"
-            return (
-                f"{cls.name} runs stacks of up to {cls.highest[scene.spatial]} blocks {place}, and "
-                f"the case has one of {scene.block_count}; in the plane event runs up to "
-                f"{MOST_BLOCKS}, and assembly as many as a column of an [assembly] has"
-            )
         if scene.beyond_the_plane and not cls.spatial:
             return scene.beyond_the_plane
+        place = "in space" if scene.spatial else "in the plane"
         if scene.bodies and not cls.bodies[scene.spatial]:
-            place = " in space" if scene.spatial else " in the plane"
-            where = place if any(cls.bodies) else ""
+            where = f" {place}" if any(cls.bodies) else ""
             return f"{cls.name} runs boxes alone{where}, and the case has a body (block.base)"
         if scene.held and not cls.holds:
             tables = " and ".join(scene.held)
@@ -122,11 +115,17 @@ class AbstractEngine(abc.ABC):
         if scene.moving and where not in (
             cls.bodies_move if scene.on_points else cls.starts_moving
         ):
-            place = "in space" if scene.spatial else "in the plane"
             pushed_up = "blocks whose base moves upwards" if scene.vertical else "blocks"
             what = "bodies" if scene.bodies else pushed_up
             return f"{cls.name} lets {what} go from rest {place}, and the case {scene.moving}"
         declined = cls.declines(scene)
+        most = cls.highest[scene.spatial]
+        if declined is None and not scene.assembly and scene.block_count > most:
+            return (
+                f"{cls.name} runs stacks of up to {most} blocks {place}, and the case has one of "
+                f"{scene.block_count}; in the plane event runs up to {MOST_BLOCKS}, and assembly as "
+                "many as a column of an [assembly] has"
+            )
         if declined is None and scene.bodies and scene.stacked and not cls.stacked_bodies:
             declined = f"{cls.name} stacks boxes alone, and the case has a body in a stack"
         if declined is None and cls.restitution is not None and scene.restitution_given:
