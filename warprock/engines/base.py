@@ -123,8 +123,8 @@ class AbstractEngine(abc.ABC):
         if declined is None and not scene.assembly and scene.block_count > most:
             return (
                 f"{cls.name} runs stacks of up to {most} blocks {place}, and the case has one of "
-                f"{scene.block_count}; in the plane event runs up to {MOST_BLOCKS}, and assembly as "
-                "many as a column of an [assembly] has"
+                f"{scene.block_count}; in the plane event runs up to {MOST_BLOCKS}, and assembly "
+                "as many as a column of an [assembly] has"
             )
         if declined is None and scene.bodies and scene.stacked and not cls.stacked_bodies:
             declined = f"{cls.name} stacks boxes alone, and the case has a body in a stack"
