@@ -79,7 +79,7 @@ def test_values_that_no_run_could_hold_are_one_line(override: str, words: str):
 
 
 def test_a_stack_is_numbered_before_it_is_read():
-    assert "-s: block.7: " in refused("explain", "stack-sine-pulse", "-s", "block.7.width=1 m")
+    assert "-s: block.21: " in refused("explain", "stack-sine-pulse", "-s", "block.21.width=1 m")
     assert "-s: block.width: " in refused("explain", "stack-sine-pulse", "-s", "block.width=1 m")
 
 
