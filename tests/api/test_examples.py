@@ -12,6 +12,9 @@ import warprock.api
 
 pytestmark = pytest.mark.usefixtures("nothing_rendered")
 
+PUBLIC = {name: getattr(warprock, name) for name in warprock.__all__}
+"""All that is public. From here on it says that it lives in `warprock`, so that a look at the file
+that has its text does not find it."""
 HOMES = {f"warprock.{home}" for home in warprock._HOME.values()}
 ROOM = {f"warprock.api.{found.name}" for found in pkgutil.iter_modules(warprock.api.__path__)}
 
@@ -22,7 +25,15 @@ def test_examples_come_to_what_they_say(name: str):
 
 
 @pytest.mark.parametrize("name", warprock.__all__)
+def test_examples_of_what_is_public_come_to_what_they_say(name: str):
+    runner, finder = doctest.DocTestRunner(), doctest.DocTestFinder()
+    for test in finder.find(PUBLIC[name], name, module=False, globs={}):
+        runner.run(test)
+    assert runner.failures == 0
+
+
+@pytest.mark.parametrize("name", warprock.__all__)
 def test_every_public_object_has_an_example(name: str):
-    found = getattr(warprock, name)
+    found = PUBLIC[name]
     if callable(found):
         assert "Example:" in inspect.getdoc(found)

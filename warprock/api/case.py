@@ -204,7 +204,8 @@ class Case(JudgedCase):
             InputError: A column that is no key, an empty cell, or a value that cannot be used.
 
         Example:
-            >>>             >>> import warprock as wr
+            >>> import pandas as pd
+            >>> import warprock as wr
             >>> blocks = pd.DataFrame({"width_m": [0.4, 0.5], "height_m": [1.0, 1.8]})
             >>> wr.Case.from_table(
             ...     blocks,

@@ -29,7 +29,7 @@ def keys(table: str | None = None) -> LookedUp:
     Example:
         >>> import warprock as wr
         >>> wr.keys("contact.friction").table[["key", "unit", "required"]].values.tolist()
-        [['contact.friction', '-', True]]
+        [['contact.friction', 'number or angle', True]]
     """
     with python_names():
         found = find_sections(table)

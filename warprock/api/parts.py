@@ -133,8 +133,8 @@ class Block(_Declared):
         >>> wr.Block(width=0.5)
         Traceback (most recent call last):
         ...
-        warprock.errors.InputError: Block: width: got 0.5, must be a length with a unit (m, cm, \
-mm, km, in, ft), such as "8 mm"
+        warprock.InputError: Block: width: got 0.5, must be a length with a unit (m, cm, mm, km, \
+in, ft), such as "8 mm"
     """
 
     _tables = (StackedBody, StackedBlock, BodyTable, BlockTable)
@@ -384,7 +384,8 @@ class Sweep(Part):
         InputError: A column of a table is no key, or has an empty cell.
 
     Example:
-        >>>         >>> import warprock as wr
+        >>> import pandas as pd
+        >>> import warprock as wr
         >>> wr.Sweep({"contact.friction": [0.4, 0.6]})
         Sweep({'contact.friction': [0.4, 0.6]})
         >>> wr.Sweep(pd.DataFrame({"height_m": [1.0, 2.0], "frequency_hz": [1.5, 2.5]}))

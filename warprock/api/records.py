@@ -68,7 +68,7 @@ def records(
         >>> import warprock as wr
         >>> found = wr.records("ridgecrest-2019-ccc-090", period="1 s")
         >>> found.table["pga_m_s2"].round(2).tolist(), len(found.tables["spectrum"])
-        ([5.41], 1)
+        ([5.15], 1)
     """
     with python_names():
         if file is None:

@@ -65,7 +65,7 @@ def verdict(
         >>> asked = {"neighbours": 16, "overrides": shorter, "progress": False}
         >>> found = wr.verdict("record-ridgecrest", "housner", **asked)
         >>> found.facts["verdict"]["outcome"]
-        'at_rest'
+        'rocking'
     """
     with python_names():
         asked = Case.of(case_of_record(body, record)) if case is None else case

@@ -89,8 +89,8 @@ class AbstractEngine(abc.ABC):
         """Why the engine cannot run a scene; None if it can."""
         if scene.assembly and not cls.assemblies:
             return (
-                f"{cls.name} runs single blocks and stacks, and the case has an [assembly]; "
-                "assembly and dem run it"
+                f"{cls.name} runs no assemblies, and the case has an [assembly]; assembly and dem "
+                "run it"
             )
         if scene.beyond_the_plane and not cls.spatial:
             return scene.beyond_the_plane

@@ -144,9 +144,9 @@ grows to, over that difference, from which on a lane is chaotic. Of 256 stacks o
 plane under 10 s of sine 236 had that gain: 15 of these met a tolerance of 0.01 at an eighth of the
 step, as is possible by chance, and 18 of the 20 others."""
 
-ESTIMATED = {False: 1.75, True: 2.0}
-"""Steps of the asked run and of its coarser companions over those of the asked run, where errors
-are of the first order and where they are of a higher one."""
+ESTIMATED = 1.75, 2.0
+"""Steps of a run with its coarser companions over those of the run alone, at least. Where errors
+are of the first order, two run at twice and four times the step; else two at twice the step."""
 
 SAMPLE_INTERVAL = 4e-2
 """Largest time between the samples that are compared [s]. Shorter ones cost as much as the run. Of
@@ -208,8 +208,9 @@ def run_to_tolerance(
         return dataclasses.replace(asked, options=options).run()
     compared = sample_times(float(times.times[-1]), SAMPLE_INTERVAL)
     case = dataclasses.replace(asked, times=compared)
-    share = ESTIMATED[built.order > 1]
-    forecast = Forecast(lanes.lane_count, share, ", and more for lanes that miss the tolerance")
+    forecast = Forecast(
+        lanes.lane_count, ESTIMATED[built.order > 1], ", and more for lanes that miss the tolerance"
+    )
     refine = functools.partial(_refine, tolerance=tolerance, most=halvings, forecast=forecast)
     found = case.in_chunks(refine, CHUNK_VALUES, options.progress)
     return found if times.interval is None else _with_histories(asked, found)
