@@ -69,6 +69,8 @@ class AbstractEngine(abc.ABC):
     """Where boxes may start with velocities or be thrown: plane, space."""
     assemblies: ClassVar[bool] = False
     """Whether it runs assemblies of many blocks with joints."""
+    solids: ClassVar[bool] = False
+    """Whether it runs assemblies in space, too."""
     bodies_move: ClassVar[tuple[str, ...]] = ()
     """Where bodies may start with velocities or be thrown: plane, space."""
     reference_of: ClassVar[str | None] = None
@@ -92,7 +94,12 @@ class AbstractEngine(abc.ABC):
                 f"{cls.name} runs no assemblies, and the case has an [assembly]; assembly and dem "
                 "run it"
             )
-        if scene.beyond_the_plane and not cls.spatial:
+        if scene.assembly and scene.spatial and not cls.solids:
+            return (
+                f"no engine runs assemblies in space yet, and the case {scene.spatial_because}; "
+                "warprock limit takes it"
+            )
+        if scene.beyond_the_plane and not cls.spatial and not scene.assembly:
             return scene.beyond_the_plane
         place = "in space" if scene.spatial else "in the plane"
         if scene.bodies and not cls.bodies[scene.spatial]:

@@ -70,6 +70,7 @@ DIGITS: Mapping[str, Shown] = {
         ("settled_deg", "duration_misfit", "p_value", "error_run_ratio", "odds"), Shown(".2g")
     ),
     **dict.fromkeys(("acceleration_ratio", "peak_rotation_ratio"), Shown(".4f")),
+    "towards_deg": Shown(".4g"),
     "given_slenderness_angle_rad": DEGREES._replace(form=".4g"),
     "angular_restitution_by_formula": Shown(".4f"),
     "median_change": Shown("+.1f", 100.0, "%"),

@@ -151,9 +151,7 @@ def scene_kind(
         motion=motions.kind,
         stacked=lanes.stacked,
         block_count=lanes.block_count if assembly is None else assembly.most_blocks,
-        contact_point_count=(
-            lanes.contact_point_count if assembly is None else assembly.most_ends
-        ),
+        contact_point_count=(lanes.contact_point_count if assembly is None else assembly.most_ends),
         centred=not lanes.offset.any(),
         restitution_given=restitution_given,
         moving=lanes.moving,
