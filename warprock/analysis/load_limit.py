@@ -52,7 +52,7 @@ Flags = npt.NDArray[np.bool_]
 
 MOST_JUDGED = (500, 250)
 """Blocks of an assembly in the plane and in space. In the plane the programme takes some 15 s for
-400 of a wall, and twice as many take six times as long. In space it takes 1 s for 60 and 15 s for 250."""
+400 of a wall, and twice as many take six times as long; in space 1 s for 60 and 15 s for 250."""
 
 MOST_KINDS = 10_000
 """Assemblies that differ in a case: of 30 blocks each takes 0.1 s."""

@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-
 from warprock.model.assembly import (
     DOUBTFUL,
     FLUSH,
