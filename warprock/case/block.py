@@ -165,8 +165,8 @@ def _read_stack(blocks: Mapping[Any, object]) -> Stack:
     highest = max(blocks, key=known.index)
     for lower in known[: known.index(highest)]:
         if lower not in blocks:
-            allowed = f"must be given below block.{highest}: {numbered}"
-            raise KeyedError(lower, NOTHING, allowed)
+            allowed = f"must have block.{lower} below it: {numbered}"
+            raise KeyedError(highest, Said("a block of that number"), allowed)
     found = {name: _read_stacked(name, table) for name, table in blocks.items()}
     for number in range(1, len(found)):
         block = found[str(number)]
