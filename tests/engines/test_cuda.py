@@ -15,7 +15,7 @@ import warp as wp
 
 from tests.shared.device_scenes import Run, compiled, measured, runs
 from warprock.engines.launching import Form
-from warprock.kernels.instance import BYTES
+from warprock.kernels.launch.instance import BYTES
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, MotionKind
 from warprock.model.response import Response, SampleTimes, take_lanes

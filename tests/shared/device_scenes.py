@@ -24,7 +24,7 @@ from tests.shared.cubin import Resources, resources_of
 from tests.shared.kinds import lanes_of, motions_of, planar_motions
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Form, Target
-from warprock.kernels.instance import BYTES
+from warprock.kernels.launch.instance import BYTES
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, MotionKind, UprightMotions
 from warprock.model.pose import quaternion
