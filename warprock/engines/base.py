@@ -15,7 +15,7 @@ from warprock.engines.bodies import box_bodies
 from warprock.engines.decoding import histories, respond, side_fields
 from warprock.engines.drums import column_fields, end_at_collapse
 from warprock.engines.launching import Found, Kernel, Target, launch
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.launch.instance import kernel_module
 from warprock.model.drums import as_stacks_of_drums
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, UprightMotions
