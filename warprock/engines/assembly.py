@@ -31,12 +31,18 @@ from warprock.engines.assembly_packs import (
 )
 from warprock.engines.assembly_team import Given, run_team
 from warprock.engines.base import KernelEngine
-from warprock.engines.decoding import lane_fields, respond, rest_start_times, time_or_nan
+from warprock.engines.decoding import (
+    collapse_loads,
+    lane_fields,
+    respond,
+    rest_start_times,
+    time_or_nan,
+)
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.errors import InputError
 from warprock.kernels import assembly
-from warprock.kernels.instance import LANE_WIDTH, kernel_module
-from warprock.kernels.modes import OVERTURNED
+from warprock.kernels.lane.modes import OVERTURNED
+from warprock.kernels.launch.instance import LANE_WIDTH, kernel_module
 from warprock.model.assembly import Assemblies
 from warprock.model.assembly import Assembly as Laid
 from warprock.model.lanes import Lanes
@@ -59,7 +65,8 @@ MORE_SWEEPS = 8
 """Times the most sweeps of a step that a large lane may take: forces go through more blocks."""
 
 CREEP = 0.1
-"""Speed up to which a corner counts as still, over gravity times step, as in kernels/parting.py."""
+"""Speed up to which a corner counts as still, over gravity times step, as in
+kernels/contact/parting.py."""
 
 SEVERAL, ALIKE = 8, 6
 """Lanes, and lanes of one sort on average, from which on they run in packs. A pack of one lane
@@ -343,7 +350,9 @@ class Assembly(KernelEngine):
                 "opened_joints": joints.opened.sum(axis=1),
                 "slid_joints": joints.slid.sum(axis=1),
                 "collapse_time": time_or_nan(rows["collapse_time"]),
-                "collapse_load": _loads(motions, rows),
+                "collapse_load": collapse_loads(
+                    motions, rows["still"], rows["collapse_time"] < NEVER
+                ),
                 "joint_state": state[:, : own.most_joints],
                 "solver_residual": rows["residual"],
             }
@@ -366,15 +375,6 @@ def _large(lanes: Lanes) -> npt.NDArray[np.bool_]:
     """Which lanes have more than `LARGE` joints, shape [lane]."""
     own = _of(lanes)
     return np.array([kind.joints.count > LARGE for kind in own.kinds])[own.lane]
-
-
-def _loads(motions: GroundMotions, rows: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
-    """Acceleration of the base / g when the blocks last were still before a collapse, [lane]."""
-    found = np.full(len(rows), np.nan)
-    for lane in np.flatnonzero(rows["collapse_time"] < NEVER):
-        at = np.asarray([rows["still"][lane]], dtype=np.float64)
-        found[lane] = abs(float(motions.components[0].acceleration(at, int(lane))[0])) / GRAVITY
-    return found
 
 
 def _bonded(own: Assemblies, room: int) -> npt.NDArray[np.bool_]:
