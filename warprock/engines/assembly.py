@@ -31,7 +31,13 @@ from warprock.engines.assembly_packs import (
 )
 from warprock.engines.assembly_team import Given, run_team
 from warprock.engines.base import KernelEngine
-from warprock.engines.decoding import lane_fields, respond, rest_start_times, time_or_nan
+from warprock.engines.decoding import (
+    collapse_loads,
+    lane_fields,
+    respond,
+    rest_start_times,
+    time_or_nan,
+)
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.errors import InputError
 from warprock.kernels import assembly
@@ -344,7 +350,9 @@ class Assembly(KernelEngine):
                 "opened_joints": joints.opened.sum(axis=1),
                 "slid_joints": joints.slid.sum(axis=1),
                 "collapse_time": time_or_nan(rows["collapse_time"]),
-                "collapse_load": _loads(motions, rows),
+                "collapse_load": collapse_loads(
+                    motions, rows["still"], rows["collapse_time"] < NEVER
+                ),
                 "joint_state": state[:, : own.most_joints],
                 "solver_residual": rows["residual"],
             }
@@ -367,15 +375,6 @@ def _large(lanes: Lanes) -> npt.NDArray[np.bool_]:
     """Which lanes have more than `LARGE` joints, shape [lane]."""
     own = _of(lanes)
     return np.array([kind.joints.count > LARGE for kind in own.kinds])[own.lane]
-
-
-def _loads(motions: GroundMotions, rows: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
-    """Acceleration of the base / g when the blocks last were still before a collapse, [lane]."""
-    found = np.full(len(rows), np.nan)
-    for lane in np.flatnonzero(rows["collapse_time"] < NEVER):
-        at = np.asarray([rows["still"][lane]], dtype=np.float64)
-        found[lane] = abs(float(motions.components[0].acceleration(at, int(lane))[0])) / GRAVITY
-    return found
 
 
 def _bonded(own: Assemblies, room: int) -> npt.NDArray[np.bool_]:
