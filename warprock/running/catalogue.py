@@ -156,7 +156,8 @@ def _laid(case: Case, lanes: Lanes) -> list[str]:
     found += _size_note(case, lanes)
     for file, drawing in case_drawings(case).items():
         besides = f"; left out: {drawing.left_out}" if drawing.left_out else ""
-        found.append(f"{file}: {len(drawing.outlines):,} outlines{besides}")
+        kind = "bodies" if drawing.solids else "outlines"
+        found.append(f"{file}: {len(drawing.blocks):,} {kind}{besides}")
     return found
 
 
