@@ -49,6 +49,8 @@ from warprock.running.batch import run_batch
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
 
+pytestmark = pytest.mark.usefixtures("two_rooms")
+
 CREEP = 5e-5
 """Displacement of an assembly that stands, at .99 of its limit load, in 3 s after a rise of 1 s
 [m]: what steps leave at the bound to which they are solved."""
@@ -72,9 +74,8 @@ def drums(count: int) -> Laid:
         pytest.param(oppenheim(27), 0.3538, marks=pytest.mark.thorough),
         (drums(12), 1.0 / 6.0),
         pytest.param(drums(20), 0.1, marks=pytest.mark.thorough),
-        pytest.param(drums(40), 0.05, marks=pytest.mark.thorough),
     ],
-    ids=["7 voussoirs", "27 voussoirs", "12 drums", "20 drums", "40 drums"],
+    ids=["7 voussoirs", "27 voussoirs", "12 drums", "20 drums"],
 )
 def test_what_does_not_slide_stands_below_its_limit_load_and_falls_above(kind: Laid, load: float):
     """Limit loads: Oppenheim (1992) by limit analysis; a column tips at its width over height.
@@ -210,15 +211,16 @@ def test_a_rocking_frame_is_that_of_makris_and_vassiliou():
     assert np.all(fine[1:] < [1.5e-3, 4e-3])
 
 
-@pytest.mark.parametrize("count", first(1, [2, 12]))
+@pytest.mark.parametrize("count", first(1, [2, 7]))
 def test_a_column_of_drums_is_a_stack(count: int):
     """Equal drums, 2 m of them, under a pulse, in `event` at its own error of some 1e-5."""
-    motions = sine(2, [0.45, 0.6], 2.5, 1.0)
+    motions = sine(2, [0.4, 0.45], 2.5, 1.0)
     height = 2.0 / count
     stack = make_stacks([[0.5] * count] * 2, [[height] * count] * 2, friction=NO_SLIDING)
     exact = run_batch("event", stack, motions, SampleTimes(1.5))
     column = built(patterns.column(0.5, height, count), NO_SLIDING)
     found = run(column, motions, 1.5, time_step=1e-4)
+    assert (found["status"] == Status.OK).all()
     assert found["peak_rotation"] == pytest.approx(exact["peak_rotation"].max(axis=1), rel=0.02)
 
 
