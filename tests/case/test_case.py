@@ -309,6 +309,10 @@ def test_overrides(override, read, write):
         ("block=1", "-s: block: got 1, must be a table"),
         ("engines.impulse.erp=2", "-s: engines.impulse.erp: got 2, must be from 0 to 1"),
         ("sweep=[{block.height=[]}]", "-s: sweep[0].block.height: got [], must be a list"),
+        # What a table lacks that the override alone has made.
+        ("motion.amplitude=1 g", "-s: motion.waveform: got nothing"),
+        ("motion.amplitude=1 g, 2 g", "-s: motion.waveform: got nothing"),
+        ("tie.3.height=1 m", "-s: tie.1: got nothing, must be given"),
     ],
 )
 def test_a_bad_override_is_named_by_its_option(override, words, write):

@@ -13,6 +13,7 @@ from warprock.engines.launching import NEVER, Found
 from warprock.engines.places import planar_places, spatial_places
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, SLID_OFF, STALLED, UNSOLVED
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
+from warprock.model.motion import GroundMotions
 from warprock.model.pose import rotations, start_poses
 from warprock.model.response import (
     ASSEMBLY_FIELDS,
@@ -30,6 +31,7 @@ from warprock.model.response import (
     SampleTimes,
     Status,
 )
+from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -114,6 +116,21 @@ def lane_fields(
         "energy_lost": rows["loss"],
         "step_count": rows["steps"],
     }
+
+
+def collapse_loads(motions: GroundMotions, still: Rows, fell: Mask) -> Array:
+    """Acceleration of the base / g when the blocks of assemblies last were still before a collapse.
+
+    Args:
+        motions: Ground motions of the lanes.
+        still: When they last were still [s], shape [lane].
+        fell: Which lanes collapsed, shape [lane]; NaN for the others.
+    """
+    found = np.full(len(fell), np.nan)
+    for lane in np.flatnonzero(fell):
+        at = np.array([still[lane]], dtype=np.float64)
+        found[lane] = abs(float(motions.components[0].acceleration(at, int(lane))[0])) / GRAVITY
+    return found
 
 
 def planar_fields(per_block: Rows) -> dict[str, Rows]:

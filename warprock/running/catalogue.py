@@ -190,7 +190,8 @@ def _scene_text(scene: SceneKind) -> str:
     if scene.assembly:
         return (
             f"a planar assembly of {scene.block_count} blocks that can move; blocks touch at the "
-            "two ends of every edge that they share"
+            "two ends of every edge that they share, and in assembly wherever they come to meet; "
+            "dem has no springs there, and says outside_model of a lane that would need them"
         )
     if scene.held == ("strip",):
         return "a strip of wall between two floors, two planar bodies with a hinge between them"
