@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import pathlib
-import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
 
 from warprock.findings.digits import number_of, quantity_of, value_of
-from warprock.tables.terminal import plain_table, print_end, print_table, stdout
+from warprock.tables.terminal import plain_table, print_table, stdout
 from warprock.units import GRAVITY
 
 _HASH_SHOWN = 12
@@ -58,18 +56,11 @@ def print_records(rows: Sequence[Mapping[str, Any]], console: Console | None = N
         out.print(f"  licence of {count}: {licence or 'not stated'}", soft_wrap=True)
 
 
-def print_imported(
-    rows: Sequence[Mapping[str, Any]],
-    folder: pathlib.Path,
-    table: pathlib.Path | None = None,
-    console: Console | None = None,
-) -> None:
-    """Prints what records were written to a folder.
+def print_imported(rows: Sequence[Mapping[str, Any]], console: Console | None = None) -> None:
+    """Prints from what to what the measures of records go that were written.
 
     Args:
         rows: One a record, as of `recordings.importing.import_files`.
-        folder: The folder.
-        table: A table for a sweep over them; None where none was written.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
@@ -82,12 +73,6 @@ def print_imported(
         values = [row[key] / size for row in rows]
         ends = dict.fromkeys(number_of(column, end) for end in (min(values), max(values)))
         out.print(f"  {name}: {' to '.join(ends)} {unit}")
-    swept = "" if table is None else f", and {table} is a table for a sweep over them"
-    print_end(
-        f"{len(rows)} records were written to {folder}{swept}.",
-        f"warprock records info {shlex.quote(rows[0]['file'])}",
-        out,
-    )
 
 
 def print_facts(records: Sequence[Mapping[str, Any]], console: Console | None = None) -> None:
