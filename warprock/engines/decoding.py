@@ -201,6 +201,10 @@ def histories(
     return fields
 
 
+PLACES = ("x", "y", "z", "turn")
+"""Histories that say where a block is."""
+
+
 def respond(engine: str, lanes: Lanes, columns: Mapping[str, Rows], times: SampleTimes) -> Response:
     """A response from its fields: every lane field must be there, others that an engine has may be.
 
@@ -221,7 +225,8 @@ def respond(engine: str, lanes: Lanes, columns: Mapping[str, Rows], times: Sampl
     for name in names:
         values = np.asarray(columns[name], np.int64 if name in INTEGER_FIELDS else np.float64)
         # Of an assembly places are those of all its blocks, and all else is told of it as a whole.
-        several = lanes.stacked or (lanes.assembly is not None and name in ("x", "z", "turn"))
+        placed = name in PLACES or name.startswith("attitude")
+        several = lanes.stacked or (lanes.assembly is not None and placed)
         alone = FIELDS[name].per_block and not several
         fields[name] = values[:, 0] if alone else values
     status = fields["status"]
