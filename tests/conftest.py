@@ -79,8 +79,15 @@ def pytest_collect_directory(path: pathlib.Path, parent: pytest.Collector) -> Fr
     return FromTheEnd.from_parent(parent, path=path)
 
 
+APART = ("speed", "thorough", "gpu")
+"""Marks of runs of their own: what had two of them would run in both."""
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The longest files first: at the end no worker waits long for the other."""
+    for item in items:
+        if sum(item.get_closest_marker(mark) is not None for mark in APART) > 1:
+            raise pytest.UsageError(f"{item.nodeid}: has more than one of the marks {APART}")
     places = {ROOT / "tests" / name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: (places.get(item.path, len(places)), item.path))
 

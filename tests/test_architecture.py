@@ -22,7 +22,7 @@ FRONT = ("warprock/__init__.py", "warprock/__main__.py")
 asked for, and `python -m warprock`."""
 MOST_ARGUMENTS, MOST_VALUES = 8, 4
 KERNEL_MARKS = {"wp.kernel", "kernel"}
-"""Decorators of kernels: `kernel` writes rows of structs out first, see kernels/rows.py."""
+"""Decorators of kernels: `kernel` writes rows of structs out first, see kernels/launch/rows.py."""
 
 SOURCES = sorted(
     path.relative_to(ROOT).as_posix()
@@ -265,7 +265,7 @@ def test_funcs_take_few_arguments_and_give_few_values_back():
 
 def test_every_kernel_module_is_built_without_its_adjoint():
     """As Warp sees it: the option of each module that holds a kernel, once it is imported."""
-    from warprock.kernels.instance import kernel_module
+    from warprock.kernels.launch.instance import kernel_module
 
     for file in KERNEL_FILES:
         kernels = [f.name for f in _functions(_tree(file)) if KERNEL_MARKS & set(_decorators(f))]
@@ -293,7 +293,7 @@ def test_no_kernel_divides_literals():
 
 def _constants(tree: ast.Module) -> set[str]:
     """Names that a file is given, or binds at its top level, by assignment or import."""
-    from warprock.kernels.instance import PARAMETERS, SCALAR, kernel_module, public
+    from warprock.kernels.launch.instance import PARAMETERS, SCALAR, kernel_module, public
 
     names = {*PARAMETERS, *public(kernel_module(SCALAR, precision="float64"))}
     for statement in tree.body:

@@ -1,4 +1,4 @@
-"""Prints the polynomial coefficients of kernels/scalar.py, fitted in extended precision.
+"""Prints the polynomial coefficients of kernels/algebra/scalar.py, fitted in extended precision.
 
 sin(x) = x P(x^2) and cos(x) = Q(x^2) on |x| <= limit, exp(x) = R(x) on [-limit, 0]; each by
 interpolation at Chebyshev points with mpmath, so that round-off of the fit stays out.

@@ -51,8 +51,9 @@ ROOMS = (
     _room("cases", "shipped cases and data, one folder a case"),
     _room(
         "kernels",
-        """Warp only: physics in wp.func, loops over lanes in wp.kernel; one folder a scheme,
-        `NAME_space` in space; `block`, `body`, `stack` in each, `*_run` for the loop over lanes""",
+        """Warp only, one folder a scheme (`NAME_space` in space): `block`, `body`, `stack`, and
+        `*_run`, the loop over lanes; what they share in `shape`, `contact`, `motion`, `lane`,
+        `algebra`, `launch`""",
         "",
         "warp",
     ),

@@ -1,4 +1,4 @@
-"""Prints a kernel as Warp reads it, with its rows written out (`kernels/rows.py`).
+"""Prints a kernel as Warp reads it, with its rows written out (`kernels/launch/rows.py`).
 
 python -m tools.kernel_text impulse/stack_run --blocks 3
 python -m tools.kernel_text event/block_run --motion record --precision float32
@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import argparse
 
-from warprock.kernels.instance import LANE_WIDTH, kernel_module
-from warprock.kernels.rows import TEXTS
+from warprock.kernels.launch.instance import LANE_WIDTH, kernel_module
+from warprock.kernels.launch.rows import TEXTS
 
 
 def main() -> None:

@@ -5,7 +5,8 @@
 
 A function with ten numbers hides the thing that has no name yet. What is slow is found otherwise:
 `python -m cProfile -s tottime -m warprock run CASE` for the host, `warprock bench` for kernels, and
-`-Rpass=loop-vectorize` among the compiler's flags (kernels/instance.py) for loops over lanes.
+`-Rpass=loop-vectorize` among the compiler's flags (kernels/launch/instance.py) for loops over
+lanes.
 """
 
 from __future__ import annotations

@@ -15,7 +15,6 @@ lanes of a pack begin it together, and there are no sweeps.
 
 import warp as wp
 
-from warprock.kernels.account import Account, keep_account
 from warprock.kernels.assembly.block import (
     Block,
     Peak,
@@ -73,11 +72,12 @@ from warprock.kernels.assembly.solve import (
     start_solve,
     sweep_contact,
 )
-from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.modes import OVERTURNED, RUNNING, STALLED, UNSOLVED
-from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import slack
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.contact.parting import slack
+from warprock.kernels.lane.account import Account, keep_account
+from warprock.kernels.lane.modes import OVERTURNED, RUNNING, STALLED, UNSOLVED
+from warprock.kernels.launch.instance import ONE_VECTOR
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
 
 if BONDS:
     from warprock.kernels.assembly.bond import Bond, Breaks, after_break, is_torn

@@ -10,9 +10,9 @@ What the contacts take of the energy is exactly  e . M (v + v') / 2 - (v'. M v' 
 
 import warp as wp
 
-from warprock.kernels.account import Account
 from warprock.kernels.assembly.joint import Impulse, Mass, Pose, Velocity
-from warprock.kernels.modes import BROKEN, RUNNING
+from warprock.kernels.lane.account import Account
+from warprock.kernels.lane.modes import BROKEN, RUNNING
 
 TURN, OVER_TURN = real(6.283185307179586), real(0.15915494309189535)
 """A whole turn [rad], and its reciprocal."""

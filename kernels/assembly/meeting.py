@@ -22,8 +22,8 @@ import warp as wp
 
 from warprock.kernels.assembly.block import Seen
 from warprock.kernels.assembly.joint import Contact, Mass, Pose, contact_at
-from warprock.kernels.modes import STALLED
-from warprock.kernels.parting import ARCS, FALLS
+from warprock.kernels.contact.parting import ARCS, FALLS
+from warprock.kernels.lane.modes import STALLED
 
 SCOPE = real(0.15)
 """Clearance up to which pairs are listed, over the half diagonal of the smallest block."""

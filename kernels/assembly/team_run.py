@@ -16,7 +16,6 @@ A launch does some steps and ends; the next one goes on where it ended.
 
 import warp as wp
 
-from warprock.kernels.account import Account, keep_account
 from warprock.kernels.assembly.block import (
     Block,
     Peak,
@@ -71,12 +70,13 @@ from warprock.kernels.assembly.solve import (
     start_solve,
     sweep_contact,
 )
-from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.modes import OVERTURNED, RUNNING, UNSOLVED
-from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import slack
-from warprock.kernels.rows import kernel, rows
-from warprock.kernels.team import Crew, meet, share
+from warprock.kernels.contact.parting import slack
+from warprock.kernels.lane.account import Account, keep_account
+from warprock.kernels.lane.modes import OVERTURNED, RUNNING, UNSOLVED
+from warprock.kernels.launch.instance import ONE_VECTOR
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.launch.team import Crew, meet, share
+from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -186,8 +186,9 @@ def place(start: wp.uint64, number: int, length: int) -> wp.uint64:
     """Address of a part of an array of numbers, all parts of a length.
 
     The kernel makes contiguous arrays of such parts, of known length, so that its loops over lanes
-    become vector code; see kernels/instance.py. If a func makes the array and reads a contact from
-    it, a wall of 2,000 blocks takes 1.35 times as long: two passes have the same text instead.
+    become vector code; see kernels/launch/instance.py. If a func makes the array and reads a
+    contact from it, a wall of 2,000 blocks takes 1.35 times as long: two passes have the same text
+    instead.
     """
     return start + wp.uint64(number) * wp.uint64(length * BYTES)
 

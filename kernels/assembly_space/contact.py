@@ -20,7 +20,7 @@ larger eigenvalue of W. Only the latter has its rest where friction acts against
 import warp as wp
 
 from warprock.kernels.assembly.solve import Solve
-from warprock.kernels.vectors import Matrix, Vector
+from warprock.kernels.algebra.vectors import Matrix, Vector
 
 
 @wp.struct

@@ -25,7 +25,7 @@ from warprock.kernels.assembly_space.meeting import (
     meet_joint,
     own_spot,
 )
-from warprock.kernels.parting import slack
+from warprock.kernels.contact.parting import slack
 
 
 @wp.struct

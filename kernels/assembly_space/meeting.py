@@ -33,7 +33,7 @@ from warprock.kernels.assembly_space.contact import (
     tangent_of,
     times,
 )
-from warprock.kernels.vectors import Vector
+from warprock.kernels.algebra.vectors import Vector
 
 FACES = real(0.9)
 """Cosine of the angle between the two faces of a joint up to which it is one."""

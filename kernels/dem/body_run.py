@@ -6,7 +6,6 @@ counts as the interface that parts and lands.
 
 import warp as wp
 
-from warprock.kernels.account import Account, keep_account
 from warprock.kernels.dem.body import Corner, Deepest, depth_of, find_deepest, has_work, press
 from warprock.kernels.dem.stack import (
     Base,
@@ -29,9 +28,10 @@ from warprock.kernels.dem.stack_lanes import (
     passes_left,
     time_past,
 )
-from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.motion import base_velocity, sample_index, sample_segment
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.lane.account import Account, keep_account
+from warprock.kernels.launch.instance import ONE_VECTOR
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.above import Motions
 from warprock.kernels.shape.body import rotated_x
 from warprock.kernels.shape.body_found import Found, Sides, observe_sides

@@ -5,9 +5,9 @@ Blocks in space use `passes_left`, `time_past` and `observe_faces` of this file.
 
 import warp as wp
 
+from warprock.kernels.contact.parting import slides
 from warprock.kernels.dem.stack import Base, Energy, Knobs, Pace
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
-from warprock.kernels.parting import slides
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
 from warprock.kernels.shape.interface import Velocity
 from warprock.kernels.shape.stack_found import Seen
 

@@ -20,7 +20,6 @@ the two points that are deepest counts as the interface that parts and lands.
 
 import warp as wp
 
-from warprock.kernels.account import Account, keep_account
 from warprock.kernels.dem.stack import Base, Energy, Knobs, Load, Pace, Spring, integrate
 from warprock.kernels.dem.stack_lanes import (
     Seat,
@@ -33,9 +32,10 @@ from warprock.kernels.dem.stack_lanes import (
     passes_left,
     time_past,
 )
-from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.motion import base_velocity, sample_index, sample_segment
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.lane.account import Account, keep_account
+from warprock.kernels.launch.instance import ONE_VECTOR
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.above import Motions
 from warprock.kernels.shape.interface import Mass, Pose, Velocity
 from warprock.kernels.shape.rising import equivalent_gain

@@ -19,7 +19,7 @@ import warp as wp
 from warprock.kernels.dem.stack import Knobs
 from warprock.kernels.dem.stack_lanes import observe_faces
 from warprock.kernels.dem_space.stack import Load, Pace, Spring, Stress, Touch, load_spring
-from warprock.kernels.modes import BROKEN, OVERTURNED
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED
 from warprock.kernels.shape.stack_found import Seen
 from warprock.kernels.shape_space.block import Block, turn_freely
 from warprock.kernels.shape_space.block_found import (

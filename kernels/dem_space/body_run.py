@@ -34,9 +34,9 @@ from warprock.kernels.dem_space.stack_lanes import (
     move_base,
     result_of,
 )
-from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.launch.instance import ONE_VECTOR
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.stack_found import Seen, start_seen
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import Found, Peaks, block_result

@@ -9,7 +9,7 @@ import warp as wp
 from warprock.kernels.dem.stack_lanes import observe_faces
 from warprock.kernels.dem_space.stack import Energy, Pace
 from warprock.kernels.dem_space.stack_meet import Link
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING
 from warprock.kernels.shape.stack_found import Seen
 from warprock.kernels.shape_space.block import Block, turn_freely, turns_of
 from warprock.kernels.shape_space.block_found import Peaks, Result, observe_turns, start_peaks

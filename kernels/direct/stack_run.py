@@ -7,7 +7,7 @@ times the acceleration. An interface rocks while one of its ends has parted, see
 
 import warp as wp
 
-from warprock.kernels.account import Account, keep_account
+from warprock.kernels.contact.parting import Bearing, Parting, observe_ends, slack, slides
 from warprock.kernels.direct.block import allowed_closing
 from warprock.kernels.direct.stack import (
     Poses,
@@ -21,11 +21,11 @@ from warprock.kernels.direct.stack import (
     times_inverse_mass,
 )
 from warprock.kernels.direct.stack_pivot import Equations
-from warprock.kernels.instance import LOOPS_STAY
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
-from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import Bearing, Parting, observe_ends, slack, slides
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.lane.account import Account, keep_account
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
+from warprock.kernels.launch.instance import LOOPS_STAY
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.interface import gap_of_end, place_on
 from warprock.kernels.shape.stack import Rows, Three, Triples, Values, matrix_of, three_of
 from warprock.kernels.shape.stack_found import (

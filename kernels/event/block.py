@@ -71,8 +71,15 @@ from warprock.kernels.event.block_rocking import (
 )
 from warprock.kernels.event.block_state import End, Event, Shown, Span, State
 from warprock.kernels.event.lift import TICK, held_time, round_off
-from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING
-from warprock.kernels.motion import Acceleration, Ground, Motion, acceleration_at, expand, knot_time
+from warprock.kernels.lane.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING
+from warprock.kernels.motion.kinds import (
+    Acceleration,
+    Ground,
+    Motion,
+    acceleration_at,
+    expand,
+    knot_time,
+)
 
 NEARLY = by_precision(1.0e-6, 1.0e-4)
 """Tolerance of the time of an event, as a part of the longest step."""

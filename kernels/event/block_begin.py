@@ -18,8 +18,8 @@ from warprock.kernels.event.block_rocking import (
 )
 from warprock.kernels.event.block_sliding import slide_after, slides_flat, sliding_series
 from warprock.kernels.event.block_state import Span, State
-from warprock.kernels.modes import FLAT, PIVOTING
-from warprock.kernels.motion import (
+from warprock.kernels.lane.modes import FLAT, PIVOTING
+from warprock.kernels.motion.kinds import (
     Ground,
     Motion,
     acceleration_at,

@@ -15,7 +15,7 @@ corner and n of the other, and the law is tried case by case: one corner, else b
 
 import warp as wp
 
-from warprock.kernels.modes import FLAT, FLYING, PIVOTING
+from warprock.kernels.lane.modes import FLAT, FLYING, PIVOTING
 
 SOON = real(1.0e-3)
 """Relative tolerance of a force at its bound; the error in velocity is of its square."""

@@ -14,7 +14,7 @@ from warprock.kernels.event.block_contact import (
     lower_corner,
 )
 from warprock.kernels.event.block_state import End, Span
-from warprock.kernels.modes import FLAT, FLYING, PIVOTING
+from warprock.kernels.lane.modes import FLAT, FLYING, PIVOTING
 
 
 @wp.struct

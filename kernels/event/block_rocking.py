@@ -14,7 +14,7 @@ sticks while |f| <= friction n.
 import warp as wp
 
 from warprock.kernels.event.block_contact import SOON, Block, Lever
-from warprock.kernels.motion import LINEAR, Acceleration
+from warprock.kernels.motion.kinds import LINEAR, Acceleration
 
 NEWTON_STEPS = 7
 """Steps from the root of a parabola through the ends of the step. Two of them reach round-off. If

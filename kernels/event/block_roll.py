@@ -23,8 +23,8 @@ from warprock.kernels.event.block_rocking import (
 )
 from warprock.kernels.event.block_sliding import slide_after, slides_flat, sliding_series
 from warprock.kernels.event.block_state import Shown, State
-from warprock.kernels.modes import FLAT, PIVOTING
-from warprock.kernels.motion import (
+from warprock.kernels.lane.modes import FLAT, PIVOTING
+from warprock.kernels.motion.kinds import (
     LINEAR,
     Acceleration,
     Ground,
@@ -35,7 +35,7 @@ from warprock.kernels.motion import (
     knot_time,
     weak_samples_ahead,
 )
-from warprock.kernels.pool import AHEAD
+from warprock.kernels.motion.pool import AHEAD
 
 
 @wp.func

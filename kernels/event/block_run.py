@@ -21,10 +21,10 @@ from warprock.kernels.event.block_state import (
     start_seen,
 )
 from warprock.kernels.event.found import Result, block_result, result_of
-from warprock.kernels.instance import TWO_VECTORS
-from warprock.kernels.modes import FLAT, FLYING, OVERTURNED, PIVOTING, STALLED
-from warprock.kernels.motion import Ground, Motion, sample_index
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.lane.modes import FLAT, FLYING, OVERTURNED, PIVOTING, STALLED
+from warprock.kernels.launch.instance import TWO_VECTORS
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import Ground, Motion, sample_index
 from warprock.kernels.shape.stack_found import BlockResult
 
 wp.set_module_options(TWO_VECTORS)

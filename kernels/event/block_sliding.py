@@ -13,8 +13,8 @@ import warp as wp
 
 from warprock.kernels.event.block_contact import Block
 from warprock.kernels.event.block_rocking import Curve
-from warprock.kernels.modes import FLAT
-from warprock.kernels.motion import Acceleration
+from warprock.kernels.lane.modes import FLAT
+from warprock.kernels.motion.kinds import Acceleration
 
 
 @wp.func

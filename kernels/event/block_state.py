@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warprock.kernels.modes import FLAT, OVERTURNED, STALLED
+from warprock.kernels.lane.modes import FLAT, OVERTURNED, STALLED
 
 
 @wp.struct

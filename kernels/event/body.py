@@ -37,8 +37,8 @@ from warprock.kernels.event.body_impact import end_step
 from warprock.kernels.event.body_view import View, edge_below, find_contacts
 from warprock.kernels.event.body_weight import Weight, fall_in, nearest_lack
 from warprock.kernels.event.lift import held_time, round_off
-from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING
-from warprock.kernels.motion import (
+from warprock.kernels.lane.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING
+from warprock.kernels.motion.kinds import (
     LINEAR,
     Acceleration,
     Ground,

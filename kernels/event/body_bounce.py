@@ -20,10 +20,10 @@ References:
 
 import warp as wp
 
-from warprock.kernels.bounce import kept_part
+from warprock.kernels.contact.bounce import kept_part
 from warprock.kernels.event.block_contact import Contact, Lever, Velocity
 from warprock.kernels.event.body_contact import Blow, Body, law_velocity
-from warprock.kernels.modes import FLAT, FLYING, PIVOTING
+from warprock.kernels.lane.modes import FLAT, FLYING, PIVOTING
 
 
 @wp.func

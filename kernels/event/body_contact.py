@@ -16,7 +16,7 @@ import warp as wp
 
 from warprock.kernels.event.block_contact import SOON, Contact, Lever, Velocity, corner_impulse
 from warprock.kernels.event.body_weight import Weight
-from warprock.kernels.modes import FLAT, FLYING, PIVOTING
+from warprock.kernels.lane.modes import FLAT, FLYING, PIVOTING
 
 
 @wp.struct

@@ -7,7 +7,7 @@ from warprock.kernels.event.block_state import End, Span
 from warprock.kernels.event.body_contact import Body, Edge, may_rest, struck_velocity
 from warprock.kernels.event.body_view import View
 from warprock.kernels.event.body_weight import Weight, kicks
-from warprock.kernels.modes import FLAT, FLYING, PIVOTING
+from warprock.kernels.lane.modes import FLAT, FLYING, PIVOTING
 from warprock.kernels.shape.body import rotated_x, rotated_z
 
 if BOUNCES:

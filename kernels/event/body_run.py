@@ -15,10 +15,10 @@ from warprock.kernels.event.body_contact import Body
 from warprock.kernels.event.body_view import View, edge_of, tips_about_second
 from warprock.kernels.event.body_weight import rise, weight_in
 from warprock.kernels.event.found import Result, block_result, result_of
-from warprock.kernels.instance import TWO_VECTORS
-from warprock.kernels.modes import FLAT, OVERTURNED, PIVOTING
-from warprock.kernels.motion import Ground, sample_index
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.lane.modes import FLAT, OVERTURNED, PIVOTING
+from warprock.kernels.launch.instance import TWO_VECTORS
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import Ground, sample_index
 from warprock.kernels.shape.above import Above, Motions
 from warprock.kernels.shape.body import Corner, is_past, rotated_x, rotated_z
 from warprock.kernels.shape.stack_found import BlockResult

@@ -6,7 +6,7 @@ from warprock.kernels.event.block import GRAIN, NEARLY
 from warprock.kernels.event.block_state import End, Span, State
 from warprock.kernels.event.body_contact import Body, Edge, tips_right
 from warprock.kernels.event.body_weight import Weight
-from warprock.kernels.modes import FLAT, FLYING
+from warprock.kernels.lane.modes import FLAT, FLYING
 from warprock.kernels.shape.body import rotated_x, rotated_z
 
 

@@ -7,7 +7,13 @@ base throws the body down. If VERTICAL is false, the base keeps its height and t
 import warp as wp
 
 from warprock.kernels.event.block_begin import base_change
-from warprock.kernels.motion import Acceleration, acceleration_at, expand, knot_step, knot_time
+from warprock.kernels.motion.kinds import (
+    Acceleration,
+    acceleration_at,
+    expand,
+    knot_step,
+    knot_time,
+)
 from warprock.kernels.shape.above import Above
 
 

@@ -23,6 +23,7 @@ fall brings it to rest.
 
 import warp as wp
 
+from warprock.kernels.contact.ties import BROKEN_TIE, force_of
 from warprock.kernels.event.held_contact import (
     EPS,
     Ask,
@@ -78,10 +79,17 @@ from warprock.kernels.event.held_state import (
     slide_of,
     turn_point,
 )
-from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING, UNSOLVED
-from warprock.kernels.motion import Ground, Motion, knot_step, knot_time
-from warprock.kernels.series import DEGREE, TICK, Series, pull_series, root_of, slope_of, value_of
-from warprock.kernels.ties import BROKEN_TIE, force_of
+from warprock.kernels.lane.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING, UNSOLVED
+from warprock.kernels.motion.kinds import Ground, Motion, knot_step, knot_time
+from warprock.kernels.motion.series import (
+    DEGREE,
+    TICK,
+    Series,
+    pull_series,
+    root_of,
+    slope_of,
+    value_of,
+)
 
 REACH = real(0.25)
 """Largest rotation of the block in one step [rad]."""

@@ -8,6 +8,16 @@ because the last step has ended there; it is divided by the time, as often as it
 
 import warp as wp
 
+from warprock.kernels.contact.ties import (
+    ELASTIC,
+    LOOSE,
+    YIELDING,
+    YIELDING_BACK,
+    Tie,
+    TieState,
+    changed_state,
+    state_at,
+)
 from warprock.kernels.event.held_contact import wall_reserve
 from warprock.kernels.event.held_path import (
     Held,
@@ -33,17 +43,7 @@ from warprock.kernels.event.held_state import (
     has,
     point_of,
 )
-from warprock.kernels.series import DEGREE, Series, first_root, slope_of
-from warprock.kernels.ties import (
-    ELASTIC,
-    LOOSE,
-    YIELDING,
-    YIELDING_BACK,
-    Tie,
-    TieState,
-    changed_state,
-    state_at,
-)
+from warprock.kernels.motion.series import DEGREE, Series, first_root, slope_of
 
 NOTHING, OPENS, STARTS, STOPS, TOUCHES, CHANGES, FALLS, LETS_GO = 0, 1, 2, 3, 4, 5, 6, 7
 """Kinds of events: none; a point no longer presses; a corner begins to slide, or stops; a point

@@ -13,10 +13,10 @@ follows from lower ones, by the same matrix (held_contact.py) in all orders.
 
 import warp as wp
 
+from warprock.kernels.contact.ties import ELASTIC, Tie, TieState, force_of
 from warprock.kernels.event.held_contact import Three, grip_of, mobility
 from warprock.kernels.event.held_state import ALL, BASE, Block, Point, State, turn_point
-from warprock.kernels.series import DEGREE, Series, slope_of
-from warprock.kernels.ties import ELASTIC, Tie, TieState, force_of
+from warprock.kernels.motion.series import DEGREE, Series, slope_of
 
 
 @wp.struct

@@ -6,17 +6,17 @@ that histories do not change the run.
 
 import warp as wp
 
+from warprock.kernels.contact.ties import BROKEN_TIE, YIELDING, YIELDING_BACK, Tie, TieState
 from warprock.kernels.event.held import start_lane, step
 from warprock.kernels.event.held_events import change_tie
 from warprock.kernels.event.held_path import Held, stretch_of, tie_of
 from warprock.kernels.event.held_state import Block, slide_of
-from warprock.kernels.instance import BRANCHES
-from warprock.kernels.modes import OVERTURNED, STALLED
-from warprock.kernels.motion import Ground, Motion, sample_index
-from warprock.kernels.rows import kernel
-from warprock.kernels.series import value_of
+from warprock.kernels.lane.modes import OVERTURNED, STALLED
+from warprock.kernels.launch.instance import BRANCHES
+from warprock.kernels.launch.rows import kernel
+from warprock.kernels.motion.kinds import Ground, Motion, sample_index
+from warprock.kernels.motion.series import value_of
 from warprock.kernels.shape.stack_found import BlockResult
-from warprock.kernels.ties import BROKEN_TIE, YIELDING, YIELDING_BACK, Tie, TieState
 
 LANES = 1
 

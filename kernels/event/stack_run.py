@@ -12,9 +12,9 @@ from warprock.kernels.event.stack.rocking_end import turning_time, value_of
 from warprock.kernels.event.stack.state import Limits, Shaking, State, at_rest
 from warprock.kernels.event.stack.step import finish_step
 from warprock.kernels.event.stack.trial import try_step
-from warprock.kernels.instance import SHORT_LOOPS_GO
-from warprock.kernels.modes import RUNNING, STALLED
-from warprock.kernels.motion import sample_index
+from warprock.kernels.lane.modes import RUNNING, STALLED
+from warprock.kernels.launch.instance import SHORT_LOOPS_GO
+from warprock.kernels.motion.kinds import sample_index
 from warprock.kernels.shape.above import Above, Motions
 from warprock.kernels.shape.stack import (
     CLOSED,

@@ -36,6 +36,7 @@ In a plane this is event/block.py, step by step. What holds beyond it:
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Vector
 from warprock.kernels.event.block import first_root
 from warprock.kernels.event_space.block_contact import (
     EDGE,
@@ -72,9 +73,8 @@ from warprock.kernels.event_space.block_trial import (
     state_at,
 )
 from warprock.kernels.event_space.lane import BaseMotion, Limits
-from warprock.kernels.modes import BROKEN, OVERTURNED, UNSOLVED
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, UNSOLVED
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.vectors import Vector
 
 if FRICTION == "box":
     from warprock.kernels.event_space.block_box_friction import (

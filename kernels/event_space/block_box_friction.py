@@ -23,6 +23,7 @@ their mean over eight blocks falls with the step to the power 1.4 to 2.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Vector
 from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.event_space.block_box_friction_slide import (
     apply_impulses,
@@ -51,7 +52,6 @@ from warprock.kernels.event_space.block_contact import (
 )
 from warprock.kernels.event_space.block_moves import Course
 from warprock.kernels.event_space.lane import Limits
-from warprock.kernels.vectors import Vector
 
 WAYS = 9
 """States of one end: sticks or slides to either side along x (3), times the same along y (3)."""

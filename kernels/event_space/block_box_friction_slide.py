@@ -11,6 +11,7 @@ minimises a convex function. See event_space/block_box_friction.py.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Vector
 from warprock.kernels.event_space.block_contact import (
     EDGE,
     FLAT,
@@ -25,7 +26,6 @@ from warprock.kernels.event_space.block_contact import (
     sinks,
     velocity_by_impulse,
 )
-from warprock.kernels.vectors import Vector
 
 ROUNDS = 200
 """Rounds of the iteration between the pressure under a face and its friction..."""

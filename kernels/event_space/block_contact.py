@@ -32,7 +32,7 @@ before that of the other, 2 comes last.
 
 import warp as wp
 
-from warprock.kernels.vectors import Matrix, Vector
+from warprock.kernels.algebra.vectors import Matrix, Vector
 
 BOX = FRICTION == "box"
 """Whether friction is bound as a box along x and y, else as a cone."""

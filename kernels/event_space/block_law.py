@@ -5,6 +5,7 @@ See event_space/block_contact.py for the states and the order in which they are 
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Matrix, Vector
 from warprock.kernels.event_space.block_contact import (
     EDGE,
     FLAT,
@@ -34,7 +35,6 @@ from warprock.kernels.event_space.block_slide import (
     try_swing,
 )
 from warprock.kernels.event_space.lane import Limits
-from warprock.kernels.vectors import Matrix, Vector
 
 SWERVE = real(0.95)
 """Cosine of the largest angle by which the path of a sliding corner may turn in a step..."""

@@ -6,12 +6,12 @@ event_space/block_contact.py. The gap of a corner is its height above the base.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.event.block import first_root
 from warprock.kernels.event_space.block_contact import BOX, EDGE, FLAT, Body, Two, direction_of
 from warprock.kernels.shape_space.block import Block, turn_freely
 from warprock.kernels.shape_space.frame import frame
 from warprock.kernels.shape_space.lanes import Triple, matrix_of
-from warprock.kernels.vectors import Quaternion, Vector
 
 SIDES = 6 if BOX else 5
 """Ways in which a block at rest may start to move, see `lack_of`."""

@@ -16,6 +16,7 @@ sines along x and y take 3.9 million steps a second on a core with it, 0.76 mill
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Matrix, Quaternion, Vector
 from warprock.kernels.event_space.block import NEARLY
 from warprock.kernels.event_space.block_contact import EDGE, FLAT
 from warprock.kernels.event_space.block_moves import (
@@ -28,7 +29,6 @@ from warprock.kernels.event_space.block_trial import Base, State
 from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.lanes import matrix_of, product
-from warprock.kernels.vectors import Matrix, Quaternion, Vector
 
 SPARE = by_precision(1.0e-3, 1.0e-1)
 """Margin of friction, as a part of it, that each end of an edge must have at the end of a step to

@@ -2,8 +2,8 @@
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.event_space.block_trial import State
-from warprock.kernels.vectors import Quaternion, Vector
 
 
 @wp.struct

@@ -10,6 +10,7 @@ a hinge is faster in float32 too, since it has a single case.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.event_space.block import TOGETHER, step
 from warprock.kernels.event_space.block_contact import FLYING
 from warprock.kernels.event_space.block_moves import rotate_unnormalised
@@ -29,14 +30,13 @@ from warprock.kernels.event_space.block_seen import (
 )
 from warprock.kernels.event_space.block_trial import Base, State, next_step
 from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
-from warprock.kernels.instance import LOOPS_STAY, ONE_VECTOR
-from warprock.kernels.modes import RUNNING, STALLED
-from warprock.kernels.motion import Motion, sample_index
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.lane.modes import RUNNING, STALLED
+from warprock.kernels.launch.instance import LOOPS_STAY, ONE_VECTOR
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import Motion, sample_index
 from warprock.kernels.shape_space.block import Block, slide_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found
 from warprock.kernels.shape_space.frame import turn_of_matrix
-from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(ONE_VECTOR | LOOPS_STAY)
 

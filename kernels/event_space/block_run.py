@@ -7,6 +7,7 @@ blocks start in motion, see event_space/block_thrown.py.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.event_space.block import TOGETHER, step
 from warprock.kernels.event_space.block_seen import (
     attitude_at,
@@ -18,9 +19,9 @@ from warprock.kernels.event_space.block_seen import (
     start,
 )
 from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
-from warprock.kernels.instance import BRANCHES
-from warprock.kernels.modes import RUNNING, STALLED
-from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.lane.modes import RUNNING, STALLED
+from warprock.kernels.launch.instance import BRANCHES
+from warprock.kernels.motion.kinds import Motion, sample_index
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import Found
 from warprock.kernels.shape_space.thrown import (
@@ -30,7 +31,6 @@ from warprock.kernels.shape_space.thrown import (
     new_axes,
     rename_block_axes,
 )
-from warprock.kernels.vectors import Quaternion, Vector
 
 if THROWN:
     from warprock.kernels.event_space.block_thrown import (

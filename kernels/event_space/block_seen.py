@@ -5,6 +5,7 @@ A sample inside a step is read off the parabola that the step follows.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.event_space.block_contact import FLAT, FLYING, mask_of, stance_of
 from warprock.kernels.event_space.block_moves import (
     block_axis,
@@ -15,11 +16,10 @@ from warprock.kernels.event_space.block_moves import (
     rotate_freely,
 )
 from warprock.kernels.event_space.block_trial import State
-from warprock.kernels.modes import RUNNING
+from warprock.kernels.lane.modes import RUNNING
 from warprock.kernels.shape_space.block import Block, slide_of, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Result
 from warprock.kernels.shape_space.lanes import matrix_of
-from warprock.kernels.vectors import Quaternion, Vector
 
 
 @wp.struct

@@ -7,6 +7,7 @@ that equal the directions of the velocities.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Matrix, Vector
 from warprock.kernels.event_space.block_contact import (
     EDGE,
     FLAT,
@@ -23,7 +24,6 @@ from warprock.kernels.event_space.block_contact import (
     mask_of,
     sinks,
 )
-from warprock.kernels.vectors import Matrix, Vector
 
 ALIKE = by_precision(1.0e-14, 1.0e-6)
 """Change of a direction [rad] that is round-off."""

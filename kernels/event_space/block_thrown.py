@@ -7,16 +7,16 @@ itself handles one bottom face only. The slide is the displacement of its centre
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.event_space.block import DUST, solve
 from warprock.kernels.event_space.block_contact import FLAT, FLYING, Corners, mask_of, stance_of
 from warprock.kernels.event_space.block_moves import body_at
 from warprock.kernels.event_space.block_seen import Seen, peaks_at
 from warprock.kernels.event_space.block_trial import State, kinetic_energy
 from warprock.kernels.event_space.lane import Limits
-from warprock.kernels.modes import UNSOLVED
+from warprock.kernels.lane.modes import UNSOLVED
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.thrown import Throw, compose, old_corner
-from warprock.kernels.vectors import Quaternion, Vector
 
 
 @wp.func

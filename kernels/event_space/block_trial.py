@@ -6,13 +6,13 @@ ends. The scheme is in event_space/block.py.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.event.block_begin import MORE, base_change
 from warprock.kernels.event_space.block_contact import FLAT, Body, Corners, Held
 from warprock.kernels.event_space.block_moves import body_at, rotate_attitude
 from warprock.kernels.event_space.lane import BaseMotion, Knots, Limits
-from warprock.kernels.motion import expand, knot_step, knot_time
+from warprock.kernels.motion.kinds import expand, knot_step, knot_time
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.vectors import Quaternion, Vector
 
 if FRICTION == "box":
     from warprock.kernels.event_space.block_box_friction import (

@@ -26,6 +26,7 @@ slide.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.event_space.block_contact import BOX, FLAT, FLYING
 from warprock.kernels.event_space.block_moves import cut_to, rotate_attitude, rotate_freely
@@ -46,10 +47,9 @@ from warprock.kernels.event_space.body_contact import (
 from warprock.kernels.event_space.body_law import project_on_points, solve
 from warprock.kernels.event_space.body_quiet import HOP, Course, Quiet, Support, roll, stays_still
 from warprock.kernels.event_space.lane import BaseMotion, Knots, Limits
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, UNSOLVED
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, UNSOLVED
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.frame import frame
-from warprock.kernels.vectors import Quaternion, Vector
 
 if BOUNCES:
     from warprock.kernels.event_space.body_bounce import bounce

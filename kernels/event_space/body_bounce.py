@@ -16,7 +16,8 @@ Points that leave the base fly, and land when they are back.
 
 import warp as wp
 
-from warprock.kernels.bounce import kept_part
+from warprock.kernels.algebra.vectors import Vector
+from warprock.kernels.contact.bounce import kept_part
 from warprock.kernels.event_space.block import NEARLY
 from warprock.kernels.event_space.body_contact import (
     Carried,
@@ -26,7 +27,6 @@ from warprock.kernels.event_space.body_contact import (
     touches_of,
 )
 from warprock.kernels.event_space.body_law import DUST, solve
-from warprock.kernels.vectors import Vector
 
 
 @wp.struct

@@ -6,10 +6,10 @@ shape_space/body.py. A set of points is a bit mask.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Matrix, Quaternion, Vector
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.body import APART, Frame, Point, divide_by_moments, spans
 from warprock.kernels.shape_space.frame import frame, rotate_diagonal
-from warprock.kernels.vectors import Matrix, Quaternion, Vector
 
 ALL = wp.uint64(2**64 - 1)
 """All points."""

@@ -20,6 +20,7 @@ point, friction is viscous in that step, mu n_k / |u_k|, which never goes too fa
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Matrix, Vector
 from warprock.kernels.event_space.block_contact import BOX
 from warprock.kernels.event_space.body_contact import (
     Carried,
@@ -30,7 +31,6 @@ from warprock.kernels.event_space.body_contact import (
     bit_of,
 )
 from warprock.kernels.shape_space.body import APART, spans
-from warprock.kernels.vectors import Matrix, Vector
 
 ROUNDS = 20
 """Largest number of rounds that find the pressing points: of random bases and loads one in a

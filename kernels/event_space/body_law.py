@@ -20,6 +20,7 @@ used only if all of these fail: friction then leaves several solutions of the la
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Matrix, Vector
 from warprock.kernels.event_space.block_contact import (
     BOX,
     EDGE,
@@ -53,7 +54,6 @@ from warprock.kernels.event_space.body_face import (
 from warprock.kernels.shape_space.body import APART
 from warprock.kernels.shape_space.contact import gains_of, solve_contact
 from warprock.kernels.shape_space.frame import relative_velocity
-from warprock.kernels.vectors import Matrix, Vector
 
 if FRICTION == "box":
     from warprock.kernels.event_space.block_box_friction import project, sliding_bits

@@ -12,6 +12,7 @@ height of that times the pull of the base over the weight. The body stands while
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.event_space.block import NEARLY
 from warprock.kernels.event_space.block_moves import GRAIN, rotate_unnormalised
@@ -30,7 +31,6 @@ from warprock.kernels.event_space.body_face import INSIDE
 from warprock.kernels.event_space.lane import Limits
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.body import spans
-from warprock.kernels.vectors import Quaternion, Vector
 
 HOP = real(4.0)
 """A hop that lasts one step rises by its first velocity times the step over this number."""

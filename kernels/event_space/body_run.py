@@ -6,6 +6,7 @@ the parabola that the step follows, so that histories do not change the run.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.event_space.block_moves import rotate_attitude, rotate_freely
 from warprock.kernels.event_space.block_seen import turning_time
 from warprock.kernels.event_space.body import State, step
@@ -20,9 +21,9 @@ from warprock.kernels.event_space.body_contact import (
 from warprock.kernels.event_space.body_quiet import Support, support_of
 from warprock.kernels.event_space.body_start import keep_running, observe_tumbling, start_thrown
 from warprock.kernels.event_space.lane import BaseMotion, Knobs, Limits
-from warprock.kernels.instance import BRANCHES
-from warprock.kernels.modes import RUNNING, STALLED
-from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.lane.modes import RUNNING, STALLED
+from warprock.kernels.launch.instance import BRANCHES
+from warprock.kernels.motion.kinds import Motion, sample_index
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
 from warprock.kernels.shape_space.body import (
@@ -33,7 +34,6 @@ from warprock.kernels.shape_space.body import (
     turns_of_body,
 )
 from warprock.kernels.shape_space.frame import frame as matrix_at
-from warprock.kernels.vectors import Quaternion, Vector
 
 wp.set_module_options(BRANCHES)
 

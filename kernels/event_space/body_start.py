@@ -6,15 +6,15 @@ tumbles keeps running on whatever side it lies; its slide is the displacement of
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Vector
 from warprock.kernels.event_space.body import State, energy
 from warprock.kernels.event_space.body_contact import Shape, pose_of, touches_of
 from warprock.kernels.event_space.body_law import solve
 from warprock.kernels.event_space.lane import Limits
-from warprock.kernels.modes import OVERTURNED, RUNNING, UNSOLVED
+from warprock.kernels.lane.modes import OVERTURNED, RUNNING, UNSOLVED
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import BlockResult
 from warprock.kernels.shape_space.body import Frame
-from warprock.kernels.vectors import Vector
 
 if BOUNCES:
     from warprock.kernels.event_space.body_bounce import bounce

@@ -2,8 +2,8 @@
 
 import warp as wp
 
-from warprock.kernels.motion import Motion
-from warprock.kernels.vectors import Vector
+from warprock.kernels.algebra.vectors import Vector
+from warprock.kernels.motion.kinds import Motion
 
 Knots = wp.types.vector(length=3, dtype=int)
 """Knots of the motion passed, along x, y and z."""

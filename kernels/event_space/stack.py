@@ -24,6 +24,7 @@ a step stops at its end.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Vector
 from warprock.kernels.event_space.block_contact import FLAT, FLYING
 from warprock.kernels.event_space.block_moves import rotate_attitude
 from warprock.kernels.event_space.block_trial import Base, next_step
@@ -54,10 +55,9 @@ from warprock.kernels.event_space.stack_look import (
     momenta,
 )
 from warprock.kernels.event_space.stack_solve import ROUNDS, solve
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.shape_space.frame import frame, rotate_diagonal
 from warprock.kernels.shape_space.stack import Bodies, Points, rows_of
-from warprock.kernels.vectors import Vector
 
 STILL = by_precision(1.0e-10, 1.0e-4)
 """Velocity that counts as zero, as a part of the velocity that gravity gives in a step."""

@@ -18,6 +18,7 @@ impulses are not unique, but the motion is.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Matrix, Vector
 from warprock.kernels.shape.faces import SLOTS
 from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape_space.block import Block
@@ -34,7 +35,6 @@ from warprock.kernels.shape_space.stack import (
     rows_of,
     shared_corners,
 )
-from warprock.kernels.vectors import Matrix, Vector
 
 CONE = 0
 HOLD = 1

@@ -5,6 +5,7 @@ The scheme is in event_space/stack.py.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Vector
 from warprock.kernels.event.block import first_root
 from warprock.kernels.event_space.block_moves import rotate_attitude, rotate_freely
 from warprock.kernels.event_space.lane import Knots, Limits
@@ -27,7 +28,6 @@ from warprock.kernels.event_space.stack_contact import (
 from warprock.kernels.shape.faces import SLOTS
 from warprock.kernels.shape_space.frame import frame, relative_velocity, rotate_diagonal
 from warprock.kernels.shape_space.stack import CONTACTS, Bodies, PointNumbers, rows_of
-from warprock.kernels.vectors import Vector
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
 """Tolerance of the time of an event, as a part of the longest step."""

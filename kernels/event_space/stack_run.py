@@ -7,17 +7,17 @@ faces no longer overlap, or a block leans by a right angle to the vertical or to
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.event_space.block_moves import rotate_attitude, rotate_freely
 from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
 from warprock.kernels.event_space.stack import step
 from warprock.kernels.event_space.stack_contact import Ints, Own, Row, block_of, pose_of
 from warprock.kernels.event_space.stack_look import State, look_at_step, momenta
-from warprock.kernels.modes import RUNNING, STALLED
-from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.lane.modes import RUNNING, STALLED
+from warprock.kernels.motion.kinds import Motion, sample_index
 from warprock.kernels.shape_space.block import Block, slide_of, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
 from warprock.kernels.shape_space.frame import frame, turn_of_matrix
-from warprock.kernels.vectors import Quaternion, Vector
 
 # Loops over the six rows of a block are unrolled: pairs take .9 and three blocks .8 of the time.
 wp.set_module_options({"max_unroll": 6})

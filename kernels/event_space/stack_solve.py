@@ -24,6 +24,7 @@ a face do no harm.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Matrix, Vector
 from warprock.kernels.event_space.stack_contact import (
     BOX,
     CONE,
@@ -39,7 +40,6 @@ from warprock.kernels.event_space.stack_contact import (
 )
 from warprock.kernels.shape_space.frame import relative_velocity
 from warprock.kernels.shape_space.stack import Bodies, PointInts, PointNumbers, Points, rows_of
-from warprock.kernels.vectors import Matrix, Vector
 
 STIFF = by_precision(1.0e4, 1.0e2)
 """Stiffness c of a contact over its effective mass, in Newton's method..."""

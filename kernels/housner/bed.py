@@ -53,8 +53,8 @@ from warprock.kernels.housner.held import (
     slope_of,
     value_of,
 )
-from warprock.kernels.modes import BROKEN, OVERTURNED, ROCKING
-from warprock.kernels.motion import Ground, Motion, knot_step, knot_time
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, ROCKING
+from warprock.kernels.motion.kinds import Ground, Motion, knot_step, knot_time
 
 ORDERS = DEGREE - 1
 KNOWN = DEGREE - 2

@@ -5,10 +5,10 @@ import warp as wp
 from warprock.kernels.housner.bed import WHOLE, Block, start_lane, step
 from warprock.kernels.housner.block import stall
 from warprock.kernels.housner.block_found import BlockResult, Found, Result
-from warprock.kernels.instance import BRANCHES
-from warprock.kernels.modes import OVERTURNED, RESTING
-from warprock.kernels.motion import Ground, Motion, sample_index
-from warprock.kernels.rows import kernel
+from warprock.kernels.lane.modes import OVERTURNED, RESTING
+from warprock.kernels.launch.instance import BRANCHES
+from warprock.kernels.launch.rows import kernel
+from warprock.kernels.motion.kinds import Ground, Motion, sample_index
 
 LANES = 1
 

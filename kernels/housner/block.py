@@ -34,8 +34,8 @@ import warp as wp
 
 from warprock.kernels.housner.block_contact import needed_at_step, needed_in_step, rocking_series
 from warprock.kernels.housner.block_found import Seen
-from warprock.kernels.modes import BROKEN, OVERTURNED, RESTING, ROCKING, STALLED
-from warprock.kernels.motion import (
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RESTING, ROCKING, STALLED
+from warprock.kernels.motion.kinds import (
     Acceleration,
     Ground,
     Motion,

@@ -24,7 +24,7 @@ turns it further outwards. With a friction above 1 it counts as falling from 45 
 
 import warp as wp
 
-from warprock.kernels.motion import LINEAR, Acceleration
+from warprock.kernels.motion.kinds import LINEAR, Acceleration
 from warprock.kernels.shape.taylor import Polynomial
 
 FOUR_THIRDS = real(4.0 / 3.0)

@@ -12,8 +12,8 @@ import warp as wp
 
 from warprock.kernels.housner.block import REACH, Block, State, tops_below
 from warprock.kernels.housner.block_contact import Force, rocking_series
-from warprock.kernels.modes import RESTING, ROCKING
-from warprock.kernels.motion import (
+from warprock.kernels.lane.modes import RESTING, ROCKING
+from warprock.kernels.motion.kinds import (
     Acceleration,
     Ground,
     Motion,
@@ -23,7 +23,7 @@ from warprock.kernels.motion import (
     knot_time,
     weak_samples_ahead,
 )
-from warprock.kernels.pool import AHEAD
+from warprock.kernels.motion.pool import AHEAD
 from warprock.kernels.shape.taylor import scale, slope_at, value_at
 
 NEARLY_ALL = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-5)

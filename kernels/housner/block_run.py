@@ -13,16 +13,16 @@ import warp as wp
 
 from warprock.kernels.housner.block import Block, State, stall, start_lane, step
 from warprock.kernels.housner.block_found import BlockResult, Found, Result, Seen
-from warprock.kernels.instance import (
+from warprock.kernels.lane.modes import OVERTURNED, RESTING
+from warprock.kernels.launch.instance import (
     CAPTURES,
     FOUR_VECTORS,
     HALVES_VECTORS,
     TWO_VECTORS,
     module_options,
 )
-from warprock.kernels.modes import OVERTURNED, RESTING
-from warprock.kernels.motion import Ground, Motion, sample_index
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import Ground, Motion, sample_index
 
 RECORD = MOTION == "record"
 

@@ -35,8 +35,8 @@ from warprock.kernels.housner.body_series import (
     sine_cosine,
 )
 from warprock.kernels.housner.body_weight import expand_above, lift_at
-from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING
-from warprock.kernels.motion import Acceleration, Ground, Motion, expand, knot_time
+from warprock.kernels.lane.modes import OVERTURNED, RESTING, ROCKING
+from warprock.kernels.motion.kinds import Acceleration, Ground, Motion, expand, knot_time
 from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.taylor import Polynomial, choose, scale, slope_at, value_at
 

@@ -14,10 +14,10 @@ from warprock.kernels.housner.body import (
     kick,
 )
 from warprock.kernels.housner.body_series import Foot
-from warprock.kernels.instance import TWO_VECTORS
-from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING
-from warprock.kernels.motion import Ground, Motion, knot_step, knot_time, sample_index
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.lane.modes import OVERTURNED, RESTING, ROCKING
+from warprock.kernels.launch.instance import TWO_VECTORS
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import Ground, Motion, knot_step, knot_time, sample_index
 from warprock.kernels.shape.above import Above, Motions
 
 wp.set_module_options(TWO_VECTORS)

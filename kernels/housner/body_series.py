@@ -23,7 +23,7 @@ import warp as wp
 
 from warprock.kernels.housner.block_contact import Force, force_along, needed_along, ratio
 from warprock.kernels.housner.body_weight import Sines, lift_at, push, weigh
-from warprock.kernels.motion import Acceleration
+from warprock.kernels.motion.kinds import Acceleration
 from warprock.kernels.shape.taylor import Polynomial
 
 PI = real(3.141592653589793)

@@ -6,7 +6,7 @@ keeps its height: then a_z is zero, and nothing here leaves a trace in the machi
 
 import warp as wp
 
-from warprock.kernels.motion import Acceleration, expand
+from warprock.kernels.motion.kinds import Acceleration, expand
 from warprock.kernels.shape.above import Above
 
 

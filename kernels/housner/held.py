@@ -26,6 +26,7 @@ not judged.
 
 import warp as wp
 
+from warprock.kernels.contact.ties import force_of
 from warprock.kernels.housner.block_contact import needed_at_step, ratio
 from warprock.kernels.housner.held_ties import (
     Pull,
@@ -36,9 +37,9 @@ from warprock.kernels.housner.held_ties import (
     pull_of,
     start_ties,
 )
-from warprock.kernels.modes import BROKEN, OVERTURNED, RESTING, ROCKING
-from warprock.kernels.motion import Ground, Motion, knot_step, knot_time
-from warprock.kernels.series import (
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RESTING, ROCKING
+from warprock.kernels.motion.kinds import Ground, Motion, knot_step, knot_time
+from warprock.kernels.motion.series import (
     DEGREE,
     TICK,
     Series,
@@ -48,7 +49,6 @@ from warprock.kernels.series import (
     slope_of,
     value_of,
 )
-from warprock.kernels.ties import force_of
 
 NEARLY = by_precision(1.0e-9, 1.0e-5)
 """What counts as round-off of an event that the last step has located."""

@@ -2,15 +2,15 @@
 
 import warp as wp
 
+from warprock.kernels.contact.ties import BROKEN_TIE, Load, Tie, TieState
 from warprock.kernels.housner.block import stall
 from warprock.kernels.housner.block_found import BlockResult
 from warprock.kernels.housner.held import Block, start_lane, step
 from warprock.kernels.housner.held_ties import Restraints, unfinished_loss
-from warprock.kernels.instance import BRANCHES
-from warprock.kernels.modes import OVERTURNED
-from warprock.kernels.motion import Ground, Motion, sample_index
-from warprock.kernels.rows import kernel
-from warprock.kernels.ties import BROKEN_TIE, Load, Tie, TieState
+from warprock.kernels.lane.modes import OVERTURNED
+from warprock.kernels.launch.instance import BRANCHES
+from warprock.kernels.launch.rows import kernel
+from warprock.kernels.motion.kinds import Ground, Motion, sample_index
 
 LANES = 1
 

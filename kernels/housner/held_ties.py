@@ -8,7 +8,7 @@ the base, s = sin(theta) and w = 1 - cos(theta), the point moves along the base 
 
 the tie is longer by e = -side u than with the block at rest, and a horizontal force H turns the
 block by H du/dtheta = H (d cos(theta) - X s). What force a tie gives at an
-elongation is told in kernels/ties.py.
+elongation is told in kernels/contact/ties.py.
 
 Between two changes the moment of all ties is a polynomial in s and w, so that the series of the
 rotation follows as that of the free block does. A block that turns one way moves all its ties one
@@ -17,7 +17,7 @@ way: each change is a rotation that is known before it is reached, and is locate
 
 import warp as wp
 
-from warprock.kernels.ties import (
+from warprock.kernels.contact.ties import (
     ELASTIC,
     LOOSE,
     YIELDING,

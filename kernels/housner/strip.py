@@ -36,9 +36,9 @@ from warprock.kernels.housner.held import (
     judged_time,
     turning_time,
 )
-from warprock.kernels.modes import BROKEN, OVERTURNED, RESTING, ROCKING
-from warprock.kernels.motion import Ground, Motion, knot_step, knot_time
-from warprock.kernels.series import (
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RESTING, ROCKING
+from warprock.kernels.motion.kinds import Ground, Motion, knot_step, knot_time
+from warprock.kernels.motion.series import (
     DEGREE,
     TICK,
     Series,

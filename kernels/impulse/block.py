@@ -27,8 +27,8 @@ Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 
 import warp as wp
 
-from warprock.kernels.cone import solve_single_contact
-from warprock.kernels.instance import MAX_UNROLL
+from warprock.kernels.contact.cone import solve_single_contact
+from warprock.kernels.launch.instance import MAX_UNROLL
 from warprock.kernels.shape.block import Gaps, State
 
 ENDS_EARLY = ITERATIONS > MAX_UNROLL

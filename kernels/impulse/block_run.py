@@ -7,12 +7,12 @@ With one lane a thread the same text is the plain form.
 
 import warp as wp
 
-from warprock.kernels.account import Account, keep_account
+from warprock.kernels.contact.parting import Bearing, Parting, observe_ends
 from warprock.kernels.impulse.block import Block, Impulses, Knobs, step
-from warprock.kernels.modes import RUNNING
-from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import Bearing, Parting, observe_ends
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.lane.account import Account, keep_account
+from warprock.kernels.lane.modes import RUNNING
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.block import (
     Base,
     State,

@@ -12,7 +12,7 @@ lowest one and corner 3 the neighbour to +x.
 
 import warp as wp
 
-from warprock.kernels.cone import solve_single_contact
+from warprock.kernels.contact.cone import solve_single_contact
 from warprock.kernels.impulse.block import ENDS_EARLY, Knobs, least_normal_velocity
 from warprock.kernels.shape.block import State
 from warprock.kernels.shape.body_seen import Corners

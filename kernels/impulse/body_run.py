@@ -10,13 +10,13 @@ With one lane a thread the same text is the plain form.
 
 import warp as wp
 
-from warprock.kernels.account import Account, keep_account
+from warprock.kernels.contact.parting import slack, slides
 from warprock.kernels.impulse.block import Knobs
 from warprock.kernels.impulse.body import Body, Feet, Impulses, step
-from warprock.kernels.modes import RUNNING
-from warprock.kernels.motion import base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import slack, slides
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.lane.account import Account, keep_account
+from warprock.kernels.lane.modes import RUNNING
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.above import Motions
 from warprock.kernels.shape.block import Base, State, mode_of
 from warprock.kernels.shape.body import Corner, is_past, rotate_corner, rotated_x

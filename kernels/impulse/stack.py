@@ -36,8 +36,8 @@ Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 
 import warp as wp
 
-from warprock.kernels.account import Account
-from warprock.kernels.cone import solve_single_contact
+from warprock.kernels.contact.cone import solve_single_contact
+from warprock.kernels.lane.account import Account
 from warprock.kernels.shape.interface import Impulse, Mass, Point, Pose, Velocity
 from warprock.kernels.shape.rising import base_work, fall_depth, fall_in
 from warprock.kernels.shape.stack_run import Base

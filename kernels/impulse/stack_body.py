@@ -7,8 +7,8 @@ visited in mirrored order. Data of points from the last step move along with the
 
 import warp as wp
 
+from warprock.kernels.contact.parting import slack
 from warprock.kernels.impulse.stack import drop_round_off
-from warprock.kernels.parting import slack
 from warprock.kernels.shape.body_seen import (
     CornerParting,
     Corners,

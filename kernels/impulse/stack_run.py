@@ -11,7 +11,6 @@ share. If CHAINS is true, blocks are bodies, with three points an interface
 
 import warp as wp
 
-from warprock.kernels.account import Account, keep_account
 from warprock.kernels.impulse.stack import (
     Contact,
     Knobs,
@@ -27,9 +26,10 @@ from warprock.kernels.impulse.stack import (
     solve_contact,
     warm_start,
 )
-from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.motion import base_velocity, sample_index, sample_segment
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.lane.account import Account, keep_account
+from warprock.kernels.launch.instance import ONE_VECTOR
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.above import Motions, move_up
 from warprock.kernels.shape.interface import Impulse, Mass, Point, Pose, Velocity, add_impulses
 from warprock.kernels.shape.rising import equivalent_gain
@@ -82,7 +82,7 @@ if CHAINS:
     from warprock.kernels.shape.stack_body import ground_top as ground
     from warprock.kernels.shape.stack_body import top_of as face_of
 else:
-    from warprock.kernels.parting import Parting
+    from warprock.kernels.contact.parting import Parting
     from warprock.kernels.shape.interface import Box as Face
     from warprock.kernels.shape.interface import find_end
     from warprock.kernels.shape.stack_run import (

@@ -39,7 +39,7 @@ Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 
 import warp as wp
 
-from warprock.kernels.parting import CREEP, slack
+from warprock.kernels.contact.parting import CREEP, slack
 from warprock.kernels.shape_space.block import Block, turn_freely
 from warprock.kernels.shape_space.contact import drag, holds, slip_gains, stop_gains
 from warprock.kernels.shape_space.lanes import (

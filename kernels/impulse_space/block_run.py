@@ -46,16 +46,17 @@ from warprock.kernels.impulse_space.block_seen import (
     observe_contacts,
     stands,
 )
-from warprock.kernels.instance import BRANCHES, ONE_VECTOR
-from warprock.kernels.modes import OVERTURNED, RUNNING
-from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.lane.modes import OVERTURNED, RUNNING
+from warprock.kernels.launch.instance import BRANCHES, ONE_VECTOR
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape_space.block import Block, turn_freely, turns_of
 from warprock.kernels.shape_space.block_found import Found, Peaks, Result, block_result, start_peaks
 from warprock.kernels.shape_space.lanes import State, Symmetric, Triple
 from warprock.kernels.shape_space.thrown import Throw
 
 if THROWN:
+    from warprock.kernels.algebra.vectors import Quaternion
     from warprock.kernels.impulse_space.block_thrown import (
         in_first_axes,
         observe_tumbling,
@@ -70,7 +71,6 @@ if THROWN:
         new_axes,
         rename_block_axes,
     )
-    from warprock.kernels.vectors import Quaternion
 
 wp.set_module_options(BRANCHES if THROWN else ONE_VECTOR)
 

@@ -15,7 +15,7 @@ from warprock.kernels.impulse_space.block import (
     Velocity,
     slips,
 )
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING
 from warprock.kernels.shape_space.block import Block, slide_of, turns_of
 from warprock.kernels.shape_space.block_found import Peaks, Result, observe_slide, observe_turns
 from warprock.kernels.shape_space.lanes import State, product, turn_of

@@ -7,13 +7,13 @@ its centre along the base.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.impulse_space.block import Knobs
 from warprock.kernels.shape_space.block import Block, turns_of
 from warprock.kernels.shape_space.block_found import Peaks, start_peaks
 from warprock.kernels.shape_space.frame import frame
 from warprock.kernels.shape_space.lanes import State, turn_of
 from warprock.kernels.shape_space.thrown import Throw, compose
-from warprock.kernels.vectors import Quaternion, Vector
 
 
 @wp.func

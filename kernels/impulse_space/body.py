@@ -21,7 +21,7 @@ from warprock.kernels.impulse_space.block import (
     slips,
 )
 from warprock.kernels.impulse_space.bounce import bounce_velocity, rounded_into_base
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import Peaks, Result, observe_slide, observe_turns
 from warprock.kernels.shape_space.body import (

@@ -48,10 +48,10 @@ from warprock.kernels.impulse_space.body_hold import (
     update_held,
 )
 from warprock.kernels.impulse_space.bounce import remove_gained_energy
-from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.modes import RUNNING
-from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.lane.modes import RUNNING
+from warprock.kernels.launch.instance import ONE_VECTOR
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import Found, Peaks, Result, block_result, start_peaks
 from warprock.kernels.shape_space.body import (

@@ -17,6 +17,7 @@ are those for unit mass, impulses are in N s.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Vector
 from warprock.kernels.impulse_space.block import Knobs
 from warprock.kernels.shape.faces import SLOTS
 from warprock.kernels.shape_space.contact import gains_of, solve_contact
@@ -41,7 +42,6 @@ from warprock.kernels.shape_space.stack import (
     rows_of,
     slot_in_turn,
 )
-from warprock.kernels.vectors import Vector
 
 FAR = real(1.0e30)
 

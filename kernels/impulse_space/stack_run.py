@@ -13,12 +13,13 @@ to the vertical or to the block below.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Matrix, Quaternion, Vector
 from warprock.kernels.impulse.stack import drop_round_off
 from warprock.kernels.impulse_space.block import Knobs, side_of, slips
 from warprock.kernels.impulse_space.stack import Pose, Touches, fastest_slip, find_contacts, solve
-from warprock.kernels.instance import LOOPS_STAY
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
-from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
+from warprock.kernels.launch.instance import LOOPS_STAY
+from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape_space.block import Block, slide_of, turn_freely, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
@@ -32,7 +33,6 @@ from warprock.kernels.shape_space.stack import (
     rows_of,
     shared_corners,
 )
-from warprock.kernels.vectors import Matrix, Quaternion, Vector
 
 wp.set_module_options(LOOPS_STAY)
 

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warprock.kernels.motion import Motion
+from warprock.kernels.motion.kinds import Motion
 
 Motions = wp.array2d(dtype=Motion) if VERTICAL else wp.array(dtype=Motion)
 """Motions of the base: along x, shape [lane]; with those upwards, shape [direction, lane]."""

@@ -8,8 +8,8 @@ from typing import Any
 
 import warp as wp
 
-from warprock.kernels.modes import BROKEN, OVERTURNED
-from warprock.kernels.parting import slack, slides
+from warprock.kernels.contact.parting import slack, slides
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED
 
 
 @wp.struct

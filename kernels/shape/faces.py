@@ -17,7 +17,7 @@ larger by a part SAME, so that faces with coinciding edges share the corners of 
 
 import warp as wp
 
-from warprock.kernels.vectors import Vector
+from warprock.kernels.algebra.vectors import Vector
 
 SLOTS = 16
 SAME = real(1.0e-6)

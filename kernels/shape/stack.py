@@ -21,8 +21,8 @@ changes it.
 
 import warp as wp
 
-from warprock.kernels.vectors import Matrix
-from warprock.kernels.vectors import Vector as Three
+from warprock.kernels.algebra.vectors import Matrix
+from warprock.kernels.algebra.vectors import Vector as Three
 
 OPEN = 0
 PLUS = 1

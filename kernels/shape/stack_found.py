@@ -2,8 +2,8 @@
 
 import warp as wp
 
-from warprock.kernels.account import Account
-from warprock.kernels.modes import RUNNING
+from warprock.kernels.lane.account import Account
+from warprock.kernels.lane.modes import RUNNING
 
 
 @wp.struct

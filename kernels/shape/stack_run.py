@@ -11,8 +11,8 @@ from typing import Any
 
 import warp as wp
 
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
-from warprock.kernels.parting import Bearing, Parting, observe_ends, slack, slides
+from warprock.kernels.contact.parting import Bearing, Parting, observe_ends, slack, slides
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
 from warprock.kernels.shape.interface import (
     GROUND_FACE,
     Box,

@@ -10,9 +10,9 @@ f = - mu n u_t / |u_t| for a slip in any direction.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Matrix, Vector
 from warprock.kernels.shape_space.frame import parts_along
 from warprock.kernels.shape_space.lanes import Symmetric, cofactors, product
-from warprock.kernels.vectors import Matrix, Vector
 
 CONE = FRICTION == "cone"
 """Whether friction is bound as a cone, else as a box along x and y."""

@@ -6,6 +6,7 @@ base. Its point at the lever r from the centre of mass moves at v + o x r.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Matrix, Quaternion, Vector
 from warprock.kernels.shape_space.lanes import (
     Triple,
     Turn,
@@ -14,7 +15,6 @@ from warprock.kernels.shape_space.lanes import (
     product,
     vector_product,
 )
-from warprock.kernels.vectors import Matrix, Quaternion, Vector
 
 
 @wp.func

@@ -7,9 +7,9 @@ bottom face of block k and the top face below (see shape/faces.py).
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Matrix, Vector
 from warprock.kernels.shape.faces import SLOTS, corner, mirror_slot
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.vectors import Matrix, Vector
 
 CONTACTS = 8
 """Largest number of contacts of an interface: the slots of shape/faces.py."""

@@ -12,7 +12,7 @@ The centre of mass is in the middle of the block.
 
 import warp as wp
 
-from warprock.kernels.modes import OVERTURNED, RUNNING
+from warprock.kernels.lane.modes import OVERTURNED, RUNNING
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import Peaks
 from warprock.kernels.shape_space.lanes import State, Triple, matrix_of, turn_of

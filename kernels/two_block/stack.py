@@ -19,7 +19,7 @@ leaves out are not counted and take no time.
 
 import warp as wp
 
-from warprock.kernels.modes import BROKEN, OVERTURNED
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED
 from warprock.kernels.two_block.stack_contact import (
     ADMISSIBLE,
     after_force,

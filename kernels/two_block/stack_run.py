@@ -5,9 +5,9 @@ A step evaluates its own series at the samples inside it, so that histories do n
 
 import warp as wp
 
-from warprock.kernels.instance import BRANCHES
-from warprock.kernels.modes import RUNNING, STALLED
-from warprock.kernels.motion import Motion, expand, knot_step, knot_time, sample_index
+from warprock.kernels.lane.modes import RUNNING, STALLED
+from warprock.kernels.launch.instance import BRANCHES
+from warprock.kernels.motion.kinds import Motion, expand, knot_step, knot_time, sample_index
 from warprock.kernels.two_block.stack import check_state, reopen_contacts, start_lane, step, strike
 from warprock.kernels.two_block.stack_mechanics import Block, Lane, stack_of
 from warprock.kernels.two_block.stack_series import Series, motion_series, value

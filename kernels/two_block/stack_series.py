@@ -11,7 +11,7 @@ fast.
 
 import warp as wp
 
-from warprock.kernels.motion import LINEAR
+from warprock.kernels.motion.kinds import LINEAR
 from warprock.kernels.two_block.stack_mechanics import (
     Pair,
     Stack,

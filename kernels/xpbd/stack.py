@@ -55,8 +55,8 @@ SHAKE.
 
 import warp as wp
 
-from warprock.kernels.account import Account
-from warprock.kernels.cone import solve_single_contact
+from warprock.kernels.contact.cone import solve_single_contact
+from warprock.kernels.lane.account import Account
 from warprock.kernels.shape.interface import Impulse, Mass, Point, Pose, Velocity
 from warprock.kernels.xpbd.stack_pair import Contact, Coupling, End, Grip
 

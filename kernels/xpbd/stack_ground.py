@@ -7,7 +7,7 @@ stack_pair.py and shape/interface.py, and the same results to round-off.
 
 import warp as wp
 
-from warprock.kernels.instance import MAX_UNROLL
+from warprock.kernels.launch.instance import MAX_UNROLL
 from warprock.kernels.shape.interface import Box, Impulse, Mass, Point, Pose, Velocity
 from warprock.kernels.xpbd.stack_pair import Coupling, End
 

@@ -10,11 +10,11 @@ share.
 
 import warp as wp
 
-from warprock.kernels.account import Account, keep_account
-from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import Parting
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.contact.parting import Parting
+from warprock.kernels.lane.account import Account, keep_account
+from warprock.kernels.launch.instance import ONE_VECTOR
+from warprock.kernels.launch.rows import kernel, rows
+from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.interface import Box, Impulse, Mass, Point, Pose, Velocity
 from warprock.kernels.shape.stack_found import (
     Found,

@@ -14,20 +14,23 @@ import pytest
 import warp as wp
 
 from tests.shared.device_scenes import Run, compiled, measured, runs
-from tests.shared.marks import first
 from warprock.engines.launching import Form
-from warprock.kernels.instance import BYTES
+from warprock.kernels.launch.instance import BYTES
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, MotionKind
 from warprock.model.response import Response, SampleTimes, take_lanes
 from warprock.running.batch import run_batch
 from warprock.running.devices import device_names
 
-ORDINARY = ("impulse: block, record", "dem: block, record")
-THOROUGH = ("event: stack, record", "event: block in space, record")
-"""Kernels that the ordinary run builds, and long ones that `thorough` builds, in both precisions.
-All that there are on a record are marked `gpu`; `python -m tests.shared.device_scenes` builds those
-of every other motion, too."""
+ORDINARY = [("impulse: block, record", "float64")]
+THOROUGH = [
+    ("dem: block, record", "float32"),
+    ("event: stack, record", "float64"),
+    ("event: block in space, record", "float32"),
+]
+"""Kernels and precisions that the ordinary run builds, and longer ones that `thorough` builds. All
+that there are on a record are marked `gpu`; `python -m tests.shared.device_scenes` builds those of
+every other motion, too."""
 
 IN_A_POWER = {"two-block": {"rcp.approx.ftz"}}
 """What else the code of an engine has that takes a power: `two-block`, for its step."""
@@ -38,19 +41,20 @@ COPIES = 50
 TIMES = SampleTimes(1.0, 0.1, places=True)
 
 
-def mark_of(name: str) -> pytest.MarkDecorator | tuple[()]:
-    if name in ORDINARY:
+def mark_of(name: str, precision: str) -> pytest.MarkDecorator | tuple[()]:
+    if (name, precision) in ORDINARY:
         return ()
-    return pytest.mark.thorough if name in THOROUGH else pytest.mark.gpu
+    return pytest.mark.thorough if (name, precision) in THOROUGH else pytest.mark.gpu
 
 
 ON_RECORD = [
-    pytest.param(run, id=run.name, marks=mark_of(run.name)) for run in runs((MotionKind.RECORD,))
+    pytest.param(run, precision, id=f"{run.name}-{precision}", marks=mark_of(run.name, precision))
+    for run in runs((MotionKind.RECORD,))
+    for precision in BYTES
 ]
 
 
-@pytest.mark.parametrize("precision", first(1, BYTES))
-@pytest.mark.parametrize("run", ON_RECORD)
+@pytest.mark.parametrize(("run", "precision"), ON_RECORD)
 def test_kernels_can_be_built_for_a_gpu(run: Run, precision: str, tmp_path: pathlib.Path):
     code = compiled(run.module(precision=precision), tmp_path).read_text(encoding="ascii")
     assert ".visible .entry run_lanes" in code
@@ -82,24 +86,19 @@ MAGNIFIED = 5.0
 NUDGED = ("width", "height", "friction")
 """Arrays of lanes that `nudged` moves, besides starts, points of bodies, and the base."""
 
-REBUILT = ("event: block, harmonic",)
-"""Batches whose kernels the ordinary run builds twice; `thorough` does so for those of blocks under
-records and for `REBUILT_LONG`, and the mark `gpu` for all."""
-REBUILT_LONG = (
-    "housner: block, harmonic",
-    "dem: block, harmonic",
+REBUILT = (
+    "event: block, harmonic",
+    "housner: block, record",
+    "dem: block, record",
+    "impulse: block, record",
     "event: stack, record",
     "event: block in space, record",
-    "impulse: stack, record",
-    "impulse: block in space, record",
 )
+"""Batches whose kernels `thorough` builds twice; the mark `gpu` does so for all."""
 
 
-def rebuilt_in(run: Run) -> pytest.MarkDecorator | tuple[()]:
-    if run.name in REBUILT:
-        return ()
-    often = run.kind is MotionKind.RECORD and run.scene == "block"
-    return pytest.mark.thorough if often or run.name in REBUILT_LONG else pytest.mark.gpu
+def rebuilt_in(run: Run) -> pytest.MarkDecorator:
+    return pytest.mark.thorough if run.name in REBUILT else pytest.mark.gpu
 
 
 DIFFERENT_KINDS = (MotionKind.STILL, MotionKind.HARMONIC, MotionKind.RECORD)
@@ -194,7 +193,6 @@ def built_otherwise(module: str) -> Iterator[None]:
         wp.set_module_options(before, module=module)
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize(
     "run",
     [pytest.param(run, id=run.name, marks=rebuilt_in(run)) for run in runs(DIFFERENT_KINDS)],

@@ -11,7 +11,7 @@ import pytest
 import warp as wp
 
 from tests.shared.blocks import Array, free_lanes, make_lanes, sines
-from warprock.kernels.instance import kernel_module, module_options
+from warprock.kernels.launch.instance import kernel_module, module_options
 from warprock.model.motion import Control, StillBase
 from warprock.model.response import SampleTimes, Status
 from warprock.running.batch import run_batch

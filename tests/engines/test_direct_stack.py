@@ -11,7 +11,7 @@ import warp as wp
 
 from tests.shared.blocks import Array, at_rest, make_stacks, sines, velocity_steps
 from tests.shared.pairs import potential_energy
-from warprock.kernels.instance import LOOPS_STAY, kernel_module, module_options
+from warprock.kernels.launch.instance import LOOPS_STAY, kernel_module, module_options
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status

@@ -11,7 +11,7 @@ from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.load import load_case
 from warprock.engines.event import Event
 from warprock.engines.launching import Form
-from warprock.kernels.pool import AHEAD
+from warprock.kernels.motion.pool import AHEAD
 from warprock.model.motion import RecordMotions
 from warprock.model.response import SampleTimes, Status
 from warprock.recordings import record_motions

@@ -14,7 +14,7 @@ from tests.shared.vertical_motion import sampled
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.load import load_case
 from warprock.engines.launching import Form, strongest_ahead
-from warprock.kernels.pool import AHEAD
+from warprock.kernels.motion.pool import AHEAD
 from warprock.model import rocking
 from warprock.model.motion import StillBase, UprightMotions
 from warprock.model.response import SampleTimes

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from warprock.engines import launching
-from warprock.kernels.instance import LANE_WIDTH, kernel_module
+from warprock.kernels.launch.instance import LANE_WIDTH, kernel_module
 
 
 @pytest.mark.parametrize("engine", ["housner", "event", "impulse"])

@@ -9,8 +9,8 @@ import numpy.typing as npt
 import pytest
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
-from warprock.kernels.modes import FLAT, FLYING, PIVOTING
+from warprock.kernels.lane.modes import FLAT, FLYING, PIVOTING
+from warprock.kernels.launch.instance import kernel_module, module_options
 
 Array = npt.NDArray[np.float64]
 

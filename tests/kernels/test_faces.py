@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 import warp as wp
 
-from warprock.kernels.instance import BRANCHES, kernel_module, module_options
+from warprock.kernels.launch.instance import BRANCHES, kernel_module, module_options
 from warprock.model.pose import quaternion
 from warprock.model.turning import rotate
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
-from warprock.kernels.instance import MAX_UNROLL, kernel_module, module_options
+from warprock.kernels.launch.instance import MAX_UNROLL, kernel_module, module_options
 from warprock.running.devices import start_warp
 
 SWEEPS = 100

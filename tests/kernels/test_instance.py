@@ -8,7 +8,7 @@ import tomllib
 import pytest
 import warp as wp
 
-from warprock.kernels.instance import (
+from warprock.kernels.launch.instance import (
     BYTES,
     FOLDER,
     LANE_WIDTH,
@@ -33,7 +33,7 @@ def test_the_linter_knows_the_names_that_kernel_files_are_given():
 def test_a_file_is_given_the_scalar_names_of_its_precision(name: str):
     for precision in ("float64", "float32"):
         scalar = kernel_module(SCALAR, precision=precision)
-        file = kernel_module("cone", precision=precision)
+        file = kernel_module("contact/cone", precision=precision)
         assert getattr(file, name) is getattr(scalar, name)
 
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warprock.kernels import rows as rows_module
+from warprock.kernels.launch import rows as rows_module
 
 TEXT = """
 import warp as wp
-from warprock.kernels.rows import kernel, rows
+from warprock.kernels.launch.rows import kernel, rows
 
 LANES = 4
 real = wp.float64

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
+from warprock.kernels.launch.instance import kernel_module, module_options
 from warprock.oracle.pair_mechanics import TwoBlocks
 from warprock.units import GRAVITY
 

@@ -14,7 +14,7 @@ import pytest
 from tests.shared.commands import invoke
 from warprock.engines import ENGINES
 from warprock.errors import InputError
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.launch.instance import kernel_module
 from warprock.running.devices import keeping_kernels
 
 

@@ -10,7 +10,7 @@ import pytest
 import warp as wp
 
 from tests.shared.spatial_blocks import spatial_lanes, spatial_stack
-from warprock.kernels.instance import kernel_module, module_options
+from warprock.kernels.launch.instance import kernel_module, module_options
 from warprock.model.pose import Array, bottom_corners, product, quaternion, rotations, start_poses
 from warprock.model.turning import rotate
 

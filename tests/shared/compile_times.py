@@ -23,7 +23,7 @@ import warp as wp
 
 from tests.shared.device_scenes import Run, runs
 from warprock.engines.launching import Form
-from warprock.kernels.instance import BYTES
+from warprock.kernels.launch.instance import BYTES
 from warprock.running.devices import start_warp
 
 

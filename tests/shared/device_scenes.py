@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import functools
 import itertools
 import pathlib
 import tempfile
@@ -23,12 +24,12 @@ from tests.shared.cubin import Resources, resources_of
 from tests.shared.kinds import lanes_of, motions_of, planar_motions
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Form, Target
-from warprock.kernels.instance import BYTES
+from warprock.kernels.launch.instance import BYTES
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, MotionKind, UprightMotions
 from warprock.model.pose import quaternion
 from warprock.model.release import Release
-from warprock.model.scene import scene_kind
+from warprock.model.scene import SceneKind, scene_kind
 from warprock.running.devices import start_warp
 from warprock.settings.engines import SETTINGS
 
@@ -113,10 +114,7 @@ class Run:
     @property
     def supported(self) -> bool:
         """Whether the engine runs the scene."""
-        lanes, motions = self.batch()
-        given = "restitution" in self.scene
-        scene = scene_kind(lanes, motions, restitution_given=given)
-        return engine_class(self.engine).supports(scene) is None
+        return engine_class(self.engine).supports(_kind_of(self.scene, self.kind)) is None
 
     def module(
         self, device: str = "cuda:0", precision: str = "float64", form: Form | None = None
@@ -125,6 +123,13 @@ class Run:
         lanes, motions = self.batch()
         engine = engine_class(self.engine)(self.settings, Target(precision, device, form))
         return engine.module_of(engine.kernel_lanes(lanes, motions), motions).__name__
+
+
+@functools.cache
+def _kind_of(scene: str, kind: MotionKind) -> SceneKind:
+    """What a scene under a kind of motion asks of an engine."""
+    lanes, motions = Run("", scene, kind).batch()
+    return scene_kind(lanes, motions, restitution_given="restitution" in scene)
 
 
 def runs(kinds: tuple[MotionKind, ...] = MOTIONS) -> Iterator[Run]:

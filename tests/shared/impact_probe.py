@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from warprock.kernels.instance import LOOPS_STAY, kernel_module, module_options
+from warprock.kernels.launch.instance import LOOPS_STAY, kernel_module, module_options
 
 BLOCKS = 6
 real = wp.float64

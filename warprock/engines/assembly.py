@@ -36,8 +36,8 @@ from warprock.engines.decoding import lane_fields, respond, rest_start_times, ti
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.errors import InputError
 from warprock.kernels import assembly, assembly_space
-from warprock.kernels.instance import LANE_WIDTH, kernel_module
-from warprock.kernels.modes import OVERTURNED
+from warprock.kernels.lane.modes import OVERTURNED
+from warprock.kernels.launch.instance import LANE_WIDTH, kernel_module
 from warprock.model.assembly import Assemblies
 from warprock.model.assembly import Assembly as Laid
 from warprock.model.lanes import Lanes
@@ -61,7 +61,8 @@ MORE_SWEEPS = 8
 """Times the most sweeps of a step that a large lane may take: forces go through more blocks."""
 
 CREEP = 0.1
-"""Speed up to which a corner counts as still, over gravity times step, as in kernels/parting.py."""
+"""Speed up to which a corner counts as still, over gravity times step, as in
+kernels/contact/parting.py."""
 
 SEVERAL, ALIKE = 8, 6
 """Lanes, and lanes of one sort on average, from which on they run in packs. A pack of one lane

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from warprock.engines.bodies import box_bodies
 from warprock.engines.decoding import histories, respond, side_fields
 from warprock.engines.launching import Found, Kernel, Target, launch
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.launch.instance import kernel_module
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, UprightMotions
 from warprock.model.response import Response, SampleTimes

@@ -76,7 +76,7 @@ def held_inputs(lanes: Lanes) -> dict[str, dict[str, npt.NDArray[Any]]]:
 
 
 def tie_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
-    """Fields of the struct `Tie` of kernels/ties.py, shape [lane, tie] each."""
+    """Fields of the struct `Tie` of kernels/contact/ties.py, shape [lane, tie] each."""
     ties = _ties(lanes)
     return {
         "side": ties.side,

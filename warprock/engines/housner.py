@@ -18,7 +18,7 @@ from warprock.engines.housner_strip import strip_inputs, strip_of, strip_rate
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.workload import step_limit
 from warprock.kernels import housner
-from warprock.kernels.modes import RESTING
+from warprock.kernels.lane.modes import RESTING
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, UprightMotions

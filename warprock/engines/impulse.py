@@ -16,7 +16,7 @@ from warprock.engines.soundness import account_in_space, account_of, unstable
 from warprock.engines.spatial_bodies import spatial_inputs
 from warprock.engines.stack_bodies import foot_columns
 from warprock.kernels import impulse, impulse_space
-from warprock.kernels.instance import MAX_UNROLL
+from warprock.kernels.launch.instance import MAX_UNROLL
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import GroundMotions
 from warprock.model.response import SampleTimes, Status

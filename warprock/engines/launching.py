@@ -19,8 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.errors import InputError
-from warprock.kernels.instance import BYTES, LANE_WIDTH
-from warprock.kernels.pool import AHEAD
+from warprock.kernels.launch.instance import BYTES, LANE_WIDTH
+from warprock.kernels.motion.pool import AHEAD
 from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions
 from warprock.model.response import SampleTimes
 
@@ -336,8 +336,8 @@ def strongest_ahead(values: Array, count: int) -> Array:
 def pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Array, Rows]:
     """Samples of the records of all directions, [row, sample], and rows of `Motion`.
 
-    The rows of the pool are those of kernels/pool.py. Shape of the rows of motions: [direction,
-    lane].
+    The rows of the pool are those of kernels/motion/pool.py. Shape of the rows of motions:
+    [direction, lane].
     """
     pools, rows, first = [], [], 0
     for part in motions.components:

@@ -19,7 +19,7 @@ from warprock.engines.base import AbstractEngine, KernelEngine
 from warprock.engines.launching import Form, Target, Team
 from warprock.engines.workload import MOST_STEPS, require_workload
 from warprock.errors import InputError
-from warprock.kernels.instance import LANE_WIDTH
+from warprock.kernels.launch.instance import LANE_WIDTH
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.painleve import mark_ambiguous

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from warprock.errors import InputError
-from warprock.kernels.instance import FOLDER
+from warprock.kernels.launch.instance import FOLDER
 from warprock.running.machine import cpu_vector_flags
 
 FULL = (errno.ENOSPC, errno.EDQUOT)

@@ -12,7 +12,7 @@ from warprock.kernels.event.lift import held_time, round_off
 from warprock.kernels.event.stack.rocking import Chain, chain_of, interface_forces
 from warprock.kernels.event.stack.rocking_end import Loads, face_load, reach_of
 from warprock.kernels.event.stack.state import Limits, Shaking, State
-from warprock.kernels.motion import Acceleration, expand
+from warprock.kernels.motion.kinds import Acceleration, expand
 from warprock.kernels.shape.stack import Blocks, Pose
 
 

@@ -53,7 +53,7 @@ from warprock.kernels.event.stack.state import (
     fastest,
     lost_in_impact,
 )
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.shape.stack import (
     CLOSED,
     MINUS,

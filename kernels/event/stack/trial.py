@@ -10,7 +10,7 @@ from warprock.kernels.event.stack.moves import find_closing, find_landing, move,
 from warprock.kernels.event.stack.rest import look_ahead
 from warprock.kernels.event.stack.rocking import Terms, predict_rocking
 from warprock.kernels.event.stack.rocking_end import LACKS, SPENT, find_end, value_of, velocity_at
-from warprock.kernels.motion import expand, knot_step, knot_time
+from warprock.kernels.motion.kinds import expand, knot_step, knot_time
 from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.stack import (
     CLOSED,

@@ -5,7 +5,7 @@ gives to it before it runs:
 
     real                  the scalar type: wp.float64 or wp.float32
     the names of PARAMETERS    numbers and names that are decided before a launch, such as BLOCKS
-    all that `kernels/scalar.py` defines: `larger`, `sine`, HALF, NEVER, `by_precision`, ...
+    all that `kernels/algebra/scalar.py` defines: `larger`, `sine`, HALF, NEVER, `by_precision`, ...
     options of Warp's compiler; a file whose kernels need others sets them itself
 
 In a kernel file `from warprock.kernels.shape.stack import Rows` brings `Rows` from the instance of
@@ -95,8 +95,8 @@ MAX_UNROLL = 15
 BYTES = {"float64": 8, "float32": 4}
 """Bytes of a number by its precision, which is the name of Warp's scalar type, too."""
 
-FOLDER = pathlib.Path(__file__).resolve().parent
-"""Folder of the kernel files; never written to."""
+FOLDER = pathlib.Path(__file__).resolve().parents[1]
+"""`kernels/`; never written to."""
 
 PARAMETERS = (
     "PRECISION",
@@ -117,13 +117,13 @@ PARAMETERS = (
 )
 """Names that the loader sets in a kernel file: the arguments of `kernel_module`, in capitals."""
 
-HOST_FILES = ("instance", "modes", "rows")
-"""Files of this folder that are the same for all parameters: Python imports them as any other."""
+HOST_FILES = ("lane/modes", "launch/instance", "launch/rows")
+"""Kernel files that are the same for all parameters: Python imports them as any other."""
 
-SCALAR = "scalar"
+SCALAR = "algebra/scalar"
 """File whose names every other file is given."""
 
-_PREFIX = f"{__package__}."
+_PREFIX = "warprock.kernels."
 _LOCK = threading.RLock()
 
 
@@ -214,7 +214,7 @@ def kernel_module(
     """The instance of a kernel file for a precision, a kind of ground motion and a stack.
 
     Args:
-        file: Path of the file in this folder without its ending, such as `housner/block`.
+        file: Path of the file in `kernels/` without its ending, such as `housner/block`.
         precision: Key of `BYTES`.
         motion: Kind of ground motion: still, harmonic, ricker, modulated or record.
         iterations: Sweeps of an iterative contact solver. The compiler unrolls a constant number;

@@ -14,7 +14,7 @@ from typing import Any
 
 import warp as wp
 
-from warprock.kernels.pool import AHEAD
+from warprock.kernels.motion.pool import AHEAD
 
 TWO_PI = real(6.283185307179586)
 OVER_TWO_PI = real(0.5 / 3.141592653589793)

@@ -89,8 +89,8 @@ _MULTIPLY_ADD = {"float64": "fma", "float32": "fmaf"}[PRECISION]
 def fused(a: real, b: real, c: real) -> real:
     """The sum a b + c by one instruction, rounded once.
 
-    The compiler fuses nothing by itself (kernels/instance.py): its choice of a product would depend
-    on the code around it and on the processor. So a sum has the same bits in every form of a
+    The compiler fuses nothing by itself (kernels/launch/instance.py): its choice of a product would
+    depend on the code around it and on the processor. So a sum has the same bits in every form of a
     kernel. A kernel says `fused` where that makes it faster.
     """
 

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warprock.kernels.motion import Ground, Motion, expand
+from warprock.kernels.motion.kinds import Ground, Motion, expand
 
 DEGREE = 10
 TICK = by_precision(4.4e-16, 2.4e-7)
