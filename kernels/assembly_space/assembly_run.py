@@ -7,10 +7,18 @@ a lane of which a solve does not settle ends there.
 
 import warp as wp
 
-from warprock.kernels.lane.account import Account, keep_account
-from warprock.kernels.assembly.block import Seen, start_seen
-from warprock.kernels.assembly.found import FIRST, ROOM, SAME, SETTLING, ContactResult, Knobs, Result
-from warprock.kernels.assembly.meeting import NONE, SCOPE, Near, is_old, look_out, observe_free
+from warprock.kernels.algebra.vectors import Vector
+from warprock.kernels.assembly.block import start_seen
+from warprock.kernels.assembly.found import (
+    FIRST,
+    ROOM,
+    SAME,
+    SETTLING,
+    ContactResult,
+    Knobs,
+    Result,
+)
+from warprock.kernels.assembly.meeting import NONE, Near, is_old, look_out, observe_free
 from warprock.kernels.assembly.solve import Leap, Solve, decide, start_solve
 from warprock.kernels.assembly_space.block import (
     Block,
@@ -36,10 +44,10 @@ from warprock.kernels.assembly_space.contact import (
 )
 from warprock.kernels.assembly_space.finding import find_joint, find_pairs, list_pairs
 from warprock.kernels.assembly_space.meeting import Laid, Step, slip_of_joint
-from warprock.kernels.launch.instance import BRANCHES
+from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.lane.modes import OVERTURNED, RUNNING, UNSOLVED
+from warprock.kernels.launch.instance import BRANCHES
 from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.algebra.vectors import Matrix, Quaternion, Vector
 
 wp.set_module_options(BRANCHES)
 

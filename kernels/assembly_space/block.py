@@ -14,14 +14,14 @@ the contacts take of the energy is exactly
 
 import warp as wp
 
-from warprock.kernels.lane.account import Account
+from warprock.kernels.algebra.vectors import Matrix, Quaternion, Vector
 from warprock.kernels.assembly.block import Seen
 from warprock.kernels.assembly_space.contact import Heft, Move, inner, moved, times
+from warprock.kernels.lane.account import Account
 from warprock.kernels.lane.modes import BROKEN
 from warprock.kernels.shape_space.block import turn_freely
 from warprock.kernels.shape_space.frame import frame, rotate_diagonal
 from warprock.kernels.shape_space.lanes import Triple
-from warprock.kernels.algebra.vectors import Matrix, Quaternion, Vector
 
 
 @wp.struct

@@ -19,8 +19,8 @@ larger eigenvalue of W. Only the latter has its rest where friction acts against
 
 import warp as wp
 
-from warprock.kernels.assembly.solve import Solve
 from warprock.kernels.algebra.vectors import Matrix, Vector
+from warprock.kernels.assembly.solve import Solve
 
 
 @wp.struct
@@ -105,7 +105,7 @@ def outer(a: Vector, b: Vector) -> Vector:
 
 @wp.func
 def moved(part: real, a: Vector, b: Vector) -> Vector:
-    """b and a part of a."""
+    """The sum of a part of a and of b."""
     return Vector(fused(part, a[0], b[0]), fused(part, a[1], b[1]), fused(part, a[2], b[2]))
 
 

@@ -4,13 +4,12 @@ import warp as wp
 
 from warprock.kernels.assembly.block import Seen, Track, observe_gap
 from warprock.kernels.assembly.joint import Impulse as Pressed
-from warprock.kernels.assembly.meeting import NONE, SCOPE, SLIP, Near
+from warprock.kernels.assembly.meeting import NONE, SLIP, Near
 from warprock.kernels.assembly_space.contact import inner
 from warprock.kernels.assembly_space.meeting import (
     DEEP,
     Joined,
     Laid,
-    Link,
     Mark,
     Met,
     Pair,
@@ -81,9 +80,8 @@ def add_spot(
         )
         reach = wp.sqrt(inner(ra, ra)) + wp.sqrt(inner(rb, rb))
         reach = wp.where(laid.solids[lane, spot.b].corners > 0, reach, wp.sqrt(inner(ra, ra)))
-        limit = slack(
-            step.dt, step.gravity, reach, fused(real(1.0), inner(va.o, va.o), inner(vb.o, vb.o)), zero
-        )
+        turning = inner(va.o, va.o) + inner(vb.o, vb.o)
+        limit = slack(step.dt, step.gravity, reach, turning, zero)
         track = Track(zero, zero, joined.opening, NEVER, 0)
         if was.place != NONE:
             track.since = laid.marks[lane, was.place].since
@@ -198,9 +196,7 @@ def find_joint(
 
 
 @wp.func
-def find_pairs(
-    laid: Laid, lane: int, step: wp.ref[Step], seen: wp.ref[Seen], near: wp.ref[Near]
-):
+def find_pairs(laid: Laid, lane: int, step: wp.ref[Step], seen: wp.ref[Seen], near: wp.ref[Near]):
     """Finds the contacts of the pairs of a lane that have no joint."""
     none = Joined()
     for p in range(near.pairs):
@@ -232,8 +228,10 @@ def list_pairs(laid: Laid, lane: int, near: Near) -> Near:
         for b in range(a + 1, count + 1):
             other = laid.solids[lane, b]
             linked = int(0)
-            while joint < joints and laid.links[lane, joint].a == a and (
-                laid.links[lane, joint].b < b
+            while (
+                joint < joints
+                and laid.links[lane, joint].a == a
+                and (laid.links[lane, joint].b < b)
             ):
                 joint += 1
             if joint < joints and laid.links[lane, joint].a == a and laid.links[lane, joint].b == b:
@@ -244,7 +242,8 @@ def list_pairs(laid: Laid, lane: int, near: Near) -> Near:
             close = close or (b == count and away[2] < one.reach + near.scope)
             moves = one.moves > 0 or other.moves > 0
             if linked == 0 and one.corners > 0 and close and moves:
-                if meet(laid, lane, a, b, near.scope).how != NONE:
+                met = meet(laid, lane, a, b, near.scope)
+                if met.how != NONE:
                     while old < near.pairs and (
                         laid.pairs[lane, near.half + old].a < a
                         or (

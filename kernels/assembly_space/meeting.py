@@ -19,6 +19,7 @@ Only pairs that may touch soon are looked at, as in the plane (assembly/meeting.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Vector
 from warprock.kernels.assembly.meeting import BELOW, NONE
 from warprock.kernels.assembly_space.block import Place
 from warprock.kernels.assembly_space.contact import (
@@ -33,7 +34,6 @@ from warprock.kernels.assembly_space.contact import (
     tangent_of,
     times,
 )
-from warprock.kernels.algebra.vectors import Vector
 
 FACES = real(0.9)
 """Cosine of the angle between the two faces of a joint up to which it is one."""
@@ -512,9 +512,7 @@ def known(laid: Laid, lane: int, step: Step, first: int, count: int, spot: Vecto
 
 
 @wp.func
-def add_contact(
-    laid: Laid, lane: int, spot: Spot, mark: Mark, was: Known, step: wp.ref[Step]
-):
+def add_contact(laid: Laid, lane: int, spot: Spot, mark: Mark, was: Known, step: wp.ref[Step]):
     """Adds a contact to the list of a step, with the impulses of the last one as a guess."""
     room = laid.contacts.shape[1] // 2
     if step.total >= room:
