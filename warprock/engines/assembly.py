@@ -42,6 +42,7 @@ from warprock.model.assembly import Assemblies
 from warprock.model.assembly import Assembly as Laid
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, SpatialMotions
+from warprock.model.pose import product
 from warprock.model.response import (
     JointState,
     Response,
@@ -496,7 +497,9 @@ def _histories(lanes: Lanes, found: Found) -> dict[str, npt.NDArray[Any]]:
         return np.where(there[every], chosen, 0.0)
 
     if lanes.spatial:
-        attitude = of(assembly_solids.since_start(own, found.history))
+        # How blocks have turned since the start.
+        starts = of(assembly_solids.turns_back(own))
+        attitude = product(of(found.history), starts[:, :, None])
         turn = 2.0 * np.arctan2(
             np.linalg.norm(attitude[..., :3], axis=-1), np.abs(attitude[..., 3])
         )

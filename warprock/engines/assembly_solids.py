@@ -15,7 +15,6 @@ import numpy.typing as npt
 
 from warprock.errors import InputError
 from warprock.model.assembly import Assemblies
-from warprock.model.pose import product
 from warprock.model.solids import SpatialAssembly
 from warprock.model.turning import principal_axes, rotate
 
@@ -168,9 +167,13 @@ def below_ground(kind: SpatialAssembly) -> npt.NDArray[np.bool_]:
     return np.asarray(kind.fixed & (top <= kind.ground + max(FLUSH * size, kind.flush)))
 
 
+def _kinds(assemblies: Assemblies) -> tuple[SpatialAssembly, ...]:
+    return cast(tuple[SpatialAssembly, ...], assemblies.kinds)
+
+
 def block_columns(assemblies: Assemblies) -> dict[str, Array]:
     """Fields of the struct of blocks of the kernel, shape [lane, block] each."""
-    kinds = [_blocks(kind, assemblies.most_parts) for kind in assemblies.kinds]
+    kinds = [_blocks(kind, assemblies.most_parts) for kind in _kinds(assemblies)]
     return {name: np.stack([kind[name] for kind in kinds])[assemblies.lane] for name in kinds[0]}
 
 
@@ -217,7 +220,7 @@ def _face_along(kind: SpatialAssembly, shapes: Shapes, block: int, normal: Array
 
 def rows_of(assemblies: Assemblies, structs: dict[str, Any]) -> dict[str, npt.NDArray[Any]]:
     """Arrays of the struct `Laid` that say where blocks are and may touch, shape [lane, ...]."""
-    parts = [_rows(kind, structs) for kind in assemblies.kinds]
+    parts = [_rows(kind, structs) for kind in _kinds(assemblies)]
     found = {}
     for name in parts[0]:
         most = max(1, *(len(part[name]) for part in parts))
@@ -226,7 +229,7 @@ def rows_of(assemblies: Assemblies, structs: dict[str, Any]) -> dict[str, npt.ND
         for row, part in zip(values, parts, strict=True):
             row[: len(part[name])] = part[name]
         found[name] = values[assemblies.lane]
-    kinds = assemblies.kinds
+    kinds = _kinds(assemblies)
     found["scale"] = np.array([least_reach(kind) for kind in kinds])[assemblies.lane]
     found["friction"] = np.array([kind.friction for kind in kinds])[assemblies.lane]
     return found
@@ -280,18 +283,16 @@ def room_for_pairs(assemblies: Assemblies) -> int:
 
 def room_for_contacts(assemblies: Assemblies) -> int:
     """Contacts for which a lane has room."""
-    of_joints = max(int(kind.joints.corner_count.sum()) for kind in assemblies.kinds)
+    of_joints = max(int(kind.joints.corner_count.sum()) for kind in _kinds(assemblies))
     return of_joints + SPARE_PER_BLOCK * (assemblies.most_parts + 1)
 
 
-def since_start(assemblies: Assemblies, attitude: Array) -> Array:
-    """How blocks have turned since the start, as quaternions.
+def turns_back(assemblies: Assemblies) -> Array:
+    """Quaternions that turn from the principal axes at the start to none, shape [lane, block, 4].
 
-    Args:
-        assemblies: Those of the lanes.
-        attitude: Of their principal axes, shape [lane, block, sample, 4].
+    A block that a lane has not is zero.
     """
-    starts = np.zeros((len(assemblies.kinds), attitude.shape[1], 4))
-    for row, kind in zip(starts, assemblies.kinds, strict=True):
-        row[: kind.count] = _back(shapes_of(cast(SpatialAssembly, kind)).attitude)
-    return product(attitude, starts[assemblies.lane][:, :, None])
+    starts = np.zeros((len(assemblies.kinds), assemblies.most_parts, 4))
+    for row, kind in zip(starts, _kinds(assemblies), strict=True):
+        row[: kind.count] = _back(shapes_of(kind).attitude)
+    return np.asarray(starts[assemblies.lane])
