@@ -12,7 +12,7 @@ from warprock.kernels.event.stack.rocking_end import turning_time, value_of
 from warprock.kernels.event.stack.state import Limits, Shaking, State, at_rest
 from warprock.kernels.event.stack.step import finish_step
 from warprock.kernels.event.stack.trial import try_step
-from warprock.kernels.lane.modes import RUNNING, STALLED
+from warprock.kernels.lane.modes import OVERTURNED, RUNNING, STALLED
 from warprock.kernels.launch.instance import SHORT_LOOPS_GO
 from warprock.kernels.motion.kinds import sample_index
 from warprock.kernels.shape.above import Above, Motions
@@ -27,6 +27,7 @@ from warprock.kernels.shape.stack import (
     flat_rotation,
     lower_face,
     slide_place,
+    turn_across,
 )
 from warprock.kernels.shape.stack_body import Foot
 from warprock.kernels.shape.stack_found import BlockResult
@@ -81,9 +82,17 @@ class Block:
 
 @wp.struct
 class Stack:
-    """One lane: its mass [kg], longest step [s] and largest number of steps."""
+    """One lane.
+
+    Attributes:
+        mass: Of all blocks [kg].
+        fall: How far a centre sinks until the stack has overturned [m]; NEVER where blocks turn.
+        longest_step: [s].
+        step_limit: Largest number of steps.
+    """
 
     mass: real
+    fall: real
     longest_step: real
     step_limit: int
 
@@ -94,6 +103,8 @@ class Result:
 
     uplift_time: real
     rest_time: real
+    still: real
+    ended: real
     loss: real
     deepest: real
     impacts: int
@@ -102,11 +113,26 @@ class Result:
 
 
 @wp.struct
+class DrumResult:
+    """What columns of an assembly tell of a block besides.
+
+    Attributes:
+        moved, last: Largest displacement of its centre, and that at the end [m].
+        opening: Widest gap below it, at an end of what the two faces share [m].
+    """
+
+    moved: real
+    last: real
+    opening: real
+
+
+@wp.struct
 class Found:
     """Where the answers go."""
 
     results: wp.array(dtype=Result)
     blocks: wp.array2d(dtype=BlockResult)
+    drums: wp.array2d(dtype=DrumResult)
     rotations: wp.array3d(dtype=real)
     places: wp.array4d(dtype=real)
 
@@ -118,23 +144,70 @@ class Seen:
     Attributes:
         peak, peak_time: Largest rotations [rad], and when they were reached [s].
         slide, peak_slide: Slides at the interfaces, and the largest of them [m].
+        start_x, start_z: Where the centres were at the start [m].
+        moved, last: Largest displacements of the centres, and those now [m].
+        opening: Widest gaps [m].
         uplift_time, rest_time: When an interface first opened, and when the stack last came to
             rest [s]; NEVER if it has not.
+        still: When it was last at rest [s].
+        sunk: The most that a centre has sunk [m].
     """
 
     peak: Values
     peak_time: Values
     slide: Values
     peak_slide: Values
+    start_x: Values
+    start_z: Values
+    moved: Values
+    last: Values
+    opening: Values
     uplift_time: real
     rest_time: real
+    still: real
+    sunk: real
 
 
 @wp.func
-def observe_start(pose: wp.ref[Pose]) -> Seen:
+def centres(blocks: wp.ref[Blocks], pose: wp.ref[Pose]):
+    """Centres x and z of all blocks [m]."""
+    x, z = Values(), Values()
+    at, up = real(0.0), real(0.0)
+    for k in range(BLOCKS):
+        s, c = face_below(pose, k)
+        su, cu = face_above(pose, k)
+        _low, low_height = lower_face(blocks, k)
+        reach = low_height + pose.above[k]
+        if CHAINS:
+            upper, lower = face_middles(blocks, k)
+            along = pose.along[k] + lower
+            at = at + along * c + reach * s + blocks.half_height[k] * su - upper * cu
+            up = up + reach * c - along * s + blocks.half_height[k] * cu + upper * su
+        else:
+            at = at + pose.along[k] * c + reach * s + blocks.half_height[k] * su
+            up = up + reach * c - pose.along[k] * s + blocks.half_height[k] * cu
+        x[k] = at
+        z[k] = up
+    return x, z
+
+
+@wp.func
+def widest_gap(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int) -> real:
+    """The wider gap at the two ends of what the faces of interface k share [m]."""
+    turn, _level = turn_across(pose, k)
+    half, _height = lower_face(blocks, k)
+    # `above` is that of the middle of the face.
+    return fused(smaller(half, blocks.half_width[k]), size(turn), pose.above[k])
+
+
+@wp.func
+def observe_start(blocks: wp.ref[Blocks], pose: wp.ref[Pose]) -> Seen:
     """What is observed at the start."""
     seen = Seen()
     flat = bool(True)
+    x, z = centres(blocks, pose)
+    seen.start_x = x
+    seen.start_z = z
     for k in range(BLOCKS):
         seen.peak[k] = size(pose.theta[k])
         flat = flat and pose.touch[k] == CLOSED
@@ -152,7 +225,13 @@ def observe(
         return before
     seen = before
     d = s.time - s0.time
+    x, z = centres(blocks, s.pose)
     for k in range(BLOCKS):
+        dx, dz = x[k] - before.start_x[k], z[k] - before.start_z[k]
+        seen.last[k] = wp.sqrt(dx * dx + dz * dz)
+        seen.moved[k] = larger(seen.last[k], before.moved[k])
+        seen.sunk = larger(-dz, seen.sunk)
+        seen.opening[k] = larger(widest_gap(blocks, s.pose, k), before.opening[k])
         omega = s.curve[k, 1]
         omega1 = s.swing[k]
         highest = size(s.pose.theta[k])
@@ -179,34 +258,14 @@ def observe(
                 at_end = at_end and s.pose.above[k] == real(0.0)
             seen.uplift_time = wp.where(at_end, s.time, s0.time)
     rested = at_rest(s0.pose.touch, s0.slip)
-    if not at_rest(s.pose.touch, s.slip):
+    rests = at_rest(s.pose.touch, s.slip)
+    if rests or rested:
+        seen.still = wp.where(rests, s.time, s0.time)
+    if not rests:
         seen.rest_time = NEVER
     elif not rested:
         seen.rest_time = s.time
     return seen
-
-
-@wp.func
-def centres(blocks: wp.ref[Blocks], pose: wp.ref[Pose]):
-    """Centres x and z of all blocks [m]."""
-    x, z = Values(), Values()
-    at, up = real(0.0), real(0.0)
-    for k in range(BLOCKS):
-        s, c = face_below(pose, k)
-        su, cu = face_above(pose, k)
-        _low, low_height = lower_face(blocks, k)
-        reach = low_height + pose.above[k]
-        if CHAINS:
-            upper, lower = face_middles(blocks, k)
-            along = pose.along[k] + lower
-            at = at + along * c + reach * s + blocks.half_height[k] * su - upper * cu
-            up = up + reach * c - along * s + blocks.half_height[k] * cu + upper * su
-        else:
-            at = at + pose.along[k] * c + reach * s + blocks.half_height[k] * su
-            up = up + reach * c - pose.along[k] * s + blocks.half_height[k] * cu
-        x[k] = at
-        z[k] = up
-    return x, z
 
 
 @wp.func
@@ -284,7 +343,7 @@ def run_lanes(
     s.cap = NEVER
     s0 = s
     pile0 = pile
-    seen = observe_start(s.pose)
+    seen = observe_start(pile, s.pose)
     steps = int(0)
     end = sample_times[sample_times.shape[0] - 1]
     for sample in range(sample_times.shape[0]):
@@ -320,6 +379,8 @@ def run_lanes(
                     pile0 = pile
                     pile = after
             s = n
+            if seen.sunk > lanes[lane].fall and s.mode == RUNNING:
+                s.mode = OVERTURNED
             if steps >= step_limit and s.mode == RUNNING:
                 s.mode = STALLED
         if found.rotations.shape[0] > 0:
@@ -333,9 +394,18 @@ def run_lanes(
                 found.places[sample, k, 0, lane] = between_steps(until, s0, s, x0[k], vx, x1[k])
                 found.places[sample, k, 1, lane] = between_steps(until, s0, s, z0[k], vz, z1[k])
     found.results[lane] = Result(
-        seen.uplift_time, seen.rest_time, s.lost, s.deepest, s.impacts, s.mode, steps
+        seen.uplift_time,
+        seen.rest_time,
+        seen.still,
+        s.time,
+        s.lost,
+        s.deepest,
+        s.impacts,
+        s.mode,
+        steps,
     )
     for k in range(BLOCKS):
         found.blocks[k, lane] = BlockResult(
             seen.slide[k], seen.peak[k], seen.peak_time[k], seen.peak_slide[k]
         )
+        found.drums[k, lane] = DrumResult(seen.moved[k], seen.last[k], seen.opening[k])

@@ -71,6 +71,7 @@ def test_the_kinds_of_templates():
     kinds = [
         "arch",
         "column",
+        "corner",
         "dry-stone",
         "ensemble",
         "facade",
@@ -89,12 +90,13 @@ def test_the_kinds_of_templates():
         "strip",
         "study",
         "sweep",
+        "vault",
         "wall",
     ]
     assert template_kinds() == kinds
     with pytest.raises(
         InputError,
-        match=r"KIND: got 'fre', must be one of arch, column, dry-stone, .* mean free\?",
+        match=r"KIND: got 'fre', must be one of arch, column, corner, .* mean free\?",
     ):
         template_text("fre")
 
@@ -309,6 +311,10 @@ def test_overrides(override, read, write):
         ("block=1", "-s: block: got 1, must be a table"),
         ("engines.impulse.erp=2", "-s: engines.impulse.erp: got 2, must be from 0 to 1"),
         ("sweep=[{block.height=[]}]", "-s: sweep[0].block.height: got [], must be a list"),
+        # What a table lacks that the override alone has made.
+        ("motion.amplitude=1 g", "-s: motion.waveform: got nothing"),
+        ("motion.amplitude=1 g, 2 g", "-s: motion.waveform: got nothing"),
+        ("tie.3.height=1 m", "-s: tie.1: got nothing, must be given"),
     ],
 )
 def test_a_bad_override_is_named_by_its_option(override, words, write):

@@ -93,7 +93,7 @@ BAD = [
     ('chamfer = "5 mm"', 'chamfer = "-1 mm"', "block.2.chamfer", "at least 0 m"),
     ('chamfer = "5 mm"', 'chamfor = "5 mm"', "block.2.chamfor", "chamfer"),
     ("friction = 0.3", "friction = -0.3", "block.2.friction", "at least 0"),
-    ("[block.2]", "[block.3]", "block.2", "numbered from 1"),
+    ("[block.2]", "[block.3]", "block.3", "must have block.2 below it"),
     ('width = "0.2 m"\n', "", "block.2.width", "must be the full width"),
     ("[contact]", '[start]\nrotation = "1 deg"\n[contact]', "start.rotation", "for a stack"),
     (
@@ -130,6 +130,18 @@ def test_blocks_that_cannot_stand_are_refused(write, override, key, said):
         expand_lanes(case)
     assert (caught.value.source, caught.value.key) == ("-s", key)
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        ("block.7.height=1 m", "-s: block.7: got a block of that number, must have block.3 below"),
+        ("block.3.height=1 m", "-s: block.3.density: got nothing, must be the density"),
+    ],
+)
+def test_a_block_that_an_override_alone_begins_is_named_by_it(write, override, said):
+    with pytest.raises(InputError, match=said):
+        load_case(write(STACK), [override])
 
 
 def test_too_many_blocks_are_refused(write):

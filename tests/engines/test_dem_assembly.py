@@ -88,6 +88,23 @@ def test_no_lane_depends_on_its_neighbours_and_each_has_its_own_step():
         assert_same(alone, take_lanes(together, places))
 
 
+def test_a_lane_whose_blocks_meet_where_no_joint_has_springs_says_so():
+    """Of two towers .1 m apart the slender one leans on the other; apart by 2 m it does not."""
+    ground = patterns.Piece("ground", patterns.rectangle(-1.0, -0.5, 6.0, 0.0), fixed=True)
+    slender = patterns.Piece("slender", patterns.rectangle(0.0, 0.0, 0.5, 2.0))
+    kinds = [
+        built(
+            [ground, slender, patterns.Piece("broad", patterns.rectangle(x, 0.0, x + 2.0, 2.0))],
+            0.7,
+        )
+        for x in (0.6, 2.5)
+    ]
+    lanes = assembly_lanes([*kinds, ARCH, DRUMS, WALL])
+    motions = pushes(np.array([0.3, 0.3, 0.0, 0.0, 0.0]), 1.0, END)
+    found = run_batch("dem", lanes, motions, SampleTimes(END), settings=stiff(1e8))
+    assert found["status"].tolist() == [Status.OUTSIDE_MODEL, *[Status.OK] * 4]
+
+
 def test_a_column_stands_on_its_springs_as_statics_says():
     """Drums sink by what stands on each joint over its stiffness, and stay there."""
     settings = stiff(1e9)

@@ -50,9 +50,9 @@ from warprock.running.options import Progress
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
-MOST_JUDGED = 500
-"""Blocks of an assembly: the programme takes some 15 s for 400 of a wall, and twice as many take
-six times as long."""
+MOST_JUDGED = (500, 250)
+"""Blocks of an assembly in the plane and in space. In the plane the programme takes some 15 s for
+400 of a wall, and twice as many take six times as long; in space 1 s for 60 and 15 s for 250."""
 
 MOST_KINDS = 10_000
 """Assemblies that differ in a case: of 30 blocks each takes 0.1 s."""
@@ -68,9 +68,10 @@ WEAKEST, MOST_DIRECTIONS = 1e-2, 24
 """How far the weakest load in space may lie below the least of the directions that are judged, over
 it; and the most of these."""
 
-MOST_COULOMB, LARGEST_COULOMB = 20, 60
-"""Assemblies that differ whose load with Coulomb's law is looked for, and blocks of one: it takes
-some 20 times as long as the bound, of a wall of 46 blocks 1.4 s."""
+MOST_COULOMB, LARGEST_COULOMB = (20, 4), (60, 40)
+"""Assemblies that differ whose load with Coulomb's law is looked for, and blocks of one, in the
+plane and in space: it takes some 20 times as long as the bound, of a wall of 46 blocks 1.4 s, in
+space of one of 33 blocks 5 s."""
 
 PROGRAMMES = 80
 """Programmes of the sequence, at most: walls of 30 to 50 blocks take 7 to 50."""
@@ -125,7 +126,7 @@ class Collapse:
         NaN where the sequence does not settle, and of more blocks than `LARGEST_COULOMB`. In space
         by pyramids in the cones of friction.
         """
-        if self.upper_bound and self.assembly.count > LARGEST_COULOMB:
+        if self.upper_bound and self.assembly.count > LARGEST_COULOMB[self.assembly.spatial]:
             return np.nan
         if not self.upper_bound or not np.isfinite(self.load_factor):
             return self.load_factor
@@ -226,9 +227,7 @@ class _Programme:
     def __init__(self, assembly: Assembly, direction: float) -> None:
         """Sets up the balance of its blocks."""
         joints = assembly.joints
-        self._joint, place = np.nonzero(
-            np.arange(joints.ends.shape[1]) < joints.end_count[:, None]
-        )
+        self._joint, place = np.nonzero(np.arange(joints.ends.shape[1]) < joints.end_count[:, None])
         self.ends, self.friction = len(self._joint), joints.friction[self._joint]
         self.free = np.flatnonzero(~assembly.fixed)
         self.axes = assembly.centre.shape[1]
@@ -255,7 +254,8 @@ class _Programme:
         one = scipy.sparse.eye_array(self.ends)
         none = scipy.sparse.csr_array((self.ends, 1))
         cone = [scipy.sparse.diags_array(-slope), *[one] * self._edges, none]
-        return scipy.optimize.linprog(
+        programme: Any = scipy.optimize.linprog
+        return programme(
             np.r_[np.zeros((1 + self._edges) * self.ends), -1.0],
             A_ub=scipy.sparse.hstack(cone),
             b_ub=cohesion,
@@ -397,12 +397,19 @@ class LoadLimits:
         collapses: One of each of the assemblies that differ, in the direction in which it is
             weaker.
         wall_time: [s].
+        asked: The direction of the load [rad]; None where it is the weakest one.
     """
 
     case: Case
     lane_set: LaneSet
     collapses: tuple[Collapse, ...]
     wall_time: float
+    asked: float | None = None
+
+    @property
+    def spatial(self) -> bool:
+        """Whether the assemblies lie in space."""
+        return self.collapses[0].assembly.spatial
 
     @property
     def lane(self) -> npt.NDArray[np.intp]:
@@ -416,19 +423,22 @@ class LoadLimits:
         """Collapses whose load with Coulomb's law is looked for: the weakest ones first."""
         loads = np.array([each.load_factor for each in self.collapses])
         order = np.argsort(np.where(np.isfinite(loads), loads, np.inf), kind="stable")
-        return frozenset(order[:MOST_COULOMB].tolist())
+        return frozenset(order[: MOST_COULOMB[self.spatial]].tolist())
 
 
-def run_limits(case: Case, progress: Progress | None = None) -> LoadLimits:
-    """Limit analysis of every lane of a case, to both sides.
+def run_limits(
+    case: Case, progress: Progress | None = None, direction: float | None = None
+) -> LoadLimits:
+    """Limit analysis of every lane of a case, to both sides; in space in all directions.
 
     Args:
         case: A case with an [assembly].
         progress: Called with the number of lanes that are done.
+        direction: The only direction in which the load acts [rad]; None takes the weakest one.
 
     Raises:
         InputError: The case has no assembly, more that differ than `MOST_KINDS`, or one of more
-            than `MOST_JUDGED` blocks.
+            than `MOST_JUDGED` blocks; or the direction lies out of its plane.
     """
     if case.tables.assembly is None:
         allowed = "must be given: limit analysis is of many blocks with joints"
@@ -443,16 +453,22 @@ def run_limits(case: Case, progress: Progress | None = None) -> LoadLimits:
     if len(assemblies.kinds) > MOST_KINDS:
         got = Said(f"{len(assemblies.kinds):,} assemblies that differ")
         raise InputError(case.file, "sweep", got, f"must be at most {MOST_KINDS:,}")
-    blocks = max(kind.count for kind in assemblies.kinds)
-    if blocks > MOST_JUDGED:
-        allowed = f"must be at most {MOST_JUDGED} for limit analysis; `run` takes more"
+    if direction is not None and not assemblies.spatial and direction not in (0.0, np.pi):
+        allowed = "must be 0 deg or 180 deg: the assembly lies in the plane"
+        raise InputError("--direction", "", f"{np.rad2deg(direction):g} deg", allowed)
+    blocks, most = max(kind.count for kind in assemblies.kinds), MOST_JUDGED[assemblies.spatial]
+    if blocks > most:
+        allowed = f"must be at most {most} for limit analysis; `run` takes more"
         raise InputError(case.file, "assembly", Said(f"{blocks:,} blocks"), allowed)
     lanes, found = np.bincount(assemblies.lane), []
     for place, kind in enumerate(assemblies.kinds):
-        found.append(weaker_collapse(kind))
+        if direction is None:
+            found.append(weaker_collapse(kind))
+        else:
+            found.append(collapse_load(kind, direction))
         if progress is not None:
             progress(int(lanes[: place + 1].sum()))
-    return LoadLimits(case, lane_set, tuple(found), time.perf_counter() - begin)
+    return LoadLimits(case, lane_set, tuple(found), time.perf_counter() - begin, direction)
 
 
 MOST_BLOCKS = 100

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Self
 
 from warprock.api.names import python_names
-from warprock.api.parts import Part, Sweep
 from warprock.api.plain import plain
 from warprock.arguments import at_the_door
 from warprock.case.axes import LABEL
@@ -24,6 +23,7 @@ from warprock.case.text import require_shallow
 if TYPE_CHECKING:
     import pandas as pd
 
+    from warprock.api.parts import Part
     from warprock.model.scene import SceneKind
 
 Given = Mapping[str, Any]
@@ -216,6 +216,8 @@ class Case(JudgedCase):
             ... )
             Case(case: 2 lanes over block.width, block.height)
         """
+        from warprock.api.parts import Sweep
+
         return cls(**{**tables, "sweep": [Sweep(table), *_sweeps(tables.get("sweep", ()))]})
 
     @at_the_door
@@ -350,6 +352,8 @@ def _values(overrides: Overrides) -> Overrides:
 
 def _sweeps(given: Any) -> list[Part]:
     """The sweeps of a case, whether one or several were given."""
+    from warprock.api.parts import Part, Sweep
+
     several = isinstance(given, list | tuple)
     each = given if several else [given]
     return [one if isinstance(one, Part) else Sweep(one) for one in each]

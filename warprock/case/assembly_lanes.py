@@ -106,7 +106,7 @@ def assembly_lanes(values: LaneValues, *, in_space: bool) -> Lanes:
         "assembly": found,
     }
     if in_space:
-        return SpatialLanes(**box, **dict.fromkeys(_AT_REST_IN_SPACE, nothing))
+        return SpatialLanes(**(box | dict.fromkeys(_AT_REST_IN_SPACE, nothing)))
     return Lanes(**box)
 
 

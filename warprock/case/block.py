@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self, TypeVar
@@ -133,52 +134,49 @@ class StackedBlock(_Box):
     centre_offset_y: Annotated[float | None, _CENTRE_OFFSET_Y] = None
 
 
-class Stack(pydantic.RootModel[dict[str, StackedBlock | StackedBody]]):
-    """The blocks of a stack by number, 1 the lowest."""
+@dataclasses.dataclass(frozen=True)
+class Stack:
+    """The blocks of a stack.
 
-    model_config = pydantic.ConfigDict(frozen=True, defer_build=True)
+    Attributes:
+        numbered: Each block by its number, 1 the lowest.
+    """
 
-    @pydantic.model_validator(mode="before")
-    @classmethod
-    def _require_numbers(cls, blocks: Any) -> Any:
-        """Judges the numbers of the blocks before what is in them."""
-        known = [str(number) for number in range(1, MOST_BLOCKS + 1)]
-        numbered = "blocks are numbered from 1, the lowest"
-        first = next(iter(blocks))
-        for name in blocks:
-            if str(name).isdecimal() != str(first).isdecimal():
-                allowed = (
-                    f"must not be beside block.{first}: a block has its own keys, and of a stack "
-                )
-                raise KeyedError(name, blocks[name], allowed + numbered)
-        for name in blocks:
-            if name not in known:
-                allowed = (
-                    f"must be from 1 to {MOST_BLOCKS}, at most {MOST_BLOCKS} blocks: {numbered}"
-                )
-                raise KeyedError(name, Said("a block of that number"), allowed)
-        highest = max(blocks, key=known.index)
-        for lower in known[: known.index(highest)]:
-            if lower not in blocks:
-                allowed = f"must be given below block.{highest}: {numbered}"
-                raise KeyedError(lower, NOTHING, allowed)
-        return {name: _read_stacked(str(name), table) for name, table in blocks.items()}
-
-    @pydantic.model_validator(mode="after")
-    def _all_but_the_highest_carry(self) -> Self:
-        for number in range(1, len(self.root)):
-            block = self.root[str(number)]
-            if isinstance(block, StackedBody) and block.top is None:
-                allowed = f"must be given, [[x, z], [x, z]]: block.{number + 1} stands on it"
-                raise KeyedError((str(number), "top"), NOTHING, allowed)
-        return self
+    numbered: Mapping[str, StackedBlock | StackedBody]
 
 
 OfBody = TypeVar("OfBody", bound=Table)
 OfBox = TypeVar("OfBox", bound=Table)
 
 
-def _read_stacked(number: str, table: object) -> object:
+def _read_stack(blocks: Mapping[Any, object]) -> Stack:
+    """Reads a stack: the numbers of its blocks before what is in them."""
+    known = [str(number) for number in range(1, MOST_BLOCKS + 1)]
+    numbered = "blocks are numbered from 1, the lowest"
+    first = next(iter(blocks))
+    for name in blocks:
+        if str(name).isdecimal() != str(first).isdecimal():
+            allowed = f"must not be beside block.{first}: a block has its own keys, and of a stack "
+            raise KeyedError(name, blocks[name], allowed + numbered)
+    for name in blocks:
+        if name not in known:
+            allowed = f"must be from 1 to {MOST_BLOCKS}, at most {MOST_BLOCKS} blocks: {numbered}"
+            raise KeyedError(name, Said("a block of that number"), allowed)
+    highest = max(blocks, key=known.index)
+    for lower in known[: known.index(highest)]:
+        if lower not in blocks:
+            allowed = f"must have block.{lower} below it: {numbered}"
+            raise KeyedError(highest, Said("a block of that number"), allowed)
+    found = {name: _read_stacked(name, table) for name, table in blocks.items()}
+    for number in range(1, len(found)):
+        block = found[str(number)]
+        if isinstance(block, StackedBody) and block.top is None:
+            allowed = f"must be given, [[x, z], [x, z]]: block.{number + 1} stands on it"
+            raise KeyedError((str(number), "top"), NOTHING, allowed)
+    return Stack(found)
+
+
+def _read_stacked(number: str, table: object) -> StackedBlock | StackedBody:
     """A block of a stack as it is read: a body where it has a key that only bodies have."""
     with below(number):
         return validated(_kind(table, StackedBody, StackedBlock), table)
@@ -208,5 +206,5 @@ def read_block(table: object) -> Block | Stack | Body:
     A key that a body alone has, such as `base`, makes it a body.
     """
     if isinstance(table, Mapping) and any(str(name).isdecimal() for name in table):
-        return validated(Stack, table)
+        return _read_stack(table)
     return validated(_kind(table, Body, Block), table)

@@ -28,7 +28,7 @@ _PLACE = tuple(f"block.N.{name}" for name in ("offset", "friction", "rotation"))
 def stacked_tables(values: LaneValues) -> dict[int, StackedBody]:
     """The tables of the bodies among a stack's blocks, by number; none of single blocks."""
     stack = values.case.tables.block
-    blocks = stack.root.items() if isinstance(stack, Stack) else ()
+    blocks = stack.numbered.items() if isinstance(stack, Stack) else ()
     return {int(number): block for number, block in blocks if isinstance(block, StackedBody)}
 
 

@@ -135,4 +135,4 @@ class Case:
 
     def source_of(self, key: str) -> str:
         """What an error about a key names as its source: the file, or -s for an override."""
-        return source_name(key, self.file, self.overridden)
+        return source_name(key, self.file, self.raw, self.overridden)

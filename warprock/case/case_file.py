@@ -15,7 +15,7 @@ from warprock.case.block import Block, Stack, read_block
 from warprock.case.body import Body
 from warprock.case.check import CheckSpec, read_check
 from warprock.case.contact import Contact
-from warprock.case.hold import Frame, Ground, Strip, Ties, TopLoad, TransverseWall
+from warprock.case.hold import Frame, Ground, Strip, Ties, TopLoad, TransverseWall, read_ties
 from warprock.case.motion import Motion
 from warprock.case.run import Run
 from warprock.case.start import Start
@@ -50,12 +50,12 @@ class CaseFile(Table):
     assembly: Assembly | None = None
     contact: Contact
     transverse_wall: TransverseWall | None = None
-    tie: Ties | None = None
+    tie: Annotated[Ties | None, pydantic.PlainValidator(read_ties)] = None
     top_load: TopLoad | None = None
     frame: Frame | None = None
     strip: Strip | None = None
     ground: Ground | None = None
-    start: Start = Start()
+    start: Start = pydantic.Field(default_factory=Start)
     motion: Motion | None = None
     support: Support | None = None
     run: Run
@@ -99,12 +99,12 @@ class CaseFile(Table):
     @property
     def block_count(self) -> int:
         """Blocks in a lane."""
-        return len(self.block.root) if isinstance(self.block, Stack) else 1
+        return len(self.block.numbered) if isinstance(self.block, Stack) else 1
 
     def constant(self, key: str) -> Any:
         """Value of a dotted key, SI units or rad; None where the case does not give it."""
         found: Any = self
         for name in key.split("."):
             numbered = isinstance(found, Stack | Ties)
-            found = found.root.get(name) if numbered else getattr(found, name, None)
+            found = found.numbered.get(name) if numbered else getattr(found, name, None)
         return found

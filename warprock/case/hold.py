@@ -6,9 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
-import pydantic
-
-from warprock.case.validation import KeyedError, Table
+from warprock.case.validation import KeyedError, Table, below, validated
 from warprock.model.hold import SIDES
 from warprock.quantity import NOTHING, Column, NumberKey, TextKey
 from warprock.units import Dimension, Quantity, parse_any
@@ -285,35 +283,41 @@ class Ground(Table):
     ] = 0.0
 
 
-class Ties(pydantic.RootModel[dict[str, Tie]]):
-    """The ties of a block by number."""
+@dataclasses.dataclass(frozen=True)
+class Ties:
+    """The ties of a block.
 
-    model_config = pydantic.ConfigDict(frozen=True, defer_build=True)
+    Attributes:
+        numbered: Each tie by its number.
+    """
 
-    @pydantic.model_validator(mode="before")
-    @classmethod
-    def _numbered(cls, ties: Any) -> Any:
-        """Judges the numbers of the ties before what is in them."""
-        if not isinstance(ties, Mapping) or not ties:
-            raise KeyedError((), ties, "must be [[tie]] tables")
-        known = [str(number) for number in range(1, MOST_TIES + 1)]
-        for name in ties:
-            if name not in known:
-                allowed = (
-                    f"must be [[tie]] tables, at most {MOST_TIES}, or [tie.1], [tie.2] and so on"
-                )
-                if name in Tie.declared():
-                    allowed = f"must have the number of its tie, tie.1.{name}, or be in [[tie]]"
-                raise KeyedError(name, ties[name], allowed)
-        for number in known[: len(ties)]:
-            if number not in ties:
-                raise KeyedError(number, NOTHING, "must be given: ties are numbered from 1")
-        return ties
+    numbered: Mapping[str, Tie]
 
     @property
     def count(self) -> int:
         """How many there are."""
-        return len(self.root)
+        return len(self.numbered)
+
+
+def read_ties(ties: object) -> Ties:
+    """Reads the ties of a case: their numbers before what is in them."""
+    if not isinstance(ties, Mapping) or not ties:
+        raise KeyedError((), ties, "must be [[tie]] tables")
+    known = [str(number) for number in range(1, MOST_TIES + 1)]
+    for name in ties:
+        if name not in known:
+            allowed = f"must be [[tie]] tables, at most {MOST_TIES}, or [tie.1], [tie.2] and so on"
+            if name in Tie.declared():
+                allowed = f"must have the number of its tie, tie.1.{name}, or be in [[tie]]"
+            raise KeyedError(name, ties[name], allowed)
+    for number in known[: len(ties)]:
+        if number not in ties:
+            raise KeyedError(number, NOTHING, "must be given: ties are numbered from 1")
+    found = {}
+    for name, tie in ties.items():
+        with below(name):
+            found[name] = validated(Tie, tie)
+    return Ties(found)
 
 
 def number_ties(raw: dict[str, Any]) -> None:

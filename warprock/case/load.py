@@ -111,9 +111,9 @@ def build_case(
     overridden: frozenset[str] = frozenset(),
 ) -> Case:
     """A case from what was written, judged as by `load_case`; arguments as in `Case`."""
-    source_of = functools.partial(source_name, file=file, overridden=overridden)
     raw = {**raw}
     number_ties(raw)
+    source_of = functools.partial(source_name, file=file, raw=raw, overridden=overridden)
     if isinstance(raw.get("sweep"), Mapping):
         raw = {**raw, "sweep": sweep_entries(raw)}
     with refusing(source_of):

@@ -6,7 +6,7 @@ import importlib.resources
 import pathlib
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib.resources.abc import Traversable
 from typing import Any, NamedTuple
 
@@ -263,11 +263,38 @@ def _shipped_cases() -> Traversable:
     return importlib.resources.files("warprock.cases")
 
 
-def source_name(key: str, file: str, overridden: frozenset[str]) -> str:
-    """The file, or -s where an override gave the key, a table above it or a part of it."""
+def source_name(key: str, file: str, raw: Mapping[str, Any], overridden: frozenset[str]) -> str:
+    """The file, or -s where an override gave the key, a part of it, or all of its table.
+
+    Args:
+        key: Dotted key.
+        file: The case file.
+        raw: The case as written, with its overrides.
+        overridden: Keys that these changed.
+    """
     plain = re.sub(r"\[\d+\]", "", key)
     swept = plain.removeprefix("sweep.")
     if any(f"{swept}.".startswith(f"{o}.") for o in overridden):
         return OVERRIDE
-    given = any(f"{plain}.".startswith(f"{o}.") or o.startswith(f"{plain}.") for o in overridden)
+    if any(f"{plain}.".startswith(f"{o}.") or o.startswith(f"{plain}.") for o in overridden):
+        return OVERRIDE
+    place = plain.rpartition(".")[0]
+    table: Any = raw if place else None
+    for name in filter(None, place.split(".")):
+        table = table.get(name) if isinstance(table, Mapping) else None
+    leaves = list(_leaves(table)) if isinstance(table, Mapping) else []
+    if leaves:
+        given = all(f"{place}.{name}" in overridden for name in leaves)
+    else:
+        # Its values are swept: they stand in [[sweep]].
+        given = bool(place) and any(o.startswith(f"{place}.") for o in overridden)
     return OVERRIDE if given else file
+
+
+def _leaves(table: Mapping[str, Any]) -> Iterator[str]:
+    """Dotted keys of all values in a table and those in it."""
+    for name, value in table.items():
+        if isinstance(value, Mapping):
+            yield from (f"{name}.{inner}" for inner in _leaves(value))
+        else:
+            yield name

@@ -238,6 +238,9 @@ def entry() -> None:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     # Else pydantic looks for plug-ins of its own in every package that is installed.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    # Else NumPy starts a thread of OpenBLAS for each core, at every start. Lanes have threads of
+    # their own, and what a product of matrices sums first must not depend on the machine.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Else a tenth of the start of a command goes into looks for garbage among what it imports.
     gc.set_threshold(100_000)
     for name in ("stdout", "stderr"):

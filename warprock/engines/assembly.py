@@ -32,7 +32,13 @@ from warprock.engines.assembly_packs import (
 )
 from warprock.engines.assembly_team import Given, run_team
 from warprock.engines.base import KernelEngine
-from warprock.engines.decoding import lane_fields, respond, rest_start_times, time_or_nan
+from warprock.engines.decoding import (
+    collapse_loads,
+    lane_fields,
+    respond,
+    rest_start_times,
+    time_or_nan,
+)
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.errors import InputError
 from warprock.kernels import assembly, assembly_space
@@ -41,7 +47,7 @@ from warprock.kernels.launch.instance import LANE_WIDTH, kernel_module
 from warprock.model.assembly import Assemblies
 from warprock.model.assembly import Assembly as Laid
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions, SpatialMotions
+from warprock.model.motion import GroundMotions
 from warprock.model.pose import product
 from warprock.model.response import (
     JointState,
@@ -52,7 +58,6 @@ from warprock.model.response import (
     take_lanes,
 )
 from warprock.model.scene import SceneKind
-from warprock.model.solids import SpatialAssembly
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
 
@@ -106,6 +111,7 @@ class Assembly(KernelEngine):
     order: ClassVar[int | None] = 1
     assemblies: ClassVar[bool] = True
     spatial: ClassVar[bool] = True
+    solids: ClassVar[bool] = True
     on_springs: ClassVar[bool] = False
     """Whether contacts are springs."""
 
@@ -380,8 +386,9 @@ class Assembly(KernelEngine):
         fallen = (rows["mode"] == OVERTURNED) & goes_on & (rows["moved"] < end)
         rest_time = np.where(fallen, rows["moved"], rest_start_times(rows, end))
         bad = [
-            (_unstable(own, rows), Status.UNSTABLE),
+            (_gained(own, rows), Status.UNSTABLE),
             (rows["astray"] > 0, Status.OUTSIDE_MODEL),
+            (_sunk(own, rows), Status.UNSTABLE),
         ]
         blocks = np.arange(found.blocks.shape[1]) < _count(own)[:, None]
         moved, last = (np.where(blocks, found.blocks[name], 0.0) for name in ("moved", "last"))
@@ -408,7 +415,9 @@ class Assembly(KernelEngine):
                 "opened_joints": joints.opened.sum(axis=1),
                 "slid_joints": joints.slid.sum(axis=1),
                 "collapse_time": time_or_nan(rows["collapse_time"]),
-                "collapse_load": _loads(motions, rows),
+                "collapse_load": collapse_loads(
+                    motions, rows["still"], rows["collapse_time"] < NEVER
+                ),
                 "joint_state": state[:, : own.most_joints],
                 "solver_residual": rows["residual"],
             }
@@ -433,17 +442,6 @@ def _large(lanes: Lanes) -> npt.NDArray[np.bool_]:
     return np.array([kind.joints.count > LARGE for kind in own.kinds])[own.lane]
 
 
-def _loads(motions: GroundMotions, rows: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
-    """Acceleration of the base / g when the blocks last were still before a collapse, [lane]."""
-    found = np.full(len(rows), np.nan)
-    for lane in np.flatnonzero(rows["collapse_time"] < NEVER):
-        at = np.asarray([rows["still"][lane]], dtype=np.float64)
-        level = motions.components[:2] if isinstance(motions, SpatialMotions) else [motions]
-        pulls = [float(part.components[0].acceleration(at, int(lane))[0]) for part in level]
-        found[lane] = float(np.linalg.norm(pulls)) / GRAVITY
-    return found
-
-
 def _bonded(own: Assemblies, room: int) -> npt.NDArray[np.bool_]:
     """Which joints were bonded at the start, shape [lane, joint]."""
     rows = np.zeros((len(own.kinds), room), dtype=bool)
@@ -456,21 +454,17 @@ def _count(own: Assemblies) -> npt.NDArray[np.intp]:
     return np.array([kind.count for kind in own.kinds])[own.lane]
 
 
-def _unstable(own: Assemblies, rows: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-    """Where contacts gave energy, or let blocks through one another, shape [lane]."""
+def _gained(own: Assemblies, rows: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    """Where contacts gave energy, shape [lane]."""
     lightest = np.array([_least_fall(kind) for kind in own.kinds])[own.lane]
-    smallest = np.array([_least_reach(kind) for kind in own.kinds])[own.lane]
     gained = np.maximum(-rows["loss"], rows["returned"])
-    made = (gained > rows["supplied"]) & (gained > GAINED_SHARE * lightest)
-    return np.asarray(made | (rows["deepest"] > SUNK_SHARE * smallest))
+    return np.asarray((gained > rows["supplied"]) & (gained > GAINED_SHARE * lightest))
 
 
-def _least_reach(kind: Laid) -> float:
-    return (
-        assembly_solids.least_reach(kind)
-        if isinstance(kind, SpatialAssembly)
-        else least_reach(kind)
-    )
+def _sunk(own: Assemblies, rows: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    """Where contacts let blocks through one another, shape [lane]."""
+    smallest = np.array([least_reach(kind) for kind in own.kinds])[own.lane]
+    return np.asarray(rows["deepest"] > SUNK_SHARE * smallest)
 
 
 def _least_fall(kind: Laid) -> float:

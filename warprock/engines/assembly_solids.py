@@ -13,6 +13,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from warprock.engines.assembly_packs import falls_by, least_reach, reach_of
 from warprock.errors import InputError
 from warprock.model.assembly import Assemblies
 from warprock.model.solids import SpatialAssembly
@@ -148,18 +149,6 @@ def _back(attitude: Array) -> Array:
 
 
 @functools.lru_cache(maxsize=64)
-def reach_of(kind: SpatialAssembly) -> Array:
-    """Distance of the farthest corner of a block from its centre [m], shape [block]."""
-    offset = kind.corners - kind.centre[:, None]
-    return np.asarray(np.linalg.norm(offset, axis=2).max(axis=1))
-
-
-def least_reach(kind: SpatialAssembly) -> float:
-    """Half diagonal of the smallest block that can move [m]: of its farthest corner."""
-    return float(reach_of(kind)[~kind.fixed].min())
-
-
-@functools.lru_cache(maxsize=64)
 def below_ground(kind: SpatialAssembly) -> npt.NDArray[np.bool_]:
     """Which blocks are fixed and nowhere above the ground, shape [block]: the ground itself."""
     size = float(np.ptp(kind.corners.reshape(-1, 3), axis=0).max())
@@ -185,11 +174,6 @@ def _blocks(kind: SpatialAssembly, room: int) -> dict[str, Array]:
     inverse = free[:, None] / shapes.principal
     columns |= dict(zip(("inverse_x", "inverse_y", "inverse_z"), inverse.T, strict=True))
     return {name: np.pad(each, (0, room - kind.count)) for name, each in columns.items()}
-
-
-def falls_by(kind: SpatialAssembly) -> Array:
-    """How far the centre of every block sinks until it has fallen [m], shape [block]."""
-    return np.asarray(0.5 * kind.longest_joints)
 
 
 @functools.lru_cache(maxsize=64)

@@ -13,8 +13,10 @@ import numpy.typing as npt
 
 from warprock.engines.bodies import box_bodies
 from warprock.engines.decoding import histories, respond, side_fields
+from warprock.engines.drums import column_fields, end_at_collapse
 from warprock.engines.launching import Found, Kernel, Target, launch
 from warprock.kernels.launch.instance import kernel_module
+from warprock.model.drums import as_stacks_of_drums
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, UprightMotions
 from warprock.model.response import Response, SampleTimes
@@ -69,6 +71,10 @@ class AbstractEngine(abc.ABC):
     """Where boxes may start with velocities or be thrown: plane, space."""
     assemblies: ClassVar[bool] = False
     """Whether it runs assemblies of many blocks with joints."""
+    solids: ClassVar[bool] = False
+    """Whether it runs assemblies in space, too."""
+    drums: ClassVar[bool] = False
+    """Whether it runs an assembly that is a column of equal drums, as the stack that it is."""
     bodies_move: ClassVar[tuple[str, ...]] = ()
     """Where bodies may start with velocities or be thrown: plane, space."""
     reference_of: ClassVar[str | None] = None
@@ -87,12 +93,22 @@ class AbstractEngine(abc.ABC):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the engine cannot run a scene; None if it can."""
-        if scene.assembly and not cls.assemblies:
+        if scene.assembly and scene.spatial and not cls.solids:
+            return (
+                f"{cls.name} runs no assemblies in space, and the case {scene.spatial_because}; "
+                "assembly runs it"
+            )
+        if scene.assembly and cls.drums and scene.no_column:
+            return (
+                f"{cls.name} runs an [assembly] that is a column of equal drums with dry joints, "
+                f"and {scene.no_column}; assembly and dem run it"
+            )
+        if scene.assembly and not (cls.assemblies or cls.drums):
             return (
                 f"{cls.name} runs no assemblies, and the case has an [assembly]; assembly and dem "
                 "run it"
             )
-        if scene.beyond_the_plane and not cls.spatial:
+        if scene.beyond_the_plane and not cls.spatial and not scene.assembly:
             return scene.beyond_the_plane
         place = "in space" if scene.spatial else "in the plane"
         if scene.bodies and not cls.bodies[scene.spatial]:
@@ -120,7 +136,11 @@ class AbstractEngine(abc.ABC):
             return f"{cls.name} lets {what} go from rest {place}, and the case {scene.moving}"
         declined = cls.declines(scene)
         most = cls.highest[scene.spatial]
-        if declined is None and not scene.assembly and scene.block_count > most:
+        if (
+            declined is None
+            and not (scene.assembly and cls.assemblies)
+            and scene.block_count > most
+        ):
             return (
                 f"{cls.name} runs stacks of up to {most} blocks {place}, and the case has one of "
                 f"{scene.block_count}; in the plane event runs up to {MOST_BLOCKS}, and assembly "
@@ -212,8 +232,10 @@ class KernelEngine(AbstractEngine):
     def kernel_lanes(self, lanes: Lanes, motions: GroundMotions) -> Lanes:
         """Lanes as its kernels take them: boxes are bodies where the base moves upwards, too.
 
-        Most kernels of single boxes do not know such a base.
+        Most kernels of single boxes do not know such a base. Columns of an assembly are stacks.
         """
+        if self.drums and lanes.assembly is not None:
+            return as_stacks_of_drums(lanes)
         if isinstance(motions, UprightMotions) and lanes.body is None and not lanes.stacked:
             return dataclasses.replace(lanes, body=box_bodies(lanes))
         return lanes
@@ -289,10 +311,17 @@ class KernelEngine(AbstractEngine):
         seen = self.kernel_lanes(lanes, motions)
         module = self.module_of(seen, motions)
         inputs = self.inputs(module, seen, motions, times)
+        of_column = lanes.assembly is not None
+        if of_column:
+            end_at_collapse(lanes, inputs["lanes"])
         found = launch(module, self.target, motions, times, **inputs)
-        found = found.above_ground(lanes.block_count)
+        found = found.above_ground(seen.block_count)
         fields = dict(self.fields(seen, motions, times, found))
         if found.sides is not None and lanes.bodies:
             fields |= side_fields(found.sides, fields["peak_rotation"].reshape(lanes.lane_count))
-        sampled = histories(lanes, found, times, above_rigid=self.above_rigid)
-        return respond(self.name, lanes, {**fields, **sampled}, times)
+        fields |= histories(
+            seen if of_column else lanes, found, times, above_rigid=self.above_rigid
+        )
+        if of_column:
+            fields = column_fields(lanes, motions, found, fields)
+        return respond(self.name, lanes, fields, times)

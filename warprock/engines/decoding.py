@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
@@ -13,6 +14,7 @@ from warprock.engines.launching import NEVER, Found
 from warprock.engines.places import planar_places, spatial_places
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, SLID_OFF, STALLED, UNSOLVED
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
+from warprock.model.motion import GroundMotions
 from warprock.model.pose import rotations, start_poses
 from warprock.model.response import (
     ASSEMBLY_FIELDS,
@@ -30,6 +32,7 @@ from warprock.model.response import (
     SampleTimes,
     Status,
 )
+from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -114,6 +117,26 @@ def lane_fields(
         "energy_lost": rows["loss"],
         "step_count": rows["steps"],
     }
+
+
+def collapse_loads(motions: GroundMotions, still: Rows, fell: Mask) -> Array:
+    """Acceleration of the base / g when the blocks of assemblies last were still before a collapse.
+
+    In space its level part.
+
+    Args:
+        motions: Ground motions of the lanes.
+        still: When they last were still [s], shape [lane].
+        fell: Which lanes collapsed, shape [lane]; NaN for the others.
+    """
+    found = np.full(len(fell), np.nan)
+    parts = zip(motions.axes, motions.components, strict=True)
+    level = [part for axis, part in parts if axis != "z"]
+    for lane in np.flatnonzero(fell):
+        at = np.array([still[lane]], dtype=np.float64)
+        pulls = [float(part.acceleration(at, int(lane))[0]) for part in level]
+        found[lane] = math.hypot(*pulls) / GRAVITY
+    return found
 
 
 def planar_fields(per_block: Rows) -> dict[str, Rows]:

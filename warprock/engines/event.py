@@ -26,7 +26,7 @@ from warprock.engines.held import (
     tie_columns,
     wall_columns,
 )
-from warprock.engines.launching import Form, Found, Kernel
+from warprock.engines.launching import NEVER, Form, Found, Kernel
 from warprock.engines.soundness import account_in_space, unstable
 from warprock.engines.spatial_bodies import point_rows, quickest, spatial_inputs
 from warprock.engines.stack_bodies import edge_columns, foot_columns
@@ -128,7 +128,8 @@ class Event(KernelEngine):
 
     Stacks in the plane (kernels/event/stack/): fifth order while all contacts stick, second where
     something slides or flies. A body in a stack stands on an edge of its chain of corners
-    (kernels/event/stack/edges.py).
+    (kernels/event/stack/edges.py). A column of equal drums that an [assembly] lays runs as a stack,
+    too; a lane ends once a drum has overturned or slid off, where it has collapsed.
 
     Where the base moves upwards gravity is g + a_z; below zero a block flies until it lands.
 
@@ -152,6 +153,7 @@ class Event(KernelEngine):
     starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
+    drums: ClassVar[bool] = True
     highest: ClassVar[tuple[int, int]] = (MOST_BLOCKS, 6)
     stacked_bodies: ClassVar[bool] = True
     rounded: ClassVar[bool] = True
@@ -187,8 +189,9 @@ class Event(KernelEngine):
         if not self._bounces:
             return None
         why = None
-        if scene.stacked or scene.held:
-            why = "the case has " + ("a stack" if scene.stacked else f"[{scene.held[0]}]")
+        if scene.piled or scene.held:
+            table = "assembly" if scene.assembly else next(iter(scene.held), "")
+            why = "the case has " + ("a stack" if scene.stacked else f"[{table}]")
         elif scene.restitution_given:
             why = "the case prescribes contact.angular_restitution"
         return why and (
@@ -199,7 +202,8 @@ class Event(KernelEngine):
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: packed are single blocks alone, in space on a cone."""
         if not scene.spatial:
-            if scene.stacked:
+            piled = scene.piled if isinstance(scene, SceneKind) else scene.stacked
+            if piled:
                 return Kernel(event, "stack_run")
             if scene.held:
                 return Kernel(event, "held_run")
@@ -232,7 +236,8 @@ class Event(KernelEngine):
 
     def kernel_lanes(self, lanes: Lanes, motions: GroundMotions) -> Lanes:
         """Lanes as its kernels take them: boxes are bodies where they bounce, too."""
-        if not self._bounces or lanes.body is not None or lanes.stacked:
+        joined = lanes.stacked or lanes.assembly is not None
+        if not self._bounces or lanes.body is not None or joined:
             return super().kernel_lanes(lanes, motions)
         if not lanes.spatial:
             return dataclasses.replace(lanes, body=box_bodies(lanes))
@@ -255,7 +260,8 @@ class Event(KernelEngine):
 
     def _rolls(self, lanes: Lanes, motions: GroundMotions) -> bool:
         """Whether lanes are boxes that rock by Taylor polynomials (kernels/event/block.py)."""
-        boxes = not lanes.spatial and not lanes.stacked and lanes.body is None
+        piled = lanes.stacked or lanes.assembly is not None
+        boxes = not lanes.spatial and not piled and lanes.body is None
         follows = lanes.restitution_given or self._bounces or isinstance(motions, UprightMotions)
         return boxes and not follows
 
@@ -327,6 +333,7 @@ class Event(KernelEngine):
             return columns | {"lanes": per_lane | columns.get("frames", {}), "knobs": knobs}
         if lanes.stacked:
             per_lane["mass"] = lanes.mass.sum(axis=1)
+            per_lane["fall"] = np.full(lanes.lane_count, NEVER)
             if lanes.profiles is None:
                 blocks = _stacked_blocks(lanes, self.settings)
             else:

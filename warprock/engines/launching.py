@@ -159,6 +159,8 @@ class Found:
             does not tell.
         breaks: Rows of its struct `Breaks`, shape [lane]; None of a kernel without bonds.
         bonds: 1 where the joint of a contact is bonded at the end, shape [lane, contact]; likewise.
+        drums: Rows of its struct `DrumResult`, shape [lane, block]; None of a kernel that does not
+            run columns.
     """
 
     lanes: Rows
@@ -169,6 +171,7 @@ class Found:
     contacts: Rows | None = None
     breaks: Rows | None = None
     bonds: Rows | None = None
+    drums: Rows | None = None
 
     def above_ground(self, block_count: int) -> Found:
         """The same of the highest blocks alone: kernels may have the ground as their first body."""
@@ -176,7 +179,7 @@ class Found:
         history, places = (
             None if part is None else part[:, own] for part in (self.history, self.places)
         )
-        return Found(self.lanes, self.blocks[:, own], history, places, self.sides, self.contacts)
+        return dataclasses.replace(self, blocks=self.blocks[:, own], history=history, places=places)
 
 
 def launch(
@@ -228,6 +231,9 @@ def launch(
     if hasattr(found, "contacts"):
         contact_count = 2 * next(iter(others["joints"].values())).shape[1]
         found.contacts = wp.zeros((contact_count, count), dtype=leaves["contacts"], device=device)
+    if hasattr(found, "drums"):
+        shape = (block_count, count)
+        found.drums = wp.empty(shape, dtype=leaves["drums"], device=device)
     bonded = hasattr(found, "bonds")
     if bonded:
         found.breaks = wp.empty(count, dtype=leaves["breaks"], device=device)
@@ -250,11 +256,12 @@ def launch(
     contacts = None
     if hasattr(found, "contacts"):
         contacts = found.contacts.numpy()[:, :lane_count].T
+    drums = found.drums.numpy()[:, :lane_count].T if hasattr(found, "drums") else None
     breaks, bonds = None, None
     if bonded:
         breaks = found.breaks.numpy()[:lane_count]
         bonds = found.bonds.numpy()[:, :lane_count].T
-    return Found(results, per_block, history, places, sides, contacts, breaks, bonds)
+    return Found(results, per_block, history, places, sides, contacts, breaks, bonds, drums)
 
 
 def samples_of(shape: tuple[int, ...], real: Any, device: str) -> Any:

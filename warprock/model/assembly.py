@@ -177,7 +177,7 @@ class Assembly:
     @property
     def spatial(self) -> bool:
         """Whether its blocks move in space."""
-        return self.corners.shape[-1] == SPACE
+        return bool(self.corners.shape[-1] == SPACE)
 
     @functools.cached_property
     def longest_joints(self) -> Array:
@@ -535,7 +535,8 @@ def require_held(
         held[first[before[second]]] = True
         held[second[before[first]]] = True
     for place in np.flatnonzero(~held):
-        gap, other = min((gap_between(place, other), other) for other in np.flatnonzero(held))
+        one = int(place)
+        gap, other = min((gap_between(one, k), k) for k in np.flatnonzero(held).tolist())
         raise ValueError(
             f"rest on something fixed: block {names[place]} touches nothing that does; the nearest "
             f"is {names[other]}, {1e3 * gap:.3g} mm away"

@@ -257,7 +257,9 @@ def extruded(pieces: Sequence[Piece], depth: float) -> list[Piece]:
         pieces: Blocks in the plane.
         depth: Along y, half of it to either side of the plane [m].
     """
-    return [each._replace(corners=_prism(each.corners, -0.5 * depth, 0.5 * depth)) for each in pieces]
+    return [
+        each._replace(corners=_prism(each.corners, -0.5 * depth, 0.5 * depth)) for each in pieces
+    ]
 
 
 def _prism(section: Array, front: float, back: float) -> Array:
@@ -306,21 +308,23 @@ def corner(
         low, high = [left, depth, -ABUTMENT * block_height], [left + depth, across, 0.0]
         pieces.append(Piece(f"{side} ground", _box(low, high), fixed=True))
     for course in range(courses):
-        low, high = course * block_height, (course + 1) * block_height
+        bed, top = course * block_height, (course + 1) * block_height
         through = course % 2 == 0
         begin, end = (0.0 if through else depth), length
         if returns == 2 and not through:
             end -= depth
-        cuts = [each for each in openings if each.bottom < 0.5 * (low + high) < each.bottom + each.height]
+        cuts = [
+            each for each in openings if each.bottom < 0.5 * (bed + top) < each.bottom + each.height
+        ]
         places = _left_over(_bricks(begin, end, block_length), cuts, SLIVER * block_length)
         pieces += [
-            Piece(f"{course + 1}.{number}", _box([a, 0.0, low], [b, depth, high]))
+            Piece(f"{course + 1}.{number}", _box([a, 0.0, bed], [b, depth, top]))
             for number, (a, b) in enumerate(places, 1)
         ]
         ends = _bricks(depth if through else 0.0, across, block_length)
         for side, left in lefts.items():
             pieces += [
-                Piece(f"{side} {course + 1}.{number}", _box([left, a, low], [left + depth, b, high]))
+                Piece(f"{side} {course + 1}.{number}", _box([left, a, bed], [left + depth, b, top]))
                 for number, (a, b) in enumerate(itertools.pairwise(ends.tolist()), 1)
             ]
     return pieces

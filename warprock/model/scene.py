@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 
+from warprock.model.drums import no_column
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, MotionKind, UprightMotions
 from warprock.model.painleve import above_limit
@@ -30,6 +31,7 @@ class SceneKind:
         held: What holds its block besides its base, by the tables of a case; mostly nothing.
         assembly: Whether a lane is an assembly of many blocks with joints.
         bonded: Whether joints of assemblies have cohesion and tensile strength.
+        no_column: Why assemblies are not all columns of as many equal drums; empty where they are.
         moving: What starts in motion; empty where blocks are let go from rest.
         spatial_because: What makes a planar model fall short; empty where the scene is planar.
         friction_ratio: Smallest friction coefficient / base acceleration in g that makes the block
@@ -59,6 +61,12 @@ class SceneKind:
     held: tuple[str, ...] = ()
     assembly: bool = False
     bonded: bool = False
+    no_column: str = ""
+
+    @property
+    def piled(self) -> bool:
+        """Whether blocks stand on one another alone: in a stack, or a column of an assembly."""
+        return self.stacked or (self.assembly and not self.no_column)
 
     @property
     def spatial(self) -> bool:
@@ -151,9 +159,7 @@ def scene_kind(
         motion=motions.kind,
         stacked=lanes.stacked,
         block_count=lanes.block_count if assembly is None else assembly.most_blocks,
-        contact_point_count=(
-            lanes.contact_point_count if assembly is None else assembly.most_ends
-        ),
+        contact_point_count=(lanes.contact_point_count if assembly is None else assembly.most_ends),
         centred=not lanes.offset.any(),
         restitution_given=restitution_given,
         moving=lanes.moving,
@@ -168,4 +174,5 @@ def scene_kind(
         held=lanes.held,
         assembly=assembly is not None,
         bonded=assembly is not None and assembly.bonded,
+        no_column="" if assembly is None else no_column(assembly),
     )

@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import scipy
 
 from warprock.model.assembly import (
     DOUBTFUL,
@@ -141,7 +140,7 @@ class SpatialAssembly(Assembly):
         return np.asarray(self.volume * self.density)
 
     @property
-    def centre(self) -> Array:  # type: ignore[override]
+    def centre(self) -> Array:
         """Centres of mass [m], shape [block, 3]."""
         return self._moments[1]
 
@@ -151,7 +150,7 @@ class SpatialAssembly(Assembly):
         return np.asarray(self._moments[2] * self.density)
 
     @property
-    def area(self) -> Array:  # type: ignore[override]
+    def area(self) -> Array:
         """Mean areas of sections across y: volume over extent along y [m^2], shape [block]."""
         return np.asarray(self.volume / np.ptp(self.corners[..., 1], axis=1))
 
@@ -163,10 +162,12 @@ class SpatialAssembly(Assembly):
     @functools.cached_property
     def reach(self) -> float:
         """The largest distance of a corner from the nearest joint with what is fixed [m]."""
+        import scipy.spatial
+
         held = np.flatnonzero(self.fixed[self.joints.blocks].any(axis=1))
         feet = np.array([self.joints.ends[k, : self.joints.corner_count[k]].mean(0) for k in held])
         corners = self.corners[~self.fixed].reshape(-1, SPACE)
-        return float(scipy.spatial.KDTree(feet).query(corners)[0].max())
+        return float(np.max(scipy.spatial.KDTree(feet).query(corners)[0]))
 
 
 def assemble_solids(
@@ -234,6 +235,8 @@ class _Body(NamedTuple):
 
 def _body(piece: Piece, flush: float) -> _Body:
     """The convex hull of the corners of a piece."""
+    import scipy.spatial
+
     try:
         hull = scipy.spatial.ConvexHull(piece.corners)
     except scipy.spatial.QhullError:
@@ -319,9 +322,7 @@ def _surfaces(bodies: Sequence[_Body]) -> _Surfaces:
     return _Surfaces(normals, levels, corners, np.arange(normals.shape[1]) < counts[:, None])
 
 
-def _one_moves(
-    pairs: tuple[Places, Places], fixed: npt.NDArray[np.bool_]
-) -> tuple[Places, Places]:
+def _one_moves(pairs: tuple[Places, Places], fixed: npt.NDArray[np.bool_]) -> tuple[Places, Places]:
     """Pairs of blocks of which at least one can move."""
     first, second = pairs
     apart = ~(fixed[first] & fixed[second])
@@ -381,6 +382,8 @@ def _some(pairs: tuple[Places, Places]) -> Iterator[tuple[Places, Places]]:
 
 def _largest_ball(surfaces: _Surfaces, pair: Sequence[int]) -> float:
     """Radius of the largest ball that lies in two blocks [m]; negative if they are apart."""
+    import scipy.optimize
+
     normals = surfaces.normals[pair].reshape(-1, SPACE)
     solved = scipy.optimize.linprog(
         [0.0, 0.0, 0.0, -1.0],
@@ -389,7 +392,7 @@ def _largest_ball(surfaces: _Surfaces, pair: Sequence[int]) -> float:
         bounds=[(None, None)] * 4,
         method="highs",
     )
-    return float(solved.x[-1]) if solved.status == 0 else -np.inf
+    return -np.inf if solved.x is None else float(solved.x[-1])
 
 
 def _find_joints(

@@ -164,9 +164,15 @@ class Companions:
         return order
 
     @property
+    def piled(self) -> bool:
+        """Whether the engine runs the lanes as stacks: columns of an assembly, too."""
+        of_assembly = self.lanes.assembly is not None and engine_class(self.engine).drums
+        return self.lanes.stacked or of_assembly
+
+    @property
     def scene(self) -> str:
         """The kind of scene, by which the factors of the error estimates are chosen."""
-        if self.lanes.stacked:
+        if self.piled:
             return STACK
         upright = isinstance(self.motions, UprightMotions)
         own = self.lanes.spatial or self.lanes.on_points or self.lanes.restitution_given or upright
@@ -190,7 +196,7 @@ class Companions:
         That is the swing below which a block rests. In a stack it moves the other blocks, too.
         """
         swing = getattr(self.settings, "rest_rotation_ratio", 0.0) * self.lanes.slenderness_angle
-        return np.asarray(swing * (STACK_REST if self.lanes.stacked else 1.0))
+        return np.asarray(swing * (STACK_REST if self.piled else 1.0))
 
     def uplift_floor(self, steps: Array | float) -> Array:
         """Error of an uplift time that is the same at every step setting [s], shape [lane].
@@ -312,7 +318,8 @@ def companion_settings(settings: Any, count: int, lanes: Lanes) -> Any:
     found = halve_step(settings, count)
     if count == 0 or not hasattr(found, "rest_rotation_ratio"):
         return found
-    stack = lanes.stacked and not lanes.spatial
+    # Of assemblies only columns, which run as stacks, have a rest rule.
+    stack = (lanes.stacked or lanes.assembly is not None) and not lanes.spatial
     part = STACK_RESTS**count if stack else 0.25 ** max(count, 0)
     ratio = min(max(part * found.rest_rotation_ratio, REST_RATIO_LEAST), REST_RATIO_MOST)
     return dataclasses.replace(found, rest_rotation_ratio=ratio)
@@ -366,19 +373,16 @@ def peaks_apart(one: Response, other: Response) -> Array:
     return np.where(as_columns(find_fallen(one) & find_fallen(other), gaps), 0.0, gaps)
 
 
-def find_branched_lanes(lanes: Lanes, before: Array, after: Array, tolerance: float) -> Mask:
+def find_branched_lanes(before: Array, after: Array, tolerance: float) -> Mask:
     """Stacks whose first two runs took different branches and the next two the same, shape [lane].
 
     That does not prove that the true motion takes this branch: a further run has to confirm it.
 
     Args:
-        lanes: The lanes.
         before: Difference of two runs / slenderness angle, NaN where it is not known.
         after: Difference of the finer of these and a still finer run / slenderness angle.
         tolerance: Difference that matters.
     """
-    if not lanes.stacked:
-        return np.zeros(len(after), dtype=np.bool_)
     return np.asarray((before > tolerance) & (before > BRANCHES * after) & np.isfinite(before))
 
 

@@ -454,7 +454,7 @@ class _Known:
         refined = np.isfinite(shrunk)
         small = largest(np.abs(after["peak_rotation"]) / angle) < SMALL
         # Of two runs; a stack has swings of all sizes.
-        unknown = np.where(small | self.case.lanes.stacked, SLOWEST, full)
+        unknown = np.where(small | self.case.piled, SLOWEST, full)
         # What is seen beyond an order above the first counts half.
         most = FASTEST if self.order > 1 else full
         seen = np.minimum(shrunk, np.sqrt(np.minimum(shrunk, most) * full))
@@ -470,7 +470,7 @@ class _Known:
         ratio = largest(self.errors["rotation"][lanes] / angle)
         likely = largest(share * np.sqrt(self.squares["rotation"][lanes]) / angle)
         differ = find_parted_lanes(before, after)
-        branched = find_branched_lanes(self.case.lanes, self.before[lanes], apart, self.tolerance)
+        branched = self.case.piled & find_branched_lanes(self.before[lanes], apart, self.tolerance)
         met = ~differ & ~branched & (ratio <= self.tolerance)
         # At best the error goes on to shrink as it did, at least as of a first order.
         hope = np.where(refined, np.maximum(rate, 2.0), full)

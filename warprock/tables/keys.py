@@ -15,10 +15,12 @@ def print_keys(found: Sequence[Section]) -> None:
     for section in found:
         out.print(f"{section.title}  {section.text}", style="bold", highlight=False)
         width = max(len(row.key) for row in section.keys) + 4
+        lines = []
         for row in section.keys:
             unit = "" if row.unit == "-" else f" [{row.unit}]"
             text = f"{row.text}{unit}; {facts(row)}"
-            lines = textwrap.wrap(text, max(40, out.width - width - 1))
-            for name, line in zip([f"  {row.key}", *([""] * len(lines))], lines, strict=False):
-                out.print(f"{name:<{width}}{line}", highlight=False, soft_wrap=True)
-        out.print()
+            broken = textwrap.wrap(text, max(40, out.width - width - 1))
+            names = (f"  {row.key}", *("" for _ in broken))
+            lines += [f"{name:<{width}}{line}\n" for name, line in zip(names, broken, strict=False)]
+        # A call a table: Rich takes longer for the call than for the lines.
+        out.print("".join(lines), highlight=False, soft_wrap=True)
