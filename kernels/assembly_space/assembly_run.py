@@ -194,7 +194,8 @@ def run_lanes(
     lane, _one = wp.tid()
     dt, zero = real(knobs.time_steps[lane]), real(0.0)
     rate = real(1.0) / dt
-    count, joints = laid.sizes[lane, 0], laid.sizes[lane, 1]
+    count = int(laid.sizes[lane, 0])
+    joints = int(laid.sizes[lane, 1])
     room = laid.contacts.shape[1] // 2
     samples = sample_times.shape[0]
     end = sample_times[samples - 1]

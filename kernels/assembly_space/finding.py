@@ -216,7 +216,8 @@ def list_pairs(laid: Laid, lane: int, near: Near) -> Near:
 
     Joints come in the order of their blocks, too, but for those on the ground, which come last.
     """
-    count, joints = laid.sizes[lane, 0], laid.sizes[lane, 1]
+    count = int(laid.sizes[lane, 0])
+    joints = int(laid.sizes[lane, 1])
     room = laid.pairs.shape[1] // 2
     half = wp.where(near.half == 0, room, 0)
     found, old = int(0), int(0)

@@ -406,7 +406,8 @@ def meet(laid: Laid, lane: int, a: int, b: int, range_: real) -> Met:
     if found.gap > range_:
         found.how = NONE
     elif found.how == 2:
-        line_a, line_b = found.own, found.other
+        line_a = int(found.own)
+        line_b = int(found.other)
         found.own = edge_along(laid, lane, a, line_a, found.normal)
         found.other = edge_along(laid, lane, b, line_b, -found.normal)
     elif found.how == 0:
