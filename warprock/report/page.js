@@ -467,7 +467,7 @@
     this.corners().forEach((corners, k) => {
       const block = this.lane.blocks[k];
       const high = Math.max(...corners.map((corner) => corner[2]));
-      if (block.fixed && high <= level + 1e-6 * this.tall) return;
+      if (block.fixed && high <= level + this.lane.length) return;
       const points = corners.map(put);
       block.f.forEach((face) => {
         const side = face.map((c) => points[c]);
@@ -541,10 +541,11 @@
       const curves = moving.map((block) => block.r.map((v) => (v * lane.angle * 180) / Math.PI));
       panels[0] = { title: "rotations of the blocks [deg]", curves: curves };
     }
-    const along = lane.rise ? "base acceleration along x [m/s²]" : "base acceleration [m/s²]";
+    const along = lane.rise || lane.sway ? "base acceleration along x [m/s²]" : "base acceleration [m/s²]";
     if (shaken) panels.push({ title: along, curves: [lane.acc.map((v) => v * lane.rate)] });
+    if (lane.sway) panels.push({ title: "base acceleration along y [m/s²]", curves: [lane.sway.map((v) => v * lane.rate)] });
     if (lane.rise) panels.push({ title: "base acceleration upwards [m/s²]", curves: [lane.rise.map((v) => v * lane.rate)] });
-    const tall = [128, 86, 86];
+    const tall = [128, 86, 86, 86];
     const height = panels.reduce((sum, _, k) => sum + tall[k], 0) + 26;
     [this.width, this.left, this.right] = [width, 46, width - 8];
     svg.setAttribute("viewBox", "0 0 " + width + " " + height);

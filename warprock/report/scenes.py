@@ -48,18 +48,15 @@ INTERVAL = 0.01
 """Time between samples where the case says nothing of it [s]."""
 
 
-def scenes_of(run: CaseRun) -> dict[str, Any] | None:
+def scenes_of(run: CaseRun) -> dict[str, Any]:
     """The lanes of a run that a page plays, run again with histories.
 
     Args:
         run: The run.
 
     Returns:
-        `note`, which lanes these are and why, and `lanes`, ready for JSON; None of assemblies in
-        space, which no page plays.
+        `note`, which lanes these are and why, and `lanes`, ready for JSON.
     """
-    if run.lane_set.scene.assembly and run.lane_set.scene.spatial:
-        return None
     table, facts = lane_table(run.lane_set, run.response), provenance(run)
     shown = dataclasses.replace(run, case=sampled(run.case))
     chosen = choose(table, _most(shown.case))
@@ -242,6 +239,7 @@ def scene(
     blocks = [f"_{k}" for k in range(1, 10) if f"width_{k}_m" in row] or [""]
     base = {axis: _column(shown, f"base_{axis}_m") for axis in "xyz"}
     acceleration = _column(shown, "base_acceleration_m_s2")
+    sway = _column(shown, "base_acceleration_y_m_s2")
     rise = _column(shown, "base_acceleration_z_m_s2")
     if fixed is None or outlines is None:
         parts = [_block(shown, row, number) for number in blocks]
@@ -253,7 +251,7 @@ def scene(
     paths = [m.path[: len(history)][::stride] for m in _movers(held) if m.path is not None]
     places = [part[axis] for part in parts for axis in "xyz"]
     length = _unit([*places, *base.values(), *ground.values(), *paths])
-    angle, rate = _unit([part["r"] for part in parts]), _unit([acceleration, rise])
+    angle, rate = _unit([part["r"] for part in parts]), _unit([acceleration, sway, rise])
     outcome = f"{row['outcome']}, {row['status']}".replace("_", " ")
     about = f"Outcome and status: {outcome}."
     if why:
@@ -299,6 +297,7 @@ def scene(
         **({"ground": {a: _whole(v, length) for a, v in ground.items()}} if ground else {}),
         **(_held(held, stride, length, len(times)) if held else {}),
         "acc": _whole(acceleration, rate),
+        **({"sway": _whole(sway, rate)} if sway.any() else {}),
         **({"rise": _whole(rise, rate)} if rise.any() else {}),
     }
 
