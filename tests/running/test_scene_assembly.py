@@ -79,3 +79,58 @@ def test_explain_says_how_large_and_how_long_a_large_run_is():
 def test_limit_analysis_declines_what_is_large():
     with pytest.raises(InputError, match="at most 500 for limit analysis; `run` takes more"):
         wr.limit(wr.Case.from_dict(wall(28)), progress=False)
+
+
+@pytest.fixture(scope="module")
+def fallen():
+    """A wall of two courses that a table tilts to its front, followed onto the ground."""
+    laid = {"pattern": "wall", "block_length": "0.4 m", "block_height": "0.2 m", "blocks": 1}
+    tables = {
+        "model": "spatial",
+        "assembly": laid | {"courses": 2, "density": "2000 kg/m^3", "depth": "0.2 m"},
+        "motion": {"waveform": "tilt", "tilt_rate": "20 deg/s", "direction": "90 deg"},
+        "run": {"duration": "2 s"},
+        "engines": {"assembly": {"after_collapse": "1 s"}},
+    }
+    return wr.run(wr.Case.from_dict(CASE | tables), progress=False)
+
+
+def test_a_scene_shows_blocks_in_space_from_where_they_stood_to_the_ground(fallen):
+    kind = fallen.found.lane_set.lanes.assembly.of(0)
+    motion = scene_motion(fallen.found, 0, 0.05)
+    assert motion.spatial
+    assert motion.fixed == 1
+    order = np.argsort(kind.fixed, kind="stable")
+    corners = motion.corners_in_space()
+    assert corners[:, 0] == pytest.approx(kind.corners[order], abs=1e-4)
+    # Faces look outwards wherever a block is: their normals lead away from its middle.
+    for block, faces in enumerate(motion.faces):
+        for face in faces:
+            a, b, c = (corners[block, -1, corner] for corner in face[:3])
+            assert np.cross(b - a, c - b) @ (a - motion.position[block, -1]) > 0.0
+    # A wall that falls to its front lies there, a quarter of a turn and more from upright.
+    assert motion.ratio[:-1, -1].min() > 60.0
+    assert corners[:-1, -1, :, 1].mean() > 0.1
+    assert corners[..., 2][:-1].min() > kind.ground - 0.01
+
+
+def test_a_page_plays_blocks_in_space(fallen):
+    (lane,) = fallen.scenes()["lanes"]
+    assert lane["spatial"]
+    assert lane["assembly"] == 1
+    assert [len(block["f"]) for block in lane["blocks"]] == [6] * len(lane["blocks"])
+    assert [("q" in block, block.get("fixed", 0)) for block in lane["blocks"]] == [
+        *[(True, 0)] * (len(lane["blocks"]) - 1),
+        (False, 1),
+    ]
+    # The base accelerates along y alone, and the plate reaches below what has fallen.
+    assert len(set(lane["sway"])) > 1
+    assert len(set(lane["acc"])) == 1
+    away = max(abs(place) for block in lane["blocks"] for place in block["y"]) * lane["length"]
+    assert lane["plate"] >= away
+
+
+def test_a_fallen_wall_in_space_is_told_beside_limit_analysis(fallen):
+    """To the front, where the table sinks: at thickness over height."""
+    text = " ".join(fallen.finding.sentences)
+    assert "a steady sideways load of 0.500 of the weight (a tilt of 26.6 deg) brings it" in text

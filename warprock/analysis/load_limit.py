@@ -491,11 +491,13 @@ def collapse_beside(run: CaseRun) -> tuple[int, Collapse] | None:
     kind = own.of(lane)
     if kind.count > MOST_BLOCKS:
         return None
-    if TILT in run.lane_set.inputs:
-        rate = float(run.lane_set.inputs[TILT].iloc[lane])
-        return lane, collapse_load(kind, np.pi * (rate < 0.0))
+    inputs = run.lane_set.inputs
+    if TILT in inputs:
+        back = np.pi * (float(inputs[TILT].iloc[lane]) < 0.0)
+        turn = np.deg2rad(float(inputs[DIRECTION].iloc[lane])) if DIRECTION in inputs else 0.0
+        return lane, collapse_load(kind, (turn + back) % (2.0 * np.pi))
     return lane, weaker_collapse(kind)
 
 
-TILT = "tilt_rate_deg_s"
-"""Column of the rate of a tilting table."""
+TILT, DIRECTION = "tilt_rate_deg_s", "direction_deg"
+"""Columns of the rate of a tilting table and of the direction to which it sinks in space."""

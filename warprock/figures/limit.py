@@ -92,8 +92,9 @@ def draw_collapse(run: CaseRun) -> list[Drawing]:
     time = float(run.response["collapse_time"][lane])
     with style():
         across = ACROSS if collapse.stands else 1
+        flat = not collapse.assembly.spatial
         figure, panels = subplots(
-            1, across, (PANEL[0] * across, PANEL[1]), sharex=True, sharey=True
+            1, across, (PANEL[0] * across, PANEL[1]), sharex=flat, sharey=flat
         )
         own, *limits = panels.flat
         _draw_moved(own, collapse, state)
@@ -125,6 +126,9 @@ def _draw_moved(axes: Axes, collapse: Collapse, state: npt.NDArray[np.int64]) ->
     from matplotlib.collections import PolyCollection
 
     assembly = collapse.assembly
+    if isinstance(assembly, SpatialAssembly):
+        _draw_moved_in_space(axes, collapse, assembly, state)
+        return
     for blocks, face in ((assembly.fixed, PALE), (~assembly.fixed, STONE)):
         drawn = PolyCollection([*assembly.corners[blocks]], facecolor=face, edgecolor=GREY)
         axes.add_collection(drawn)
@@ -136,6 +140,37 @@ def _draw_moved(axes: Axes, collapse: Collapse, state: npt.NDArray[np.int64]) ->
             named = label if place == 0 else None
             axes.plot(*line.T, color=color, linewidth=width, zorder=3, label=named)
     _frame(axes)
+
+
+def _draw_moved_in_space(
+    axes: Axes,
+    collapse: Collapse,
+    assembly: SpatialAssembly,
+    state: npt.NDArray[np.int64],
+) -> None:
+    """The same of an assembly in space: joints by the outlines of their polygons."""
+    view = _view(collapse)
+    colours = np.where(assembly.fixed, PALE, STONE)
+    for chosen in (assembly.fixed, ~assembly.fixed):
+        own = np.flatnonzero(chosen)
+        faces = [assembly.faces[place] for place in own]
+        view.draw(axes, assembly.corners[own], faces, colours[own].tolist())
+    joints = assembly.joints
+    for sort, color, width, label in (
+        (JointState.SLID, BLUE, 2.2, "joint that slid"),
+        (JointState.OPENED, VERMILION, 1.0, "joint that opened"),
+    ):
+        for number, place in enumerate(np.flatnonzero((state & sort) > 0)):
+            corners = joints.ends[place, : joints.end_count[place]]
+            line = view.seen(np.concatenate([corners, corners[:1]]))
+            named = label if number == 0 else None
+            axes.plot(*line.T, color=color, linewidth=width, zorder=3, label=named)
+    view.frame(axes, assembly.corners)
+
+
+def _view(collapse: Collapse) -> SolidView:
+    """A view from where the mechanism does not fall away."""
+    return SolidView(BEHIND if np.sin(collapse.direction) > 0.5 else BEFORE)
 
 
 def _name(collapse: Collapse, lane: int) -> str:
@@ -172,7 +207,7 @@ def _draw(axes: Axes, collapse: Collapse) -> None:
 
 def _draw_in_space(axes: Axes, collapse: Collapse, assembly: SpatialAssembly) -> None:
     """An assembly in space as its mechanism moves it, seen from where it does not fall away."""
-    view = SolidView(BEHIND if np.sin(collapse.direction) > 0.5 else BEFORE)
+    view = _view(collapse)
     scale = MOVED * float(assembly.size.max())
     every = np.arange(assembly.count)
     moved = assembly.corners + scale * collapse.moved(every, assembly.corners)

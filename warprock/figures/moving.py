@@ -15,6 +15,7 @@ import numpy.typing as npt
 from warprock.figures.held import HeldView
 from warprock.figures.palette import DARK, FALLEN, GREY, PALE, SERIES
 from warprock.figures.sheet import style
+from warprock.figures.solid_view import SolidView
 from warprock.model.hull import lower_hull
 from warprock.model.tie_states import TieState
 from warprock.model.words import ASSEMBLY, BLOCK
@@ -185,7 +186,9 @@ class _View:
         ]
         for patch in (*self.slabs, *self.blocks):
             axes.add_patch(patch)
-        if motion.fixed:
+        if motion.faces:
+            self.blocks = [_solids(axes)]
+        elif motion.fixed:
             self.blocks = [_assembled(axes, motion, self.corners)]
         self.marks = axes.plot([], [], color=GREY, linewidth=0.8, zorder=0.5)[0]
         self.pin = axes.plot([], [], color=FALLEN, linewidth=1.6, zorder=1.5)[0]
@@ -228,7 +231,8 @@ class _View:
             low = high - self.slab
             return np.array([(left, low), (right, low), (right, high), (left, high)]) + base[[0, 2]]
         flat = np.array([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0)])
-        return self._seen(flat * self.reach + base - np.array([0.0, 0.0, below]))
+        level = np.array([0.0, 0.0, self.motion.floor - below])
+        return self._seen(flat * self.reach + base + level)
 
     def _show_support(self, sample: int) -> None:
         """Puts the ground below a support in place, and what is between them."""
@@ -275,6 +279,9 @@ class _View:
         self._show_support(sample)
         self.held.show(sample)
         self._show_ground(sample)
+        if self.motion.faces:
+            self._show_solids(sample)
+            return
         if self.motion.fixed:
             self.blocks[0].set_verts([*self.corners[:, sample]])
             return
@@ -302,6 +309,19 @@ class _View:
                 patch.set_facecolor(_shaded(SERIES[block % len(SERIES)], 0.55 + 0.45 * near))
                 patch.set_zorder(2.0 + 0.001 * float(self._depth(points.mean(axis=0))) + block)
 
+    def _show_solids(self, sample: int) -> None:
+        """Puts the blocks of an assembly in space in place, but for what lies below its ground."""
+        motion, here = self.motion, self.corners[:, sample]
+        level = float(self.base[sample, 2]) + motion.floor + 1e-6 * motion.tall
+        moving = np.arange(len(here)) < len(here) - motion.fixed
+        shown = np.flatnonzero(moving | (here[..., 2].max(axis=1) > level))
+        colours = [SERIES[0] if moving[block] else PALE for block in shown]
+        faces = [motion.faces[block] for block in shown]
+        view = SolidView(AZIMUTH, ELEVATION)
+        polygons, shades = view.faces(here[shown], faces, colours)
+        self.blocks[0].set_verts(polygons)
+        self.blocks[0].set_facecolor(shades)
+
     def _show_ground(self, sample: int) -> None:
         """Marks of the ground, every tenth or so of the picture, and how far the base has gone."""
         half = max(self.reach, *np.abs(self.motion.span))
@@ -321,7 +341,7 @@ class _View:
             self.pin.set_data([base[0], base[0]], [base[2] + self.motion.floor, level])
             return
         far = np.stack([np.full_like(places, -self.reach), np.full_like(places, self.reach)])
-        deep = np.full_like(far, -self.depth)
+        deep = np.full_like(far, self.motion.floor - self.depth)
         lines = self._seen(np.stack([np.tile(places, (2, 1)), far, deep], axis=-1))
         gaps = np.full((1, len(places), 2), np.nan)
         drawn = np.concatenate([lines, gaps]).transpose(1, 0, 2).reshape(-1, 2)
@@ -336,6 +356,14 @@ def _assembled(axes: Axes, motion: SceneMotion, corners: Array) -> Any:
 
     colours = [SERIES[0]] * (len(corners) - motion.fixed) + [PALE] * motion.fixed
     blocks = PolyCollection([*corners[:, 0]], facecolors=colours, edgecolors="black", zorder=2.0)
+    return axes.add_collection(blocks, autolim=False)
+
+
+def _solids(axes: Axes) -> Any:
+    """The faces of the blocks of an assembly in space, put in place a sample."""
+    from matplotlib.collections import PolyCollection
+
+    blocks = PolyCollection([], edgecolors="black", zorder=2.0)
     return axes.add_collection(blocks, autolim=False)
 
 

@@ -30,11 +30,12 @@ class SolidView:
 
     Args:
         azimuth: Where the reader stands [rad], from +x about the vertical towards +y.
+        elevation: How far above the horizon [rad].
     """
 
-    def __init__(self, azimuth: float) -> None:
+    def __init__(self, azimuth: float, elevation: float = ELEVATION) -> None:
         """Sets up the axes of the picture."""
-        c, s, up = np.cos(azimuth), np.sin(azimuth), ELEVATION
+        c, s, up = np.cos(azimuth), np.sin(azimuth), elevation
         self._axes = np.array([[-s, c, 0.0], [-np.sin(up) * c, -np.sin(up) * s, np.cos(up)]])
         self._near = np.array([np.cos(up) * c, np.cos(up) * s, np.sin(up)])
 
@@ -49,16 +50,27 @@ class SolidView:
         faces: Sequence[Sequence[Face]],
         colours: Sequence[str],
     ) -> None:
-        """Draws blocks, those that are farther away first.
+        """Draws blocks; see `faces`."""
+        from matplotlib.collections import PolyCollection
+
+        polygons, shades = self.faces(corners, faces, colours)
+        blocks = PolyCollection(polygons, facecolors=shades, edgecolors=GREY, linewidths=0.6)
+        axes.add_collection(blocks)
+
+    def faces(
+        self, corners: Array, faces: Sequence[Sequence[Face]], colours: Sequence[str]
+    ) -> tuple[list[Array], list[tuple[float, ...]]]:
+        """Faces of blocks that the reader sees, those that are farther away first.
 
         Args:
-            axes: Where.
             corners: Corners of the blocks [m], shape [block, corner, 3].
             faces: Of every block and face the numbers of its corners, counterclockwise from
                 outside.
             colours: Of the blocks.
+
+        Returns:
+            Their corners in the picture, and their colours in the light that falls on them.
         """
-        from matplotlib.collections import PolyCollection
         from matplotlib.colors import to_rgb
 
         drawn = []
@@ -73,13 +85,7 @@ class SolidView:
                     shade = tuple(light * part for part in to_rgb(colour))
                     drawn.append((float(polygon.mean(axis=0) @ self._near), polygon, shade))
         drawn.sort(key=lambda each: each[0])
-        blocks = PolyCollection(
-            [self.seen(polygon) for _, polygon, _ in drawn],
-            facecolors=[shade for _, _, shade in drawn],
-            edgecolors=GREY,
-            linewidths=0.6,
-        )
-        axes.add_collection(blocks)
+        return [self.seen(polygon) for _, polygon, _ in drawn], [shade for _, _, shade in drawn]
 
     def frame(self, axes: Axes, corners: Array) -> None:
         """Fits the picture to blocks and draws the axes of space beside them."""

@@ -329,7 +329,7 @@
     this.tall = lane.tall || lane.blocks.reduce((sum, block) => sum + block.h, 0);
     this.wide = Math.max(...lane.blocks.map((block) => Math.max(block.w, lane.spatial ? block.d : 0)));
     // What is fixed of an assembly is drawn as it is.
-    this.plate = lane.assembly ? 0 : 0.5 * Math.max(2.2 * this.wide, 0.5 * this.tall);
+    this.plate = lane.assembly ? lane.plate || 0 : 0.5 * Math.max(2.2 * this.wide, 0.5 * this.tall);
     const span = lane.span || [0, 0];
     this.plates = [Math.min(-this.plate, span[0]), Math.max(this.plate, span[1])];
     this.thick = 0.07 * this.tall;
@@ -388,7 +388,7 @@
     const s = this.plate;
     const [left, right] = this.plates;
     const slab = (at, down) => lane.spatial
-      ? [[-s, -s], [s, -s], [s, s], [-s, s]].map((c) => put([at[0] + c[0], at[1] + c[1], at[2] - down]))
+      ? [[-s, -s], [s, -s], [s, s], [-s, s]].map((c) => put([at[0] + c[0], at[1] + c[1], at[2] + (lane.floor || 0) - down]))
       : [[left, 0], [right, 0], [right, -this.thick], [left, -this.thick]].map((c) => put([at[0] + c[0], 0, at[2] + c[1] + (lane.floor || 0) - down]));
     const line = (ends, kind) => make("line", { x1: ends[0][0], y1: ends[0][1], x2: ends[1][0], y2: ends[1][1], class: kind }, svg);
     const top = slab(base, 0);
@@ -420,7 +420,8 @@
       else if (part.look === "column") polygon(points, { class: "block", fill: COLORS[0], stroke: COLORS[0] });
       else if (part.look === "beam") polygon(points, { class: "beam" });
     });
-    this.corners().forEach((corners, k) => {
+    if (lane.assembly && lane.spatial) this.drawSolids(put, polygon, shape, base[2] + lane.floor);
+    else this.corners().forEach((corners, k) => {
       const points = corners.map(put);
       const color = COLORS[k % COLORS.length];
       if (lane.blocks[k].p) {
@@ -459,6 +460,27 @@
   };
 
   // The ground that stays where it is, with a scale, and the time.
+  // The blocks of an assembly in space: faces that the reader sees, those farther away first. What is
+  // fixed below the ground is not shown.
+  Player.prototype.drawSolids = function (put, polygon, shape, level) {
+    const shown = [];
+    this.corners().forEach((corners, k) => {
+      const block = this.lane.blocks[k];
+      const high = Math.max(...corners.map((corner) => corner[2]));
+      if (block.fixed && high <= level + this.lane.length) return;
+      const points = corners.map(put);
+      block.f.forEach((face) => {
+        const side = face.map((c) => points[c]);
+        const turns = side.reduce((sum, p, i) => sum + p[0] * side[(i + 1) % side.length][1] - p[1] * side[(i + 1) % side.length][0], 0);
+        // Upwards in the picture is downwards in its coordinates.
+        if (turns < 0) shown.push([side.reduce((sum, p) => sum + p[2], 0) / side.length, side, block.fixed]);
+      });
+    });
+    shown.sort((a, b) => b[0] - a[0]);
+    shown.forEach(([, side, fixed]) =>
+      polygon(side, fixed ? { class: "base" } : { class: shape + " solid", fill: COLORS[0], stroke: COLORS[0] }));
+  };
+
   Player.prototype.drawGround = function (off) {
     const svg = this.scene;
     const [width, height] = this.size;
@@ -519,10 +541,11 @@
       const curves = moving.map((block) => block.r.map((v) => (v * lane.angle * 180) / Math.PI));
       panels[0] = { title: "rotations of the blocks [deg]", curves: curves };
     }
-    const along = lane.rise ? "base acceleration along x [m/s²]" : "base acceleration [m/s²]";
+    const along = lane.rise || lane.sway ? "base acceleration along x [m/s²]" : "base acceleration [m/s²]";
     if (shaken) panels.push({ title: along, curves: [lane.acc.map((v) => v * lane.rate)] });
+    if (lane.sway) panels.push({ title: "base acceleration along y [m/s²]", curves: [lane.sway.map((v) => v * lane.rate)] });
     if (lane.rise) panels.push({ title: "base acceleration upwards [m/s²]", curves: [lane.rise.map((v) => v * lane.rate)] });
-    const tall = [128, 86, 86];
+    const tall = [128, 86, 86, 86];
     const height = panels.reduce((sum, _, k) => sum + tall[k], 0) + 26;
     [this.width, this.left, this.right] = [width, 46, width - 8];
     svg.setAttribute("viewBox", "0 0 " + width + " " + height);

@@ -15,15 +15,17 @@ from warprock.case.case import Case
 from warprock.case.lanes import LaneSet
 from warprock.findings.lanes import lane_name, peak_ratio
 from warprock.findings.lanes import standing as upright
+from warprock.model.assembly import SPACE
 from warprock.model.base_path import base_places
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.response import Response
+from warprock.model.solids import Face, SpatialAssembly
 from warprock.model.tie_states import TieState
 from warprock.model.words import ASSEMBLY, BLOCK
 from warprock.running.case_run import CaseRun, run_lanes
 from warprock.running.lane_table import first_break, history_table, lane_pose, lane_table
 from warprock.running.provenance import provenance
-from warprock.running.scene_motion import last_move
+from warprock.running.scene_motion import last_move, turned_by
 from warprock.running.scene_parts import TIE_WORDS, Mover, Part, scene_parts, standing
 
 Array = npt.NDArray[np.float64]
@@ -78,6 +80,10 @@ def scenes_of(run: CaseRun) -> dict[str, Any]:
 
 def outlines_of(lanes: Lanes, lane: int) -> list[list[list[float]]] | None:
     """Corners of each block from its centre of mass [m]; None where all are boxes."""
+    if lanes.assembly is not None and lanes.spatial:
+        kind = lanes.assembly.of(lane)
+        arms = np.round(kind.corners - kind.centre[:, None], 6)
+        return [arms[k].tolist() for k in np.argsort(kind.fixed, kind="stable")]
     if lanes.assembly is not None:
         # Those that can move first, as histories have them, then what is fixed.
         kind = lanes.assembly.of(lane)
@@ -106,14 +112,18 @@ class Surroundings(NamedTuple):
     Attributes:
         parts: What holds the block.
         ground: Displacement of the ground below a support [m], shape [sample, 3]; None without.
-        fixed: Centres of the blocks of an assembly that move with the base [m], shape [block, 2].
+        fixed: Centres of the blocks of an assembly that move with the base [m], shape [block, 2],
+            in space [block, 3].
         floor: Level of the ground on which it falls [m].
+        faces: Of the blocks of an assembly in space the corners of each face, counterclockwise from
+            outside.
     """
 
     parts: Sequence[Part] = ()
     ground: Array | None = None
     fixed: Array | None = None
     floor: float = 0.0
+    faces: Sequence[Sequence[Face]] = ()
 
 
 def surroundings_of(lane_set: LaneSet, lane: int, response: Response, row: int) -> Surroundings:
@@ -129,7 +139,10 @@ def surroundings_of(lane_set: LaneSet, lane: int, response: Response, row: int) 
     below = None if ground is None else base_places(ground, lane, response.times)
     if lane_set.lanes.assembly is not None:
         kind = lane_set.lanes.assembly.of(lane)
-        return Surroundings(ground=below, fixed=kind.centre[kind.fixed], floor=kind.ground)
+        faces: list[Sequence[Face]] = []
+        if isinstance(kind, SpatialAssembly):
+            faces = [kind.faces[k] for k in np.argsort(kind.fixed, kind="stable")]
+        return Surroundings((), below, kind.centre[kind.fixed], kind.ground, faces)
     if lane_set.lanes.hold is None:
         return Surroundings(ground=below)
     pose, broke = lane_pose(response, row), first_break(response, row)
@@ -219,13 +232,14 @@ def scene(
     fixed = None if beside is None else beside.fixed
     samples = SAMPLES
     if fixed is not None and outlines is not None:
-        each = 3 * len(outlines)
+        each = (8 if beside is not None and beside.faces else 3) * len(outlines)
         samples = max(min(SAMPLES, NUMBERS // each), min(LEAST, MANY_NUMBERS // each), FEWEST)
     stride = -(-(len(history) - 1) // samples) if len(history) > samples + 1 else 1
     shown = history.iloc[::stride].reset_index(drop=True)
     blocks = [f"_{k}" for k in range(1, 10) if f"width_{k}_m" in row] or [""]
     base = {axis: _column(shown, f"base_{axis}_m") for axis in "xyz"}
     acceleration = _column(shown, "base_acceleration_m_s2")
+    sway = _column(shown, "base_acceleration_y_m_s2")
     rise = _column(shown, "base_acceleration_z_m_s2")
     if fixed is None or outlines is None:
         parts = [_block(shown, row, number) for number in blocks]
@@ -237,7 +251,7 @@ def scene(
     paths = [m.path[: len(history)][::stride] for m in _movers(held) if m.path is not None]
     places = [part[axis] for part in parts for axis in "xyz"]
     length = _unit([*places, *base.values(), *ground.values(), *paths])
-    angle, rate = _unit([part["r"] for part in parts]), _unit([acceleration, rise])
+    angle, rate = _unit([part["r"] for part in parts]), _unit([acceleration, sway, rise])
     outcome = f"{row['outcome']}, {row['status']}".replace("_", " ")
     about = f"Outcome and status: {outcome}."
     if why:
@@ -265,7 +279,7 @@ def scene(
         "dt": float(f"{times[1] - times[0]:.9g}") if len(times) > 1 else 1.0,
         "spatial": spatial,
         **({} if end is None else {"fell": end}),
-        **({} if beside is None or fixed is None else _extent(parts, base["x"], beside.floor)),
+        **({} if beside is None or fixed is None else _extent(parts, base, beside.floor)),
         "length": length,
         "angle": angle,
         "rate": rate,
@@ -273,6 +287,7 @@ def scene(
         "blocks": [
             {name: part[name] for name in ("w", "h", "d", "alpha", "fixed") if name in part}
             | ({} if outlines is None else {"p": outlines[k]})
+            | ({"f": beside.faces[k]} if beside is not None and beside.faces else {})
             | {"r": _whole(part["r"], angle)}
             | {axis: _whole(part[axis], length) for axis in "xyz"}
             | ({"q": [_whole(q, 1.0 / DIGITS) for q in part["q"]]} if "q" in part else {})
@@ -282,6 +297,7 @@ def scene(
         **({"ground": {a: _whole(v, length) for a, v in ground.items()}} if ground else {}),
         **(_held(held, stride, length, len(times)) if held else {}),
         "acc": _whole(acceleration, rate),
+        **({"sway": _whole(sway, rate)} if sway.any() else {}),
         **({"rise": _whole(rise, rate)} if rise.any() else {}),
     }
 
@@ -342,30 +358,41 @@ def _assembled(
     history = history.copy(deep=False)
     history.attrs = {}
     for k, outline in enumerate(outlines):
-        width, _, height = np.ptp(np.array(outline), axis=0).tolist()
+        width, depth, height = np.ptp(np.array(outline), axis=0).tolist()
         # No rotation of a single block says how near an assembly is to its collapse.
-        found: dict[str, Any] = {"w": width, "h": height, "d": 0.0, "alpha": [HALF_TURN] * 2}
+        found: dict[str, Any] = {"w": width, "h": height, "d": depth, "alpha": [HALF_TURN] * 2}
         if k < moving:
+            found |= {axis: _column(history, f"{axis}_{k + 1}_m") for axis in "xyz"}
             found["r"] = _column(history, f"turn_{k + 1}_rad")
-            found |= {axis: _column(history, f"{axis}_{k + 1}_m") for axis in "xz"}
+            if fixed.shape[1] == SPACE:
+                found["q"] = [_column(history, f"attitude_{part}_{k + 1}") for part in "xyzw"]
+                found["r"] = turned_by(np.stack(found["q"], axis=-1))
         else:
-            x, z = fixed[k - moving]
-            found |= {"r": still, "x": base["x"] + x, "z": base["z"] + z, "fixed": 1}
-        parts.append(found | {"y": still})
+            place = fixed[k - moving]
+            place = place if len(place) == SPACE else np.insert(place, 1, 0.0)
+            found |= {axis: base[axis] + at for axis, at in zip("xyz", place, strict=True)}
+            found |= {"r": still, "fixed": 1}
+        parts.append(found)
     return parts
 
 
 HALF_TURN = 0.5 * math.pi
 
 
-def _extent(parts: Sequence[Mapping[str, Any]], base: Array, floor: float) -> dict[str, Any]:
+def _extent(
+    parts: Sequence[Mapping[str, Any]], base: Mapping[str, Array], floor: float
+) -> dict[str, Any]:
     """Height of an assembly at the start, how far its blocks come along its base, ground [m]."""
     high = max(part["z"][0] + 0.5 * part["h"] for part in parts)
     low = min(part["z"][0] - 0.5 * part["h"] for part in parts)
-    away = np.array([part["x"] - base for part in parts])
+    away = np.array([part["x"] - base["x"] for part in parts])
     half = 0.5 * np.array([[part["w"]] for part in parts])
     span = [float(np.nanmin(away - half)), float(np.nanmax(away + half))]
-    return {"assembly": 1, "tall": float(high - low), "span": span, "floor": floor}
+    found = {"assembly": 1, "tall": float(high - low), "span": span, "floor": floor}
+    if any("q" in part for part in parts):
+        across = np.array([np.abs(part["y"] - base["y"]) + 0.5 * part["d"] for part in parts])
+        found["plate"] = max(float(np.nanmax(across)), *np.abs(span))
+    return found
 
 
 def _block(history: pd.DataFrame, row: pd.Series[Any], number: str) -> dict[str, Any]:

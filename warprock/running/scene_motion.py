@@ -18,12 +18,14 @@ from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.load import build_case
 from warprock.errors import InputError
+from warprock.model.assembly import SPACE
 from warprock.model.base_path import base_places
 from warprock.model.hull import hull_surface
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.pose import quaternion
 from warprock.model.ratios import rotation_ratio
 from warprock.model.response import HISTORIES, Outcome, Response
+from warprock.model.solids import Face, SpatialAssembly
 from warprock.model.turning import rotate
 from warprock.reading import require_plain
 from warprock.running.case_run import CaseRun, require_options, require_support, run_lane
@@ -68,6 +70,8 @@ class SceneMotion:
             lanes. The ratios of an assembly are rotations in degrees.
         floor: Level of the ground on which an assembly falls, which moves with its base [m].
         goes_on: Whether an assembly that collapsed was followed to the end of its run.
+        faces: Of the blocks of an assembly in space the corners of each face, counterclockwise from
+            outside; empty of all others.
     """
 
     name: str
@@ -86,6 +90,7 @@ class SceneMotion:
     fixed: int = 0
     floor: float = 0.0
     goes_on: bool = False
+    faces: tuple[tuple[Face, ...], ...] = ()
 
     @property
     def tall(self) -> float:
@@ -110,6 +115,7 @@ class SceneMotion:
         """The sample of the largest rotation by less than `FALLING`, else of the largest."""
         size = np.abs(self.ratio).max(axis=0)
         leans = np.rad2deg(np.abs(2.0 * np.arctan2(self.attitude[..., 1], self.attitude[..., 3])))
+        leans = self.ratio if self.faces else leans
         up = leans.max(axis=0) < FALLING
         return int(np.argmax(np.where(up, size, -1.0))) if up.any() else int(np.argmax(size))
 
@@ -290,6 +296,8 @@ def _assembly_motion(run: CaseRun, case: Case, lane: int, response: Response) ->
     base = base_places(run.lane_set.motions, lane, response.times)
     shape = (kind.count, len(response.times))
     turn = np.zeros(shape)
+    if isinstance(kind, SpatialAssembly):
+        return _assembly_in_space(run, case, lane, response)
     x, z = (np.broadcast_to(each[order, None], shape).copy() for each in kind.centre.T)
     for field, values in (("turn", turn), ("x", x), ("z", z)):
         values[: len(free)] = response[field][0][: len(free)]
@@ -314,6 +322,48 @@ def _assembly_motion(run: CaseRun, case: Case, lane: int, response: Response) ->
         floor=kind.ground,
         goes_on=_goes_on(run, response),
     )
+
+
+def _assembly_in_space(run: CaseRun, case: Case, lane: int, response: Response) -> SceneMotion:
+    """The same of an assembly in space."""
+    assert run.lane_set.lanes.assembly is not None
+    kind = run.lane_set.lanes.assembly.of(lane)
+    assert isinstance(kind, SpatialAssembly)
+    order, moving = np.argsort(kind.fixed, kind="stable"), int((~kind.fixed).sum())
+    base = base_places(run.lane_set.motions, lane, response.times)
+    shape = (kind.count, len(response.times))
+    place = np.broadcast_to(kind.centre[order, None], (*shape, SPACE)).copy()
+    attitude = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (*shape, 4)).copy()
+    for axis, field in enumerate("xyz"):
+        place[:moving, :, axis] = response[field][0][:moving]
+    for part, field in enumerate("xyzw"):
+        attitude[:moving, :, part] = response[f"attitude_{field}"][0][:moving]
+    outline = (kind.corners - kind.centre[:, None])[order]
+    ground = run.lane_set.ground
+    return SceneMotion(
+        name=_name(run, case, lane, response),
+        outcome=_outcome(response),
+        spatial=True,
+        times=response.times,
+        sizes=np.ptp(outline, axis=1),
+        position=place + base,
+        attitude=attitude,
+        ratio=np.degrees(turned_by(attitude)),
+        base=base,
+        acceleration=_base_acceleration(run, lane, response.times),
+        outline=outline,
+        ground=None if ground is None else base_places(ground, lane, response.times),
+        fixed=kind.count - moving,
+        floor=kind.ground,
+        goes_on=_goes_on(run, response),
+        faces=tuple(kind.faces[block] for block in order),
+    )
+
+
+def turned_by(attitude: Array) -> Array:
+    """Angles by which blocks have turned from rest [rad], by their quaternions, shape [..., 4]."""
+    sine = np.linalg.norm(attitude[..., :3], axis=-1)
+    return np.asarray(2.0 * np.arctan2(sine, np.abs(attitude[..., 3])))
 
 
 def _goes_on(run: CaseRun, response: Response) -> bool:
