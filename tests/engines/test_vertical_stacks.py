@@ -58,13 +58,12 @@ def order(found: list[Response]) -> float:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("blocks", [2, 3])
 @pytest.mark.parametrize("engine", ["event", "impulse"])
-def test_a_steady_rise_is_another_gravity(engine: str, blocks: int) -> None:
+def test_a_steady_rise_is_another_gravity(engine: str) -> None:
     # Free rocking knows no time but the root of length over gravity: with n g for g, and a step
     # as much shorter, it runs sqrt(n) times as fast.
     run, step = {"event": (event_at, 1e-3), "impulse": (impulse_at, 2e-4)}[engine]
-    lanes = stacks(len(RISES), blocks)
+    lanes = stacks(len(RISES))
     # What `impulse` lets stand sunk in is by g dt^2 of a base that falls, too.
     for lane in range(engine == "impulse", len(RISES)):
         one, fast = np.array([lane]), np.sqrt(1.0 + RISES[lane])

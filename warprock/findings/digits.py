@@ -76,6 +76,7 @@ DIGITS: Mapping[str, Shown] = {
     **dict.fromkeys(
         ("settled_deg", "duration_misfit", "p_value", "error_run_ratio", "odds"), Shown(".2g")
     ),
+    "towards_deg": Shown(".4g"),
     "acceleration_ratio": Shown(".4f"),
     "peak_rotation_ratio": Shown(".4f", short="peak\nratio"),
     "given_slenderness_angle_rad": DEGREES._replace(form=".4g"),

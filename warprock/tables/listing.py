@@ -77,7 +77,8 @@ def print_explanation(found: Mapping[str, Any]) -> None:
     for axis in found["sweep"]:
         keys = ", ".join(axis["keys"])
         out.print(f"  sweep: {keys} ({axis['length']} values)")
-    _print_list(out, "Left out, because nothing here needs it", scene["left_out"])
+    if scene["left_out"]:
+        _print_list(out, "Left out, because nothing here needs it", scene["left_out"])
     _print_list(out, "Not modelled (warprock keys WORD says more)", found["not_modelled"])
     if found["study"]:
         _print_study_plan(out, found["study"])
