@@ -169,7 +169,7 @@ def test_no_engine_imports_another_engine():
                 *("warprock/case/sampling", "warprock/running/cells"),
                 *("warprock/analysis/", "warprock/bodies/", "warprock/model/hull"),
                 "warprock/drawings/",
-                *("warprock/model/base_path", "warprock/model/floor"),
+                *("warprock/model/base_path", "warprock/model/floor", "warprock/model/solids"),
             ),
         ),
         ("tables", ("warprock/recordings/fema_p695",)),

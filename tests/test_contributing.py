@@ -35,6 +35,17 @@ def test_files_that_it_names_are_there():
     assert [path for path in sorted(named) if not (ROOT / path).exists()] == []
 
 
+def test_names_that_it_places_in_a_file_are_there():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    placed = re.findall(
+        r"`(\w+)`(?:, the [^`,]*)?,? (?:in|of) `((?:kernels|warprock)/[\w/]+\.py)`", text
+    )
+    assert len(placed) > 12
+    for name, file in placed:
+        source = (ROOT / file).read_text(encoding="utf-8")
+        assert re.search(rf"^(?:def |class |){name}\b", source, re.MULTILINE), f"{name} in {file}"
+
+
 @pytest.mark.parametrize("recipe", RECIPES, ids=lambda recipe: recipe.diff.stem)
 def test_a_recipe_names_the_files_that_it_changes(recipe: Recipe):
     changed = files_of(recipe.diff.read_text(encoding="utf-8"))

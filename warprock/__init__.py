@@ -17,7 +17,8 @@
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Assembly`, `Contact`,
 `TransverseWall`, `Tie`, `TopLoad`, `Frame`, `Strip`, `Ground`, `Start`, `Motion`, `Support`,
 `Times`, `Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`, `Spectrum`,
-`Study`, `with_unit`, `save_record`. Commands: `run`, `verdict`, `brief`, `fragility`, `predictors`,
+`Study`, `with_unit`. Records that are written: `save_record`, `import_records`, `generate_record`.
+Commands: `run`, `verdict`, `brief`, `fragility`, `predictors`,
 `risk`, `measures`, `map`, `spectrum`, `ida`, `sensitivity`, `capacity`, `limit`, `sweep`,
 `compare`, `validate`, `study`, `body`, `identify`, `trade`, `stability`, `bench`, `list`, `keys`,
 `explain`, `records`, `doctor`. Bad input is an `InputError`. Below them lie the functions that they
@@ -80,6 +81,8 @@ if TYPE_CHECKING:
     from warprock.api.parts import TransverseWall as TransverseWall
     from warprock.api.parts import Uniform as Uniform
     from warprock.api.plain import with_unit as with_unit
+    from warprock.api.record_files import generate_record as generate_record
+    from warprock.api.record_files import import_records as import_records
     from warprock.api.records import records as records
     from warprock.api.records import save_record as save_record
     from warprock.api.run import Run as Run
@@ -154,7 +157,9 @@ _HOME = {
     "explain": "api.explanation",
     "fragility": "api.analyses.fragility",
     "ida": "api.analyses.ida",
+    "generate_record": "api.record_files",
     "identify": "api.identification",
+    "import_records": "api.record_files",
     "keys": "api.keys",
     "lane_table": "running.lane_table",
     "limit": "api.limit",

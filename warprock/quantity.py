@@ -19,7 +19,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from warprock.errors import did_you_mean, is_plain
+from warprock.errors import InputError, did_you_mean, is_plain
 from warprock.units import (
     UNITS,
     Dimension,
@@ -237,6 +237,19 @@ class NumberKey(InputKey):
         above = quantity.value > high or (self.high_open and quantity.value == high)
         if below or above:
             raise ValueError(f"must be {self.text}, {self._between(quantity.dimension)}")
+
+    def read_option(self, option: str, got: str | None) -> float | None:
+        """The number of an option in SI units or rad; None where it is left out.
+
+        Raises:
+            InputError: As `read`.
+        """
+        if got is None:
+            return None
+        try:
+            return self.read(got).value
+        except ValueError as error:
+            raise InputError(option, "", got, str(error)) from None
 
     def value(self, got: object) -> float | Quantity:
         """The number in SI units or rad; with its dimension where there is more than one."""

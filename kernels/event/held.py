@@ -29,7 +29,7 @@ from warprock.kernels.event.held_contact import (
     Ask,
     Choice,
     Four,
-    Three,
+    Vector,
     choose,
 )
 from warprock.kernels.event.held_events import (
@@ -141,7 +141,7 @@ def ask_rates(block: Block, pull: Pull, s: State, near: int, a: real) -> Ask:
 def ask_velocities(s: State, near: int, back: Four) -> Ask:
     """What they have to bring about in an impact."""
     sin, cos = sine(s.theta), cosine(s.theta)
-    rates = Three(s.vx, s.vz, s.omega)
+    rates = Vector(s.vx, s.vz, s.omega)
     return Ask(rates, real(0.0), back, near, real(0.0), 1, sin, cos)
 
 

@@ -1,29 +1,32 @@
 """Contact of a held block with base and wall: which points press, and with what.
 
 A block of mass m and inertia I may touch its base at two corners, with Coulomb's friction, and a
-wall at two points, without. A point that presses keeps its distance, and one that sticks its place:
-rates D v = t, by forces l along E, which need not be D where a corner slides:
+wall at two points, without friction. A point that presses keeps its distance; a point that sticks
+keeps its place. So some rates D v have given values t. Forces l along directions E bring that about
+(E differs from D where a corner slides):
 
     D (v0 + M^-1 E l) = t,
 
-v0 being what the rates are without contact. Velocities in an impact and accelerations after it obey
-the same law, with impulses or forces l: those along a normal are not negative, those along the base
-within friction, and a point that does not press does not come nearer. At most three rates are
-independent, so that the sets of points are tried one by one: first those that stick, first those
-with both corners (Glocker 2001, ch. 5, has the law; tried are all of its cases).
+with v0 the rates without contact. Velocities in an impact and accelerations after it obey the same
+law, with impulses or forces l. A normal force is not negative. A force along the base is within
+friction. A point that does not press does not come nearer. At most three rates are independent, so
+the kernel tries all sets of points and takes the first that obeys the law: sets that stick before
+sets that slide, sets with both corners before the others (the law is that of Glocker 2001, ch. 5).
 
-Where a block lies flat with its face on a wall, the forces are not known, but whether there are
-any that hold it: a push J of the wall anywhere up its face, a friction F <= friction N, N anywhere
-along the base. With H = J + F and M, the moment about the corner that base and wall share, known,
+Where a block lies flat with its face on a wall, its forces are not unique. The kernel asks only
+whether any forces hold it: a push J of the wall anywhere up its face, a friction |F| <= friction N,
+and N anywhere along the base. With H = J + F and M the moment about the corner that base and wall
+share, both known, forces hold it where
 
     H + friction N >= 0,    M + 2 b N >= 0,    2 h (H + friction N) >= M,
 
-all counted away from the wall. Where the first fails the block slides off, where the second does it
-lifts about its other corner, where the third does its foot is thrust out.
+all counted away from the wall. Where the first fails, the block slides off. Where the second fails,
+it lifts about its other corner. Where the third fails, its foot is thrust out.
 """
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import Matrix, Vector
 from warprock.kernels.event.held_state import (
     ALL,
     BASE,
@@ -42,11 +45,8 @@ EPS = by_precision(1.0e-10, 1.0e-4)
 SINGULAR = by_precision(1.0e-9, 1.0e-4)
 """Determinant over the product of the diagonal below which rates are not independent."""
 
-Three = wp.types.vector(length=3, dtype=real)
-"""Something of each of three constraints, or along x, along z and of the rotation."""
 Four = wp.types.vector(length=4, dtype=real)
-"""Something of each contact point."""
-Square = wp.types.matrix(shape=(3, 3), dtype=real)
+"""A number of each contact point."""
 
 
 @wp.struct
@@ -63,12 +63,12 @@ class Grip:
         slip: Direction in which it slides.
     """
 
-    px: Three
-    pz: Three
-    dx: Three
-    dz: Three
-    ex: Three
-    ez: Three
+    px: Vector
+    pz: Vector
+    dx: Vector
+    dz: Vector
+    ex: Vector
+    ez: Vector
     count: int
     points: int
     holds: int
@@ -89,7 +89,7 @@ class Ask:
         s, c: Sine and cosine of the rotation.
     """
 
-    free: Three
+    free: Vector
     curve: real
     back: Four
     near: int
@@ -114,14 +114,14 @@ class Choice:
     points: int
     holds: int
     slip: real
-    rate: Three
+    rate: Vector
     found: int
 
 
 @wp.func
 def grip_of(block: Block, points: int, holds: int, slip: real) -> Grip:
     """A set of points that press as constraints."""
-    px, pz, dx, dz, ex, ez = Three(), Three(), Three(), Three(), Three(), Three()
+    px, pz, dx, dz, ex, ez = Vector(), Vector(), Vector(), Vector(), Vector(), Vector()
     n = int(0)
     for k in range(4):
         if has(points, k):
@@ -164,9 +164,9 @@ def turning_moment(g: Grip, i: int, s: real, c: real) -> real:
 
 
 @wp.func
-def mobility(block: Block, g: Grip, s: real, c: real) -> Square:
+def mobility(block: Block, g: Grip, s: real, c: real) -> Matrix:
     """The matrix D M^-1 E, with ones for constraints that there are not."""
-    a = Square()
+    a = Matrix()
     for i in range(3):
         a[i, i] = real(1.0)
     for i in range(g.count):
@@ -178,7 +178,7 @@ def mobility(block: Block, g: Grip, s: real, c: real) -> Square:
 
 
 @wp.func
-def answers(a: Square) -> bool:
+def answers(a: Matrix) -> bool:
     """Whether forces have one answer: rates that are independent, and no corner that jams.
 
     A corner jams where the friction of its sliding presses it the more on the base the harder that
@@ -189,9 +189,9 @@ def answers(a: Square) -> bool:
 
 
 @wp.func
-def forces_of(block: Block, g: Grip, a: Square, ask: Ask) -> Three:
+def forces_of(block: Block, g: Grip, a: Matrix, ask: Ask) -> Vector:
     """The forces or impulses that bring the rates about."""
-    lacks = Three()
+    lacks = Vector()
     for i in range(g.count):
         p = turn_point(Point(g.px[i], g.pz[i]), ask.s, ask.c)
         spin = g.dx[i] * p.z - g.dz[i] * p.x
@@ -206,18 +206,18 @@ def forces_of(block: Block, g: Grip, a: Square, ask: Ask) -> Three:
 
 
 @wp.func
-def rates_with(block: Block, g: Grip, force: Three, ask: Ask) -> Three:
+def rates_with(block: Block, g: Grip, force: Vector, ask: Ask) -> Vector:
     """The rates with those forces."""
     x, z, o = real(ask.free[0]), real(ask.free[1]), real(ask.free[2])
     for i in range(g.count):
         x = x + g.ex[i] * force[i] / block.mass
         z = z + g.ez[i] * force[i] / block.mass
         o = o + turning_moment(g, i, ask.s, ask.c) * force[i] / block.inertia
-    return Three(x, z, o)
+    return Vector(x, z, o)
 
 
 @wp.func
-def presses(block: Block, g: Grip, force: Three, ask: Ask) -> bool:
+def presses(block: Block, g: Grip, force: Vector, ask: Ask) -> bool:
     """Whether no force pulls, and the one along the base is within friction."""
     free = ask.free
     reach = block.half_height + block.half_width
@@ -243,7 +243,7 @@ def presses(block: Block, g: Grip, force: Three, ask: Ask) -> bool:
 
 
 @wp.func
-def parts(block: Block, g: Grip, rate: Three, ask: Ask) -> bool:
+def parts(block: Block, g: Grip, rate: Vector, ask: Ask) -> bool:
     """Whether no other point comes nearer, and the base corner slides the way it does."""
     reach = block.half_height + block.half_width
     free = ask.free
@@ -271,7 +271,7 @@ def parts(block: Block, g: Grip, rate: Three, ask: Ask) -> bool:
 
 
 @wp.func
-def wall_reserve(block: Block, along: real, upwards: real, moment: real) -> Three:
+def wall_reserve(block: Block, along: real, upwards: real, moment: real) -> Vector:
     """What is left until a block that lies flat with its face on a wall is let go.
 
     Args:
@@ -287,7 +287,7 @@ def wall_reserve(block: Block, along: real, upwards: real, moment: real) -> Thre
     about = away * (moment - (p.z * along - p.x * upwards))
     push = away * along + block.friction * upwards
     b, h = block.half_width, block.half_height
-    return Three(push, about + TWO * b * upwards, TWO * h * push - about)
+    return Vector(push, about + TWO * b * upwards, TWO * h * push - about)
 
 
 @wp.func
@@ -312,7 +312,7 @@ def choose(block: Block, ask: Ask) -> Choice:
     zero = real(0.0)
     found = Choice(0, 0, zero, ask.free, 0)
     if wall_holds(block, ask):
-        found = Choice(ALL, 1, zero, Three(), 1)
+        found = Choice(ALL, 1, zero, Vector(), 1)
     first = real(block.wall)
     if first == zero:
         first = real(1.0)

@@ -2,8 +2,8 @@
 
 Each is the first time at which a Taylor polynomial falls below zero: the gap of a point, the force
 of one that presses, what is left of friction, the velocity of a corner that slides, the distance of
-a tie from where its force changes, the angle to a fall. A polynomial that begins at zero does so
-because the last step has ended there; it is divided by the time, as often as it takes.
+a tie from where its force changes, the angle to a fall. A polynomial begins at zero where the last
+step has ended at this event. It is then divided by the time until it begins with another number.
 """
 
 import warp as wp

@@ -14,7 +14,7 @@ follows from lower ones, by the same matrix (held_contact.py) in all orders.
 import warp as wp
 
 from warprock.kernels.contact.ties import ELASTIC, Tie, TieState, force_of
-from warprock.kernels.event.held_contact import Three, grip_of, mobility
+from warprock.kernels.event.held_contact import Vector, grip_of, mobility
 from warprock.kernels.event.held_state import ALL, BASE, Block, Point, State, turn_point
 from warprock.kernels.motion.series import DEGREE, Series, slope_of
 
@@ -124,7 +124,7 @@ def pull_of(block: Block, held: Held) -> Pull:
 
 
 @wp.func
-def free_rates(block: Block, p: Pull, s: State, a: real) -> Three:
+def free_rates(block: Block, p: Pull, s: State, a: real) -> Vector:
     """Accelerations without contact: of weight, load and ties, on a base with an acceleration a."""
     sin, cos = sine(s.theta), cosine(s.theta)
     along = p.c0 - p.k0 * s.x - p.k1 * cos - p.k2 * sin
@@ -135,7 +135,7 @@ def free_rates(block: Block, p: Pull, s: State, a: real) -> Three:
     if block.load_stays > 0:
         beside = block.load_place - s.x
     moment = above * cos - across * sin + p.down * beside
-    return Three(
+    return Vector(
         along / block.mass - a, -block.gravity - p.down / block.mass, moment / block.inertia
     )
 
@@ -196,13 +196,13 @@ def expand_path(block: Block, p: Pull, a: Series, s: State) -> Path:
             for j in range(n):
                 i = n - j
                 cos, sin = cosines[i], sines[i]
-                force = Three(forces_0[j], forces_1[j], forces_2[j])
+                force = Vector(forces_0[j], forces_1[j], forces_2[j])
                 for k in range(g.count):
                     lever = turn_point(Point(g.px[k], g.pz[k]), sin, cos)
                     moment = moment + (lever.z * g.ex[k] - lever.x * g.ez[k]) * force[k]
             bx, bz, bo = along / block.mass - a[n], -down, moment / block.inertia
             order = real((n + 1) * (n + 2))
-            lacks = Three()
+            lacks = Vector()
             for k in range(g.count):
                 arm = turn_point(Point(g.px[k], g.pz[k]), sines[0], cosines[0])
                 rest = turn_point(Point(g.px[k], g.pz[k]), turned_s, turned_c)

@@ -30,6 +30,7 @@ from collections.abc import Callable
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
 from types import CodeType, ModuleType
+from typing import Any, NamedTuple
 
 LANE_WIDTH = 32
 """Lanes in a pack: four interleaved vectors of eight float64 with AVX-512, eight of four else."""
@@ -98,24 +99,48 @@ BYTES = {"float64": 8, "float32": 4}
 FOLDER = pathlib.Path(__file__).resolve().parents[1]
 """`kernels/`; never written to."""
 
-PARAMETERS = (
-    "PRECISION",
-    "MOTION",
-    "ITERATIONS",
-    "BLOCKS",
-    "LANES",
-    "FRICTION",
-    "POINTS",
-    "VERTICAL",
-    "CHAINS",
-    "PRESCRIBED",
-    "THROWN",
-    "BOUNCES",
-    "SPRINGS",
-    "BONDS",
-    "TREES",
-)
-"""Names that the loader sets in a kernel file: the arguments of `kernel_module`, in capitals."""
+
+class Variant(NamedTuple):
+    """What is decided before a kernel file runs, and may differ between its instances.
+
+    Attributes:
+        precision: Key of `BYTES`.
+        motion: Kind of ground motion: still, harmonic, ricker, modulated or record.
+        iterations: Sweeps of an iterative contact solver. The compiler unrolls a constant number;
+            otherwise a loop over lanes is not vectorised.
+        blocks: Blocks in a stack.
+        lanes: Lanes that a thread of a stack's kernel runs side by side.
+        friction: Law of friction where a block slides in two directions: cone or box.
+        points: Contact points of a body that is no box.
+        vertical: Whether the base of a body in the plane moves upwards, too.
+        chains: Whether blocks of a stack in the plane stand on chains of corners.
+        prescribed: Whether the lanes prescribe their angular restitution.
+        thrown: Whether blocks in space start in motion, or bounce.
+        bounces: Whether what strikes its base in `event` leaves it with a part of its speed.
+        springs: Whether the contacts of an assembly are springs.
+        bonds: Whether joints of an assembly have cohesion and tensile strength until they break.
+        trees: Whether joints of some assemblies form trees.
+    """
+
+    precision: str
+    motion: str = "still"
+    iterations: int = 0
+    blocks: int = 1
+    lanes: int = LANE_WIDTH
+    friction: str = "cone"
+    points: int = 0
+    vertical: bool = False
+    chains: bool = False
+    prescribed: bool = False
+    thrown: bool = False
+    bounces: bool = False
+    springs: bool = False
+    bonds: bool = False
+    trees: bool = False
+
+
+PARAMETERS = tuple(name.upper() for name in Variant._fields)
+"""Names that the loader sets in a kernel file: the fields of its `Variant`, in capitals."""
 
 HOST_FILES = ("lane/modes", "launch/instance", "launch/rows")
 """Kernel files that are the same for all parameters: Python imports them as any other."""
@@ -192,55 +217,18 @@ BRANCHES = {
 leave calls. No vector code."""
 
 
-def kernel_module(
-    file: str,
-    *,
-    precision: str,
-    motion: str = "still",
-    iterations: int = 0,
-    blocks: int = 1,
-    lanes: int = LANE_WIDTH,
-    friction: str = "cone",
-    points: int = 0,
-    vertical: bool = False,
-    chains: bool = False,
-    prescribed: bool = False,
-    thrown: bool = False,
-    bounces: bool = False,
-    springs: bool = False,
-    bonds: bool = False,
-    trees: bool = False,
-) -> ModuleType:
+def kernel_module(file: str, **decided: Any) -> ModuleType:
     """The instance of a kernel file for a precision, a kind of ground motion and a stack.
 
     Args:
         file: Path of the file in `kernels/` without its ending, such as `housner/block`.
-        precision: Key of `BYTES`.
-        motion: Kind of ground motion: still, harmonic, ricker, modulated or record.
-        iterations: Sweeps of an iterative contact solver. The compiler unrolls a constant number;
-            otherwise a loop over lanes is not vectorised.
-        blocks: Blocks in a stack.
-        lanes: Lanes that a thread of a stack's kernel runs side by side.
-        friction: Law of friction where a block slides in two directions: cone or box.
-        points: Contact points of a body that is no box.
-        vertical: Whether the base of a body in the plane moves upwards, too.
-        chains: Whether blocks of a stack in the plane stand on chains of corners.
-        prescribed: Whether the lanes prescribe their angular restitution.
-        thrown: Whether blocks in space start in motion, or bounce.
-        bounces: Whether what strikes its base in `event` leaves it with a part of its speed.
-        springs: Whether the contacts of an assembly are springs.
-        bonds: Whether joints of an assembly have cohesion and tensile strength until they break.
-        trees: Whether joints of some assemblies form trees.
+        **decided: Fields of its `Variant`.
 
     Raises:
         OSError: A kernel file cannot be read.
     """
-    values = (
-        precision, motion, iterations, blocks, lanes, friction, points, vertical, chains,
-        prescribed, thrown, bounces, springs, bonds, trees,
-    )  # fmt: skip
     with _LOCK:
-        return _instance(file, dict(zip(PARAMETERS, values, strict=True)))
+        return _instance(file, dict(zip(PARAMETERS, Variant(**decided), strict=True)))
 
 
 def _instance(file: str, given: dict[str, object]) -> ModuleType:

@@ -120,7 +120,7 @@ def test_walls_of_ferris_and_tin_loi():
         assert found.load_factor == pytest.approx(factor, abs=6e-6)
         assert found.upper_bound
         # Walls and their mirror images.
-        assert collapse_load(wall, -1.0).load_factor == pytest.approx(factor, abs=6e-6)
+        assert collapse_load(wall, np.pi).load_factor == pytest.approx(factor, abs=6e-6)
 
 
 def test_a_strip_wall_that_is_held_at_its_top():

@@ -23,6 +23,21 @@ NO_FUNCTION = {
 }
 """Commands that find nothing to hand over, with the reason."""
 
+BELOW = {
+    "records list": "records",
+    "records info": "records",
+    "records import": "import_records",
+    "records generate": "generate_record",
+    "sweep plan": "sweep",
+    "sweep run": "sweep",
+    "sweep merge": "sweep",
+    "sweep status": "says how far the chunks of other processes are: `Found.show` of `sweep`",
+    "bench assembly": "measures figures of the manual, on scenes of its own that no user sets",
+    "bench blocks": "measures figures of the manual, on scenes of its own that no user sets",
+    "bench sweep": "measures the commands of a sweep as they are typed, start included",
+}
+"""Commands below others: the function that does the same, or the reason why there is none."""
+
 LOOKED_UP = {
     "list": (),
     "keys": ("block",),
@@ -35,6 +50,38 @@ LOOKED_UP = {
 def test_every_command_that_finds_something_is_a_function():
     commands = set(main.list_commands(click.Context(main)))
     assert commands - set(wr.__all__) == set(NO_FUNCTION)
+    below = {
+        f"{name} {own}"
+        for name, command in main.commands.items()
+        if isinstance(command, click.Group)
+        for own in command.commands
+    }
+    assert below == set(BELOW)
+    assert {told for told in BELOW.values() if " " not in told} <= set(wr.__all__)
+
+
+def test_files_are_made_records_as_the_commands_make_them(tmp_path: pathlib.Path):
+    ours, theirs = tmp_path / "ours", tmp_path / "theirs"
+    for folder in (ours, theirs):
+        folder.mkdir()
+    options = ("--seed", "7", "--peak", "0.3 g", "-o")
+    succeed("records", "generate", *options, theirs / "noise.csv")
+    succeed("records", "import", theirs / "noise.csv", "--step", "mean 1 s", "-o", theirs / "a.csv")
+    noise = wr.generate_record(ours / "noise.csv", seed=7, peak="0.3 g")
+    made = wr.import_records(ours / "noise.csv", ours / "a.csv", steps="mean 1 s")
+    for name in ("noise.csv", "a.csv"):
+        assert (ours / name).read_bytes() == (theirs / name).read_bytes()
+    assert made.table["duration_s"].tolist() == noise.table["duration_s"].tolist()
+    (ours / "weights.csv").write_text("record,weight\nnoise,1\na,3\n")
+    both = [ours / "noise.csv", ours / "a.csv"]
+    several = wr.import_records(both, tmp_path / "both", weights=ours / "weights.csv")
+    assert several.table["name"].tolist() == ["noise", "a"]
+    assert (tmp_path / "both.csv").read_text().splitlines()[2] == "both/a.csv,3.0"
+    with pytest.raises(wr.InputError, match=r"^steps: got 'median'"):
+        wr.import_records(ours / "noise.csv", ours / "b.csv", steps="median")
+    with pytest.raises(wr.InputError, match=r"^peak: got"):
+        wr.generate_record(ours / "b.csv", seed=7, peak="0.3 m")
+    assert not (ours / "b.csv").exists()
 
 
 @pytest.mark.parametrize(("name", "given"), LOOKED_UP.items())

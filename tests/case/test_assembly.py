@@ -41,6 +41,9 @@ DRY = {
 }
 
 
+CORNER = {**WALL, "pattern": "corner", "return_blocks": 2, "depth": "0.2 m"}
+
+
 def case(assembly: dict[str, Any], **more: Any) -> wr.Case:
     tables = {"contact": {"friction": 0.6}, "run": {"duration": "1 s"}, **more}
     return wr.Case.from_dict({"assembly": assembly, **tables})
@@ -116,7 +119,7 @@ def _motion() -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("assembly", "more", "said"),
     [
-        ({**ARCH, "pattern": "vault"}, {}, "must be the pattern by which the blocks are laid"),
+        ({**ARCH, "pattern": "dome"}, {}, "must be the pattern by which the blocks are laid"),
         ({**ARCH, "courses": 3}, {}, "assembly.courses: got 3.0, must be left out: it belongs to"),
         ({**WALL, "voussoirs": 3}, {}, "must be left out: it belongs to pattern arch"),
         ({k: v for k, v in ARCH.items() if k != "embrace"}, {}, "assembly.embrace: got nothing"),
@@ -150,7 +153,14 @@ def _motion() -> dict[str, Any]:
         (ARCH, {"block": {"width": "1 m"}}, "block"),
         (ARCH, {"start": {"rotation": "1 deg"}}, "must be left out: an assembly starts at rest"),
         (ARCH, {"contact": {"friction": 0.5, "angular_restitution": 0.9}}, "impacts are plastic"),
-        (ARCH, {"model": "spatial"}, "must be planar, or left out, with [assembly]"),
+        ({**CORNER, "depth": "0.4 m"}, {}, "must be less than assembly.block_length"),
+        ({**CORNER, "returns": 1.5}, {}, "assembly.returns: got 1.5, must be a whole number"),
+        (CORNER, {"model": "planar"}, "or left out: assembly.pattern needs it"),
+        (
+            {**WALL, "joint_cohesion": "1 MPa", "joint_tensile_strength": "1 MPa"},
+            {"model": "spatial"},
+            "assembly.joint_cohesion: got a value, must be left out: joints are dry in space",
+        ),
         (ARCH, {"frame": {"columns": 2, "beam_mass": "1 kg"}}, "is an assembly ([assembly])"),
     ],
 )
@@ -169,10 +179,11 @@ def test_a_case_has_a_block_or_an_assembly():
 
 @pytest.mark.parametrize("engine", [name for name in ENGINES if name not in ("assembly", "dem")])
 def test_other_engines_decline_and_say_which_runs_it(engine: str):
-    with pytest.raises(wr.InputError, match=r"has an \[assembly\]; assembly and dem run it"):
+    with pytest.raises(wr.InputError, match=r"\[assembly\].*; assembly and dem run it"):
         wr.run(case(WALL), engine, progress=False)
 
 
+@pytest.mark.usefixtures("two_rooms")
 def test_a_run_tells_of_displacements_and_joints():
     run = wr.run(case(WALL), progress=False)
     assert run.engine == "assembly"
@@ -193,3 +204,44 @@ def test_explain_says_what_touches_what(tmp_path):
     assert "a planar assembly of 9 blocks that can move" in done.output
     assert "joints: ground / 1.1; ground / 1.2;" in done.output
     assert "assembly runs them" in done.output
+
+
+@pytest.mark.parametrize(
+    ("table", "more", "because"),
+    [
+        (WALL, {"model": "spatial"}, 'asks for model = "spatial"'),
+        (CORNER, {}, "lays its blocks in space (assembly.pattern)"),
+        (WALL, {"motion": {"tilt_rate": "1 deg/s", "direction": "90 deg"}}, "motion.direction"),
+    ],
+)
+def test_assemblies_are_in_space_where_the_case_asks_for_it(table, more, because):
+    more = {
+        key: {"waveform": "tilt", **each} if key == "motion" else each for key, each in more.items()
+    }
+    found = wr.expand_lanes(case(table, **more))
+    assert found.scene.spatial
+    assert because in found.scene.spatial_because
+    kind = found.lanes.assembly.of(0)
+    assert kind.corners.shape[2] == 3
+    assert found.lanes.depth[0] == pytest.approx(kind.size[1])
+    assert found.lanes.mass[0] == pytest.approx(kind.mass[~kind.fixed].sum())
+    assert found.scene.contact_point_count == kind.joints.end_count.sum()
+
+
+def test_a_table_in_space_tilts_in_its_direction():
+    motion = {"waveform": "tilt", "tilt_rate": "1 deg/s", "direction": "30 deg"}
+    found = wr.expand_lanes(case(WALL, motion=motion))
+    x, y = found.motions.x.scale[0], found.motions.y.scale[0]
+    assert [x, y] == pytest.approx([-np.cos(np.pi / 6.0), -0.5])
+
+
+def test_limit_tells_the_direction_in_space():
+    spatial = case({**WALL, "depth": "0.2 m"}, model="spatial")
+    found = wr.limit(spatial, direction="90 deg", progress=False)
+    assert found.table["load_factor"].tolist() == pytest.approx([0.2 / 1.2])
+    assert found.table["towards_deg"].tolist() == pytest.approx([90.0])
+    assert "collapses towards 90 degrees" in found.finding.sentences[0]
+    with pytest.raises(wr.InputError, match="must be 0 deg or 180 deg: the assembly lies in the"):
+        wr.limit(case(WALL), direction="90 deg", progress=False)
+    with pytest.raises(wr.InputError, match="must be an angle with a unit"):
+        wr.limit(spatial, direction="90", progress=False)

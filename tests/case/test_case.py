@@ -71,6 +71,7 @@ def test_the_kinds_of_templates():
     kinds = [
         "arch",
         "column",
+        "corner",
         "dry-stone",
         "ensemble",
         "facade",
@@ -89,12 +90,13 @@ def test_the_kinds_of_templates():
         "strip",
         "study",
         "sweep",
+        "vault",
         "wall",
     ]
     assert template_kinds() == kinds
     with pytest.raises(
         InputError,
-        match=r"KIND: got 'fre', must be one of arch, column, dry-stone, .* mean free\?",
+        match=r"KIND: got 'fre', must be one of arch, column, corner, .* mean free\?",
     ):
         template_text("fre")
 

@@ -286,7 +286,8 @@ def test_init_writes_a_case_and_never_overwrites(tmp_path: pathlib.Path):
         result = invoke("init", kind, file)
         assert result.exit_code == 0, result.output
         assert result.stdout.splitlines()[0] == str(file)
-        command = {"map": "map", "spectrum": "spectrum", "arch": "limit"}.get(kind, "run")
+        limits = dict.fromkeys(("arch", "corner", "vault"), "limit")
+        command = {"map": "map", "spectrum": "spectrum", **limits}.get(kind, "run")
         assert f"warprock {command}" in result.stdout
         assert load_case(file).lane_count >= 1
         text = file.read_text(encoding="utf-8")

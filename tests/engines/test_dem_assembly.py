@@ -24,6 +24,8 @@ from warprock.running.batch import run_batch
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 
+pytestmark = pytest.mark.usefixtures("two_rooms")
+
 ARCH, DRUMS = oppenheim(7), built(patterns.column(1.0, 0.5, 5), 0.7)
 WALL = built(patterns.wall(0.4, 0.175, 2, 3, whole_first=False), 0.3)
 LIMITS = np.array([0.3736, 0.3736, 0.4, 0.4, 0.6])
@@ -86,6 +88,23 @@ def test_no_lane_depends_on_its_neighbours_and_each_has_its_own_step():
         places = np.array([lane])
         alone = engine.run(LANES.take(places), motions.take(places), SampleTimes(0.5))
         assert_same(alone, take_lanes(together, places))
+
+
+def test_a_lane_whose_blocks_meet_where_no_joint_has_springs_says_so():
+    """Of two towers .1 m apart the slender one leans on the other; apart by 2 m it does not."""
+    ground = patterns.Piece("ground", patterns.rectangle(-1.0, -0.5, 6.0, 0.0), fixed=True)
+    slender = patterns.Piece("slender", patterns.rectangle(0.0, 0.0, 0.5, 2.0))
+    kinds = [
+        built(
+            [ground, slender, patterns.Piece("broad", patterns.rectangle(x, 0.0, x + 2.0, 2.0))],
+            0.7,
+        )
+        for x in (0.6, 2.5)
+    ]
+    lanes = assembly_lanes([*kinds, ARCH, DRUMS, WALL])
+    motions = pushes(np.array([0.3, 0.3, 0.0, 0.0, 0.0]), 1.0, END)
+    found = run_batch("dem", lanes, motions, SampleTimes(END), settings=stiff(1e8))
+    assert found["status"].tolist() == [Status.OUTSIDE_MODEL, *[Status.OK] * 4]
 
 
 def test_a_column_stands_on_its_springs_as_statics_says():

@@ -9,13 +9,14 @@ import pathlib
 import pytest
 
 import warprock.findings
+import warprock.tables
 from warprock.findings.digits import DIGITS, number_of, quantity_of
 
-ROOM = pathlib.Path(warprock.findings.__path__[0])
-DECLARED = {"numbers.py", "digits.py"}
-"""Where digits are declared."""
-COUNTS = {",", ".0f", ",.0f", "02d"}
-"""Formats of whole numbers."""
+ROOMS = [pathlib.Path(room.__path__[0]) for room in (warprock.findings, warprock.tables)]
+DECLARED = {"numbers.py", "digits.py", "swept.py", "terminal.py"}
+"""Where digits are declared: of columns, and of inputs, which are written as they were typed."""
+COUNTS = {",", ".0f", ",.0f", "02d", ".0%", "<{width}", "<30"}
+"""Formats of whole numbers, and widths of texts."""
 
 
 def _formats(file: pathlib.Path) -> list[str]:
@@ -29,8 +30,11 @@ def _formats(file: pathlib.Path) -> list[str]:
     return [f"{file.name}:{line}: {spec}" for line, spec in specs if spec not in COUNTS]
 
 
-@pytest.mark.parametrize("file", sorted(ROOM.glob("*.py")), ids=lambda file: file.stem)
-def test_a_sentence_formats_no_number_itself(file: pathlib.Path):
+FILES = [file for room in ROOMS for file in sorted(room.glob("*.py"))]
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: f"{file.parent.name}/{file.stem}")
+def test_a_sentence_or_a_table_formats_no_number_itself(file: pathlib.Path):
     if file.name not in DECLARED:
         assert not _formats(file)
 
@@ -38,7 +42,6 @@ def test_a_sentence_formats_no_number_itself(file: pathlib.Path):
 @pytest.mark.parametrize("column", DIGITS)
 def test_a_declared_column_says_a_number_and_a_dash(column: str):
     # 2 is the same number in every count of digits.
-    assert float(number_of(column, 2.0).replace(",", "")) == pytest.approx(
-        2.0 * DIGITS[column].size, rel=0.5e-2
-    )
+    text = number_of(column, 2.0 / DIGITS[column].size)
+    assert float(text.replace(",", "")) == 2.0
     assert number_of(column, None) == quantity_of(column, math.nan) == "-"

@@ -18,8 +18,8 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.analysis.load_limit import LoadLimits
-from warprock.model.assembly import Assembly
-from warprock.model.loads import push_motions
+from warprock.model.loads import LoadMotions, push_motions
+from warprock.model.motion import GroundMotions, SpatialMotions, no_motion
 from warprock.model.response import USABLE, Outcome, SampleTimes
 from warprock.running.batch import run_batch
 from warprock.running.case_run import require_options, require_support
@@ -108,7 +108,7 @@ def run_pushes(found: LoadLimits, engine: str, options: RunOptions) -> Pushes:
     settings = found.case.engine_settings(engine)
     loads = np.array([each.load_factor for each in found.collapses])
     toward = np.array([each.direction for each in found.collapses])
-    far = np.array([FAR * _joint_length(each.assembly) for each in found.collapses])
+    far = np.array([FAR * np.median(each.assembly.joints.lengths) for each in found.collapses])
     first = np.unique(found.lane, return_index=True)[1]
     own = found.lane_set.lanes.take(first)
     pushed = np.flatnonzero(np.isfinite(loads) & (loads > 0.0))
@@ -121,8 +121,10 @@ def run_pushes(found: LoadLimits, engine: str, options: RunOptions) -> Pushes:
         response = run_batch(
             engine,
             own.take(kinds),
-            push_motions(
-                GRAVITY * toward[kinds] * factors, rise * one, nothing, (rise + hold) * one
+            _pushes(
+                push_motions(GRAVITY * factors, rise * one, nothing, (rise + hold) * one),
+                toward[kinds],
+                spatial=found.spatial,
             ),
             SampleTimes(rise + hold),
             settings=settings,
@@ -183,6 +185,9 @@ def _narrowed(bracket: Array, factors: Array, fell: Flags, usable: Flags) -> tup
     return ends[first : first + 2], False
 
 
-def _joint_length(assembly: Assembly) -> float:
-    ends = assembly.joints.ends
-    return float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)))
+def _pushes(along: LoadMotions, direction: Array, *, spatial: bool) -> GroundMotions:
+    """Pushes to +x as pushes in other directions [rad], shape [lane]."""
+    x = along.scaled(np.cos(direction))
+    if not spatial:
+        return x
+    return SpatialMotions(x, along.scaled(np.sin(direction)), no_motion(along))

@@ -109,7 +109,7 @@ def _block(
     texts: Mapping[str, str | None], fits: Sequence[str]
 ) -> tuple[float | None, float | None]:
     """Slenderness angle [rad] and frequency parameter [rad/s] as they are given."""
-    read = {name: _quantity(name, text) for name, text in texts.items()}
+    read = {name: _READ[name].read_option(f"--{name}", text) for name, text in texts.items()}
     width, height = read["width"], read["height"]
     if (width is None) != (height is None):
         lacks = "--height" if height is None else "--width"
@@ -132,16 +132,6 @@ def _block(
         allowed = "must be given for --fit: --width and --height, or the frequency parameter"
         raise InputError("--frequency-parameter", "", NOTHING, allowed)
     return angle, rate
-
-
-def _quantity(name: str, text: str | None) -> float | None:
-    """The value of an option in SI units, Hz or rad."""
-    if text is None:
-        return None
-    try:
-        return _READ[name].read(text).value
-    except ValueError as error:
-        raise InputError(f"--{name}", "", text, str(error)) from None
 
 
 def _of_frame(table: pd.DataFrame, column: str | None, unit: str | None) -> Rotations:

@@ -19,6 +19,7 @@ _ARGUMENTS = {
     "--from": "from_",
     "--output": "folder",
     "--history": "lane",
+    "--step": "steps",
 }
 """Options whose arguments have other names."""
 

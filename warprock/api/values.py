@@ -2,9 +2,11 @@
 
 Column = str
 """Name of a column: the option has COLUMN."""
+Acceleration = str
 Age = str
 Angle = str
 Density = str
+Frequency = str
 Length = str
 Mass = str
 Quantity = str

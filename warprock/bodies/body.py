@@ -211,7 +211,9 @@ def read_asked(asked: Asked, texts: Texts) -> Asked:
     Raises:
         InputError: Something cannot be used.
     """
-    read = {name: _quantity(name, text) for name, text in texts._asdict().items()}
+    read = {
+        name: _READ[name].read_option(f"--{name}", text) for name, text in texts._asdict().items()
+    }
     whole = dataclasses.replace(
         asked,
         density=read["density"],
@@ -221,16 +223,6 @@ def read_asked(asked: Asked, texts: Texts) -> Asked:
     )
     _judge(whole)
     return whole
-
-
-def _quantity(name: str, text: str | None) -> float | None:
-    """The value of an option in SI units or rad."""
-    if text is None:
-        return None
-    try:
-        return _READ[name].read(text).value
-    except ValueError as error:
-        raise InputError(f"--{name}", "", text, str(error)) from None
 
 
 def find_body(path: pathlib.Path, asked: Asked) -> Body:

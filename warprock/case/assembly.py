@@ -13,7 +13,12 @@ from warprock.quantity import NOTHING, Column, FrictionKey, NumberKey, TextKey
 from warprock.units import Dimension, parse_quantity
 
 ARCH, WALL, DRY_STONE, COLUMN, FRAME, FILE = "arch", "wall", "dry-stone", "column", "frame", "file"
-"""Patterns."""
+"""Patterns in the plane; in space their blocks are as deep as `depth` says."""
+
+CORNER, VAULT = "corner", "vault"
+"""Patterns in space."""
+
+SPATIAL_PATTERNS = (CORNER, VAULT)
 
 WHOLE, HALF = "whole", "half"
 """What the lowest course of a wall begins with."""
@@ -48,6 +53,11 @@ PATTERNS: dict[str, Keys] = {
     ),
     COLUMN: Keys(("drum_width", "drum_height", "drums")),
     FRAME: Keys(("column_width", "column_height", "columns", "span", "beam_height")),
+    CORNER: Keys(
+        ("block_length", "block_height", "blocks", "courses", "return_blocks"),
+        ("returns", "head_friction", "openings"),
+    ),
+    VAULT: Keys(("mean_radius", "thickness", "embrace", "voussoirs", "blocks"), ("first_course",)),
     FILE: Keys(("file",), ("file_unit", "joint_tolerance", "fixed", "head_friction")),
 }
 """Pattern -> its keys."""
@@ -126,7 +136,12 @@ class Assembly(Table):
         ),
     ]
     depth: Annotated[
-        float, _length("the depth of the blocks across the plane", "assembly_depth")
+        float,
+        _length(
+            "the depth of the blocks across the plane; in space the thickness of a wall and the "
+            "length of a vault",
+            "assembly_depth",
+        ),
     ] = 1.0
     mean_radius: Annotated[
         float | None, _length("the radius of the middle line of the arch", "mean_radius")
@@ -153,14 +168,31 @@ class Assembly(Table):
         float | None, _length("the height of a course of the wall", "block_height")
     ] = None
     blocks: Annotated[
-        float | None, _number("the length of the wall in blocks", MOST_BLOCKS, "wall_blocks")
+        float | None,
+        _number("the length of the wall, or of the vault, in blocks", MOST_BLOCKS, "wall_blocks"),
     ] = None
     courses: Annotated[
         float | None, _number("the number of courses of the wall", MOST_BLOCKS, "courses")
     ] = None
+    return_blocks: Annotated[
+        float | None,
+        _number(
+            "the length in blocks of the walls across, the thickness of the wall included",
+            MOST_BLOCKS,
+            "return_blocks",
+        ),
+    ] = None
+    returns: Annotated[
+        float,
+        _number("the number of walls across: 1 at the left end, or 2 at both", 2, "returns"),
+    ] = 1.0
     first_course: Annotated[
         str,
-        TextKey("what the lowest course begins with, a whole block or half of one", (WHOLE, HALF)),
+        TextKey(
+            "what the lowest course, of a vault that at its left springing, begins with, a whole "
+            "block or half of one",
+            (WHOLE, HALF),
+        ),
     ] = WHOLE
     openings: Annotated[
         tuple[tuple[float, ...], ...],

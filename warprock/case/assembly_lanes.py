@@ -12,23 +12,27 @@ from warprock.case.assembly import (
     ARCH,
     BETWEEN,
     COLUMN,
+    CORNER,
     DRY_STONE,
     FILE,
     FRAME,
     MOST_BLOCKS,
     PATTERNS,
+    SPATIAL_PATTERNS,
+    VAULT,
     WALL,
     WHOLE,
     Assembly,
 )
-from warprock.case.case_file import PLANAR, SPATIAL
 from warprock.case.input_columns import computed, key_column
+from warprock.case.space import spatial_because
 from warprock.drawings.loading import load_drawing
 from warprock.errors import InputError, did_you_mean
 from warprock.model import patterns
-from warprock.model.assembly import Assemblies, Piece, assemble
+from warprock.model.assembly import SPACE, Assemblies, Piece, assemble
 from warprock.model.assembly import Assembly as Laid
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.solids import assemble_solids
 from warprock.quantity import NOTHING, NumberKey, Said
 
 if TYPE_CHECKING:
@@ -42,12 +46,19 @@ PLACE = Assembly.place
 FRICTION = "contact.friction"
 BONDS = ("joint_cohesion", "joint_tensile_strength")
 """Keys that make joints bonded, together."""
-COUNTS = ("voussoirs", "blocks", "courses", "drums", "columns", "seed")
+COUNTS = (
+    *("voussoirs", "blocks", "courses", "drums", "columns", "seed"),
+    *("return_blocks", "returns"),
+)
 """Keys that hold whole numbers."""
 
 
-def assembly_lanes(values: LaneValues) -> Lanes:
+def assembly_lanes(values: LaneValues, *, in_space: bool) -> Lanes:
     """Assemblies at rest, each in the box around its blocks.
+
+    Args:
+        values: Values of the case.
+        in_space: Whether their blocks move in space.
 
     Raises:
         InputError: A key of a single block, numbers that are not whole, too many blocks, or blocks
@@ -55,7 +66,7 @@ def assembly_lanes(values: LaneValues) -> Lanes:
     """
     table = values.case.tables.assembly
     assert table is not None
-    _refuse_others(values)
+    _refuse_others(values, in_space=in_space)
     numbers = _numbers(values, table)
     _refuse_numbers(values, table, numbers)
     files, of_file = _files(values, table)
@@ -68,7 +79,8 @@ def assembly_lanes(values: LaneValues) -> Lanes:
         own = dict(zip(numbers, own_numbers, strict=True))
         file = files[int(number)] if files else None
         try:
-            kinds.append(_assemble(values.case, table, own, file))
+            make = _assemble_in_space if in_space else _assemble
+            kinds.append(make(values.case, table, own, file))
         except ValueError as error:
             if isinstance(error, InputError):
                 raise
@@ -83,19 +95,28 @@ def assembly_lanes(values: LaneValues) -> Lanes:
     found = Assemblies(tuple(kinds), lane)
     size = np.array([kind.size for kind in kinds])[lane]
     mass = np.array([kind.mass[~kind.fixed].sum() for kind in kinds])[lane]
+    depth = size[:, 1] if in_space else numbers["depth"]
     nothing = np.zeros(len(lane))
-    return Lanes(
-        width=size[:, 0],
-        height=size[:, 1],
-        depth=numbers["depth"],
-        density=mass / (size.prod(axis=1) * numbers["depth"]),
-        friction=numbers[FRICTION],
-        chamfer=nothing,
-        offset=nothing,
-        rotation_start=nothing,
-        angular_restitution=nothing,
-        assembly=found,
-    )
+    box: dict[str, Any] = {
+        "width": size[:, 0],
+        "height": size[:, -1],
+        "depth": depth,
+        "density": mass / (size[:, 0] * size[:, -1] * depth),
+        "friction": numbers[FRICTION],
+        **dict.fromkeys(_AT_REST, nothing),
+        "assembly": found,
+    }
+    if in_space:
+        return SpatialLanes(**(box | dict.fromkeys(_AT_REST_IN_SPACE, nothing)))
+    return Lanes(**box)
+
+
+_AT_REST = ("chamfer", "offset", "rotation_start", "angular_restitution")
+_AT_REST_IN_SPACE = (
+    *("rotation_across_start", "yaw_start", "gap_start"),
+    *("centre_offset_x", "centre_offset_y", "offset_across"),
+)
+"""What lanes say of single blocks, of which assemblies have nothing."""
 
 
 def assembly_columns(values: LaneValues, lanes: Lanes) -> dict[str, object]:
@@ -130,16 +151,16 @@ def _numbers(values: LaneValues, table: Assembly) -> dict[str, npt.NDArray[np.fl
     return found | {FRICTION: values.numbers(FRICTION)}
 
 
-def _refuse_others(values: LaneValues) -> None:
-    """Refuses what only single blocks have."""
+def _refuse_others(values: LaneValues, *, in_space: bool) -> None:
+    """Refuses what only single blocks have, or assemblies in the plane."""
     case, tables = values.case, values.case.tables
-    for key in ("motion.y", "motion.z"):
-        if tables.constant(key) is not None:
-            allowed = "must be left out: an assembly stands on a base that moves along x"
-            raise InputError(case.source_of(key), key, Said("a table"), allowed)
-    if tables.model == SPATIAL:
-        allowed = f"must be {PLANAR}, or left out, with [assembly]"
-        raise InputError(case.source_of("model"), "model", SPATIAL, allowed)
+    if not in_space and tables.constant("motion.z") is not None:
+        key, allowed = "motion.z", "must be left out: in the plane the base moves along x"
+        raise InputError(case.source_of(key), key, Said("a table"), allowed)
+    for name in BONDS if in_space else ():
+        if values.given(f"{PLACE}.{name}"):
+            key, allowed = f"{PLACE}.{name}", "must be left out: joints are dry in space"
+            raise InputError(case.source_of(key), key, Said("a value"), allowed)
     for key in tables.start.model_fields_set:
         allowed = "must be left out: an assembly starts at rest"
         raise InputError(case.source_of("start"), f"start.{key}", Said("a start"), allowed)
@@ -166,14 +187,21 @@ def _refuse_numbers(
         if name in numbers:
             broken = numbers[name] != np.round(numbers[name])
             values.refuse(broken, f"{PLACE}.{name}", "must be a whole number")
-    if table.pattern == ARCH:
+    if table.pattern in (ARCH, VAULT):
         thick = numbers["thickness"] >= 2.0 * numbers["mean_radius"]
         allowed = f"must be less than twice {PLACE}.mean_radius"
         values.refuse(thick, f"{PLACE}.thickness", allowed)
-    if table.pattern == WALL:
-        blocks = (numbers["blocks"] + 0.5) * numbers["courses"]
+    if table.pattern in (WALL, CORNER, VAULT):
+        rows = "voussoirs" if table.pattern == VAULT else "courses"
+        across = numbers.get("return_blocks", 0.0) * numbers.get("returns", 1.0)
+        blocks = (numbers["blocks"] + across + 0.5) * numbers[rows]
         allowed = f"must make at most {MOST_BLOCKS:,} blocks"
-        values.refuse(blocks > MOST_BLOCKS, f"{PLACE}.courses", allowed)
+        values.refuse(blocks > MOST_BLOCKS, f"{PLACE}.{rows}", allowed)
+    if table.pattern == CORNER:
+        thick = numbers["depth"] >= numbers["block_length"]
+        allowed = f"must be less than {PLACE}.block_length, so that walls are bonded"
+        values.refuse(thick, f"{PLACE}.depth", allowed)
+    if table.pattern in (WALL, CORNER):
         _refuse_openings(values, table, numbers)
     if table.pattern == DRY_STONE:
         for size in ("length", "height"):
@@ -231,6 +259,29 @@ def _assemble(case: Case, table: Assembly, own: Mapping[str, Any], file: str | N
     return _weakened(case, table, own, found) if table.weak_joints else found
 
 
+def _assemble_in_space(
+    case: Case, table: Assembly, own: Mapping[str, Any], file: str | None
+) -> Laid:
+    """The assembly in space of some numbers, or of a file."""
+    if table.pattern in SPATIAL_PATTERNS:
+        pieces = _pieces(table, own)
+    else:
+        if file is None:
+            pieces = _pieces(table, own)
+        else:
+            pieces = _drawn(case, table, own, file, in_space=True)
+        if pieces[0].corners.shape[1] < SPACE:
+            pieces = patterns.extruded(pieces, own["depth"])
+    found = assemble_solids(
+        pieces,
+        density=own["density"],
+        friction=own[FRICTION],
+        head_friction=own.get("head_friction"),
+        tolerance=None if file is None else table.joint_tolerance,
+    )
+    return _weakened(case, table, own, found) if table.weak_joints else found
+
+
 def _weakened(case: Case, table: Assembly, own: Mapping[str, Any], found: Laid) -> Laid:
     """An assembly in which some joints have a friction of their own.
 
@@ -277,16 +328,18 @@ def case_drawings(case: Case) -> dict[str, Drawing]:
     table = case.tables.assembly
     if table is None or table.pattern != FILE:
         return {}
-    return {file: _drawing(case, file) for file in LaneValues(case, range(1)).texts(FILE_KEY)[0]}
+    values = LaneValues(case, range(1))
+    in_space, files = bool(spatial_because(values)), values.texts(FILE_KEY)[0]
+    return {file: _drawing(case, file, in_space=in_space) for file in files}
 
 
 FILE_KEY = f"{PLACE}.file"
 
 
-def _drawing(case: Case, file: str) -> Drawing:
+def _drawing(case: Case, file: str, *, in_space: bool) -> Drawing:
     """A drawing of the case."""
     try:
-        return load_drawing(file, case.folder)
+        return load_drawing(file, case.folder, in_space=in_space)
     except InputError as error:
         if error.key != "file":
             raise
@@ -294,14 +347,16 @@ def _drawing(case: Case, file: str) -> Drawing:
         raise InputError(source, FILE_KEY, file, error.allowed) from None
 
 
-def _drawn(case: Case, table: Assembly, own: Mapping[str, float], file: str) -> list[Piece]:
+def _drawn(
+    case: Case, table: Assembly, own: Mapping[str, float], file: str, *, in_space: bool = False
+) -> list[Piece]:
     """The blocks of a drawing.
 
     Raises:
         InputError: It says no unit, or not what is fixed.
     """
-    drawing = _drawing(case, file)
-    outlines = drawing.outlines
+    drawing = _drawing(case, file, in_space=in_space)
+    outlines = drawing.blocks
     unit = own.get("file_unit", drawing.unit)
     if unit is None:
         key, declared = f"{PLACE}.file_unit", Assembly.declared()["file_unit"]
@@ -334,10 +389,15 @@ def _pieces(table: Assembly, own: Mapping[str, float]) -> list[Piece]:
         name: round(own[name]) if name in COUNTS else own[name]
         for name in PATTERNS[table.pattern].needs
     }
+    openings = [patterns.Opening(*each) for each in table.openings]
+    whole = table.first_course == WHOLE
     if table.pattern == WALL:
-        openings = [patterns.Opening(*each) for each in table.openings]
-        whole = table.first_course == WHOLE
         return patterns.wall(**numbers, whole_first=whole, openings=openings)
+    if table.pattern == CORNER:
+        returns = round(own.get("returns", table.returns))
+        return patterns.corner(**numbers, depth=own["depth"], returns=returns, openings=openings)
+    if table.pattern == VAULT:
+        return patterns.vault(**numbers, depth=own["depth"], whole_first=whole)
     laid: dict[str, Callable[..., list[Piece]]] = {
         ARCH: patterns.arch,
         DRY_STONE: patterns.dry_stone,

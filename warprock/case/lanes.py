@@ -284,7 +284,7 @@ def _scene(
     assembly = values.case.tables.assembly is not None
     beyond = (
         assembly and "is an assembly ([assembly])",
-        in_space and "has blocks in space",
+        in_space and not assembly and "has blocks in space",
         stacked and "has a stack",
         body is not None and "has a body (block.base)",
         values.case.tables.constant("motion.z") and "moves its base upwards (motion.z)",
@@ -292,7 +292,7 @@ def _scene(
     for place in filter(None, beyond):
         refuse_elsewhere(values, str(place))
     if assembly:
-        blocks = assembly_lanes(values)
+        blocks = assembly_lanes(values, in_space=in_space)
         motions, ground, more = lane_motions(values, blocks)
         columns = assembly_columns(values, blocks) | more | _own_duration(values)
         return blocks, (motions, ground), columns

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from warprock.case.assembly import SPATIAL_PATTERNS
 from warprock.case.block import Block, StackedBlock
 from warprock.case.body_lanes import DIRECTION, body_of
 from warprock.case.body_stacks import stacked_tables
@@ -60,6 +61,8 @@ def spatial_because(values: LaneValues) -> str:
     if tables.model != PLANAR:
         bodies = (n for n, table in stacked_tables(values).items() if table.spatial)
         reasons |= {f"block.{number}.base": "has a body in space" for number in bodies}
+    if tables.assembly is not None and tables.assembly.pattern in SPATIAL_PATTERNS:
+        reasons["assembly.pattern"] = "lays its blocks in space"
     # A profile has no other space than its plane.
     profiles = stacked_tables(values) if body is None else not body.spatial
     if tables.model != PLANAR and not profiles:

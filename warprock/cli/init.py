@@ -77,11 +77,14 @@ def init(
     for file in files:
         click.echo(file)
     lanes = "one lane" if start.lanes == 1 else f"{start.lanes:,} lanes"
-    command = {"map": "map", "spectrum": "spectrum", "arch": "limit"}.get(kind, "run")
+    command = {"map": "map", "spectrum": "spectrum", **LIMITS}.get(kind, "run")
     print_end(
         f"The case has {lanes}; change what is not yours.",
         f"warprock {command} {shlex.quote(str(files[0]))} -o results",
     )
 
+
+LIMITS = dict.fromkeys(("arch", "corner", "vault"), "limit")
+"""Kinds of cases whose collapse load one looks for first."""
 
 COMMANDS = (init,)

@@ -18,6 +18,7 @@ _TEXT = read_function("limit", "limit").text.replace("`case`", "CASE").replace("
 
 @click.command(help=_TEXT)
 @case_argument
+@click.option("--direction", metavar="ANGLE", help=help_of("limit", "limit", "direction"))
 @click.option("--push", is_flag=True, default=False, help=help_of("limit", "limit", "push"))
 @click.option(
     "-e", "--engine", shell_complete=completion.engines, help=help_of("limit", "limit", "engine")

@@ -39,12 +39,14 @@ class Argument(NamedTuple):
         kind: The first name of its annotation: `float`, or an alias such as `Column`.
         default: Its default.
         text: What the docstring says of it.
+        required: Whether it has none.
     """
 
     name: str
     kind: str
     default: Any
     text: str
+    required: bool
 
     @property
     def option(self) -> str:
@@ -84,7 +86,13 @@ def read_function(module: str, name: str) -> Function:
     told = {found[1]: " ".join(found[2].split()) for found in _ARGUMENT.finditer(rest)}
     pairs = zip(node.args.kwonlyargs, node.args.kw_defaults, strict=True)
     arguments = tuple(
-        Argument(a.arg, _kind(a.annotation), ast.literal_eval(default or "None"), told[a.arg])
+        Argument(
+            a.arg,
+            _kind(a.annotation),
+            ast.literal_eval(default or "None"),
+            told[a.arg],
+            default is None,
+        )
         for a, default in pairs
         if a.arg not in SHARED and not isinstance(default, ast.Name)
     )
@@ -157,7 +165,7 @@ def _option(
         argument.option,
         argument.name,
         multiple=several,
-        default=None if several else default,
+        **({"required": True} if argument.required else {"default": None if several else default}),
         show_default=not several and default is not None,
         type=kind,
         metavar=None if argument.kind in known else argument.kind.upper(),

@@ -49,16 +49,17 @@ def validate(
     as_json: bool,
     **asked: Any,
 ) -> None:
-    """Hold engines to observed outcomes: how many tests of a CASE do they say rightly?
+    """Hold engines to observed outcomes: of how many tests of a CASE do they predict the outcome?
 
     A test is a lane, or all members of an ensemble's cell or of a sample: the share of them that
-    overturns is its probability. Printed are accuracy, AUC and Brier score beside those of a
+    overturns is its probability. The command prints accuracy, AUC and Brier score beside those of a
     threshold on PGA and on PGV, accuracy by status, fragility functions observed and predicted, and
     paired tests.
 
-    Words of an outcome: overturned, fell, 1, true, yes, or stood, standing, 0, false, no; an empty
-    cell was not seen. Columns such as peak_rotation_deg and peak_slide_mm are held against peaks,
-    peak_rotation_2_deg of block 2 of a stack, peak_displacement_mm of an assembly.
+    An outcome is one of these words: overturned, fell, 1, true, yes, or stood, standing, 0, false,
+    no; where nobody saw it, the cell is empty. Columns such as peak_rotation_deg and peak_slide_mm
+    are held against peaks, peak_rotation_2_deg of block 2 of a stack, peak_displacement_mm of an
+    assembly.
     """
     from warprock.api import validation as api
 

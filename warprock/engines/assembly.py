@@ -322,8 +322,9 @@ class Assembly(KernelEngine):
         fallen = (rows["mode"] == OVERTURNED) & goes_on & (rows["moved"] < end)
         rest_time = np.where(fallen, rows["moved"], rest_start_times(rows, end))
         bad = [
-            (_unstable(own, rows), Status.UNSTABLE),
+            (_gained(own, rows), Status.UNSTABLE),
             (rows["astray"] > 0, Status.OUTSIDE_MODEL),
+            (_sunk(own, rows), Status.UNSTABLE),
         ]
         blocks = np.arange(found.blocks.shape[1]) < _count(own)[:, None]
         moved, last = (np.where(blocks, found.blocks[name], 0.0) for name in ("moved", "last"))
@@ -389,13 +390,17 @@ def _count(own: Assemblies) -> npt.NDArray[np.intp]:
     return np.array([kind.count for kind in own.kinds])[own.lane]
 
 
-def _unstable(own: Assemblies, rows: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-    """Where contacts gave energy, or let blocks through one another, shape [lane]."""
+def _gained(own: Assemblies, rows: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    """Where contacts gave energy, shape [lane]."""
     lightest = np.array([_least_fall(kind) for kind in own.kinds])[own.lane]
-    smallest = np.array([least_reach(kind) for kind in own.kinds])[own.lane]
     gained = np.maximum(-rows["loss"], rows["returned"])
-    made = (gained > rows["supplied"]) & (gained > GAINED_SHARE * lightest)
-    return np.asarray(made | (rows["deepest"] > SUNK_SHARE * smallest))
+    return np.asarray((gained > rows["supplied"]) & (gained > GAINED_SHARE * lightest))
+
+
+def _sunk(own: Assemblies, rows: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    """Where contacts let blocks through one another, shape [lane]."""
+    smallest = np.array([least_reach(kind) for kind in own.kinds])[own.lane]
+    return np.asarray(rows["deepest"] > SUNK_SHARE * smallest)
 
 
 def _least_fall(kind: Laid) -> float:

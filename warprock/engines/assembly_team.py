@@ -109,11 +109,6 @@ def lay_out(kind: Assembly, width: int) -> Layout:
     return Layout(np.concatenate(places), np.asarray(packs))
 
 
-def room_of(kind: Assembly, *, bytes_a_number: int) -> int:
-    """Memory that the kernel's arrays of a run take, without histories [bytes]."""
-    return bytes_a_number * (80 * kind.joints.count + 45 * kind.count)
-
-
 def run_team(
     module: ModuleType,
     target: Target,

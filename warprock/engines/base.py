@@ -71,6 +71,8 @@ class AbstractEngine(abc.ABC):
     """Where boxes may start with velocities or be thrown: plane, space."""
     assemblies: ClassVar[bool] = False
     """Whether it runs assemblies of many blocks with joints."""
+    solids: ClassVar[bool] = False
+    """Whether it runs assemblies in space, too."""
     drums: ClassVar[bool] = False
     """Whether it runs an assembly that is a column of equal drums, as the stack that it is."""
     bodies_move: ClassVar[tuple[str, ...]] = ()
@@ -91,6 +93,11 @@ class AbstractEngine(abc.ABC):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the engine cannot run a scene; None if it can."""
+        if scene.assembly and scene.spatial and not cls.solids:
+            return (
+                f"no engine runs assemblies in space yet, and the case {scene.spatial_because}; "
+                "warprock limit takes it"
+            )
         if scene.assembly and cls.drums and scene.no_column:
             return (
                 f"{cls.name} runs an [assembly] that is a column of equal drums with dry joints, "
@@ -101,7 +108,7 @@ class AbstractEngine(abc.ABC):
                 f"{cls.name} runs no assemblies, and the case has an [assembly]; assembly and dem "
                 "run it"
             )
-        if scene.beyond_the_plane and not cls.spatial:
+        if scene.beyond_the_plane and not cls.spatial and not scene.assembly:
             return scene.beyond_the_plane
         place = "in space" if scene.spatial else "in the plane"
         if scene.bodies and not cls.bodies[scene.spatial]:

@@ -51,8 +51,8 @@ SINKING_SHARE = 1e-2
 def energy_gained(lanes: Lanes, energy_lost: Array, peak_rotation: Array) -> Array:
     """Energy that single rigid blocks on a still base gained [J], shape [lane].
 
-    By the engine's own account, or because they turned further than they were let go; negative
-    where both say that they lost some.
+    The larger of two numbers: the gain in the engine's own account, and the energy of the largest
+    rotation less that of the start. Negative where both say that the block lost energy.
     """
     reached = energy_held(lanes, peak_rotation) - energy_held(lanes, lanes.rotation_start)
     return np.fmax(-np.asarray(energy_lost, dtype=np.float64), reached)
@@ -115,7 +115,7 @@ def fall_energy(lanes: Lanes, held: Array, peak_rotation: Array) -> Array:
         peak_rotation: Largest rotations [rad], shape [lane], or [lane, block] for stacks.
     """
     if lanes.body is not None:
-        # It is the least that it takes to either side, and the most that is set free.
+        # The side with the least rise needs the least energy to fall, and releases the most.
         able = held >= (1.0 - BARRIER_SHARE) * GRAVITY * lanes.mass * overturning_rise(lanes)
         turned = np.minimum(np.abs(peak_rotation), 0.5 * np.pi)
         sunk = -Corners.of(lanes.body).least_rise(turned)

@@ -13,11 +13,13 @@ from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLUE, DARK, GREY, PALE, VERMILION
 from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, legend_below, style, subplots
+from warprock.figures.solid_view import SolidView
 from warprock.findings.asked import naming_columns
 from warprock.findings.limit import COULOMB, LOAD_FACTOR, PUSHED, find_limit
 from warprock.findings.numbers import counted, even_selection, three
 from warprock.findings.sheets import heading
 from warprock.model.response import JointState
+from warprock.model.solids import SpatialAssembly
 from warprock.running.case_run import CaseRun
 
 if TYPE_CHECKING:
@@ -62,8 +64,9 @@ def draw_limit(found: LoadLimits, pushes: Pushes | None, title: str) -> list[Dra
         for axes in panels.flat[len(shown) :]:
             axes.set_visible(False)
         legend_below(figure, *panels.flat, columns=4)
+        where = "blocks" if found.spatial else "blocks where they stand (outlines) and"
         about = (
-            f"{found.case.name}: blocks where they stand (outlines) and as the mechanism moves "
+            f"{found.case.name}: {where} as the mechanism moves "
             "them, by the same scale in all joints; it has no size"
         )
         headline(figure, title, about)
@@ -139,19 +142,23 @@ def _name(collapse: Collapse, lane: int) -> str:
     if not collapse.stands:
         return f"lane {lane}: does not stand"
     bound = " at most" if collapse.upper_bound else ""
-    return f"lane {lane}: load factor{bound} {three(collapse.load_factor)}"
+    whither = ""
+    if collapse.assembly.spatial:
+        whither = f" towards {np.rad2deg(collapse.direction):.4g} deg"
+    return f"lane {lane}: load factor{bound} {three(collapse.load_factor)}{whither}"
 
 
 def _draw(axes: Axes, collapse: Collapse) -> None:
-    """One assembly and its mechanism on axes of metres."""
+    """One assembly and its mechanism on axes of metres, in space as it is seen from a side."""
     from matplotlib.collections import PolyCollection
 
     assembly = collapse.assembly
+    if isinstance(assembly, SpatialAssembly):
+        _draw_in_space(axes, collapse, assembly)
+        return
     scale = MOVED * float(assembly.size.max())
-    arm = assembly.corners - assembly.centre[:, None]
-    turned = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
-    velocity = collapse.velocity[:, None]
-    moved = assembly.corners + scale * (velocity[..., :2] + velocity[..., 2:] * turned)
+    every = np.arange(assembly.count)
+    moved = assembly.corners + scale * collapse.moved(every, assembly.corners)
     free = ~assembly.fixed
     fixed = PolyCollection([*assembly.corners[~free]], facecolor=PALE, edgecolor=GREY)
     axes.add_collection(fixed)
@@ -161,6 +168,65 @@ def _draw(axes: Axes, collapse: Collapse) -> None:
     axes.add_collection(outline)
     _mark_joints(axes, collapse, scale)
     _frame(axes)
+
+
+def _draw_in_space(axes: Axes, collapse: Collapse, assembly: SpatialAssembly) -> None:
+    """An assembly in space as its mechanism moves it, seen from where it does not fall away."""
+    view = SolidView(BEHIND if np.sin(collapse.direction) > 0.5 else BEFORE)
+    scale = MOVED * float(assembly.size.max())
+    every = np.arange(assembly.count)
+    moved = assembly.corners + scale * collapse.moved(every, assembly.corners)
+    still = np.abs(collapse.velocity).max(axis=1) <= STILL
+    colours = np.where(assembly.fixed, PALE, np.where(still, UNMOVED, STONE))
+    for chosen in (assembly.fixed, ~assembly.fixed):
+        own = np.flatnonzero(chosen)
+        faces = [assembly.faces[place] for place in own]
+        view.draw(axes, moved[own], faces, colours[own].tolist())
+    _mark_joints_in_space(axes, collapse, assembly, view, scale)
+    every_corner = np.concatenate([assembly.corners, moved])
+    view.frame(axes, every_corner)
+
+
+BEFORE, BEHIND = np.deg2rad(-55.0), np.deg2rad(125.0)
+"""Where the reader of a picture of an assembly in space stands; see `SolidView`."""
+STILL = 1e-6
+"""Velocity of a block below which it stays in a mechanism, over the largest."""
+UNMOVED = "#E3E6EA"
+"""Blocks that can move and stay in a mechanism."""
+CLOSED = 1e-6
+"""Opening of an end below which it is part of a hinge, over the largest of its joint."""
+
+
+def _mark_joints_in_space(
+    axes: Axes, collapse: Collapse, assembly: SpatialAssembly, view: SolidView, scale: float
+) -> None:
+    """Hinges as lines where joints that open stay closed, and outlines of joints that slide."""
+    joints = assembly.joints
+    ends = joints.ends + scale * collapse.moved(joints.blocks[:, 1], joints.ends)
+    opens, slides = collapse.opens, collapse.slides
+    marks: dict[str, list[npt.NDArray[np.float64]]] = {"hinge": [], "sliding joint": []}
+    for place in np.flatnonzero(opens | slides):
+        count = int(joints.end_count[place])
+        corners, parting = ends[place, :count], collapse.parting[place, :count]
+        if slides[place]:
+            marks["sliding joint"].append(np.concatenate([corners, corners[:1]]))
+        elif (closed := parting <= CLOSED * parting.max()).any():
+            marks["hinge"].append(corners[closed])
+    for (label, lines), colour, width in zip(
+        marks.items(), (VERMILION, BLUE), (2.5, 1.2), strict=True
+    ):
+        for number, line in enumerate(lines):
+            named = label if number == 0 else None
+            style_of = "-" if len(line) > 1 else "o"
+            axes.plot(
+                *view.seen(line).T,
+                style_of,
+                color=colour,
+                linewidth=width,
+                markersize=4.0,
+                zorder=3,
+                label=named,
+            )
 
 
 def _frame(axes: Axes) -> None:
@@ -173,12 +239,9 @@ def _frame(axes: Axes) -> None:
 
 def _mark_joints(axes: Axes, collapse: Collapse, scale: float) -> None:
     """Hinges as dots where joints that open stay closed, sliding joints as lines."""
-    assembly, joints = collapse.assembly, collapse.assembly.joints
+    joints = collapse.assembly.joints
     second = joints.blocks[:, 1]
-    arm = joints.ends - assembly.centre[second][:, None]
-    turned = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
-    velocity = collapse.velocity[second][:, None]
-    ends = joints.ends + scale * (velocity[..., :2] + velocity[..., 2:] * turned)
+    ends = joints.ends + scale * collapse.moved(second, joints.ends)
     opens, slides = collapse.opens, collapse.slides
     closed = np.argmin(collapse.parting, axis=1)
     hinges = ends[np.arange(joints.count), closed][opens]

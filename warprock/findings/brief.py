@@ -10,7 +10,7 @@ import pandas as pd
 from warprock.analysis.brief import Brief, Slide
 from warprock.analysis.incremental import Ladder
 from warprock.analysis.risk import Risk, chance_within
-from warprock.findings.digits import number_of
+from warprock.findings.digits import number_of, quantity_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.measures import measure
 from warprock.findings.mitigation import (
@@ -245,16 +245,16 @@ def slide_sentence(base: Facts) -> str:
     """Whether it slides into something first."""
     if not base["slides"]:
         return "Whether it slides into something first is not told: this engine leaves sliding out."
-    most = three(1e3 * base["standing_slide_m"])
+    most = quantity_of("peak_slide_m", base["standing_slide_m"])
     clearance = base["clearance_m"]
     if clearance is None:
         if base["standing_slide_m"] < 1e-6:
             return "It does not slide before it falls."
         return (
-            f"Up to the motions that topple it it slides {most} mm at most: what it must not touch "
+            f"Up to the motions that topple it it slides {most} at most: what it must not touch "
             "should be farther away."
         )
-    far = f"{three(1e3 * clearance)} mm"
+    far = quantity_of("clearance_m", clearance)
     rate = base["slide_rate_per_year"]
     if rate is None:
         known = "none reached" in base["slide_verdict"]
@@ -267,7 +267,7 @@ def slide_sentence(base: Facts) -> str:
         return f"Under none of {counted(base['lanes'], 'record')} it slides before it falls."
     before, lanes = base["slid_before"], counted(base["lanes"], "record")
     if not before:
-        return f"Under none of {lanes} it slides {far} before it falls; {most} mm are the most."
+        return f"Under none of {lanes} it slides {far} before it falls; {most} are the most."
     return (
         f"Under {before} of {lanes} it slides {far} before it falls. It slides so far "
         f"{once_in(1.0 / rate)}."

@@ -1,4 +1,4 @@
-"""How numbers of a column are said: its scale, digits and unit, declared once."""
+"""How numbers of a column are said: its scale, digits, unit and short heading, declared once."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from warprock.findings.numbers import MISSING, three
+from warprock.findings.sheets import heading
 from warprock.units import split_unit
 
 if TYPE_CHECKING:
@@ -17,16 +18,18 @@ class Shown(NamedTuple):
     """How the numbers of a column are said.
 
     Attributes:
-        form: Digits, as Python formats them.
+        form: Digits, as Python formats them; empty writes the number as `three` does.
         size: The number that is said over that of the column.
         unit: The unit that is said, where it is not that of the column.
         grouped: Whether the number is rounded to its digits and then written out: 12,300.
+        short: Heading of the column on the terminal, in short lines; empty takes its name.
     """
 
     form: str = ".3g"
     size: float = 1.0
     unit: str = ""
     grouped: bool = False
+    short: str = ""
 
 
 MEASURED = Shown()
@@ -36,6 +39,10 @@ ASKED = Shown("g")
 """What was asked for: as it was typed."""
 
 ASKED_PERCENT, SHARE = Shown("g", 100.0, "%"), Shown(".3f")
+OFF = Shown(".1e")
+"""A difference of two runs, of any size."""
+OFF_ANGLE = OFF._replace(size=180.0 / math.pi, unit="deg")
+LENGTH, ANGLE = Shown("", 1e3, "mm"), Shown("", 180.0 / math.pi, "deg")
 MILLIMETRES, DEGREES = Shown(size=1e3, unit="mm"), Shown(size=180.0 / math.pi, unit="deg")
 FACTOR = Shown(".4g")
 
@@ -44,19 +51,19 @@ DIGITS: Mapping[str, Shown] = {
         (
             *("lowest_factor", "highest_factor", "accuracy", "boundary_accuracy"),
             *("tolerance", "level", "error_met", "value", "within_years", "duration_s"),
-            *("decided_after_s", "years", "margin"),
+            *("decided_after_s", "years", "margin", "interval_s"),
         ),
         ASKED,
     ),
     **dict.fromkeys(
-        ("spread_size", "spread_friction", "spread_motion", "idle_share"), ASKED_PERCENT
+        ("spread_size", "spread_friction", "spread_motion", "idle_share", "damping"), ASKED_PERCENT
     ),
     "chance": Shown(".2g", 100.0, "%"),
     **dict.fromkeys(("right_share", "compared_share", "limit_gap"), Shown(".1f", 100.0, "%")),
     **dict.fromkeys(
         (
             *("right", "over_observed", "rank_correlation", "predicted", "observed"),
-            *("total", "first_order", "width_m"),
+            *("total", "first_order", "width_m", "statistic"),
         ),
         SHARE,
     ),
@@ -69,14 +76,57 @@ DIGITS: Mapping[str, Shown] = {
     **dict.fromkeys(
         ("settled_deg", "duration_misfit", "p_value", "error_run_ratio", "odds"), Shown(".2g")
     ),
-    **dict.fromkeys(("acceleration_ratio", "peak_rotation_ratio"), Shown(".4f")),
+    "towards_deg": Shown(".4g"),
+    "acceleration_ratio": Shown(".4f"),
+    "peak_rotation_ratio": Shown(".4f", short="peak\nratio"),
     "given_slenderness_angle_rad": DEGREES._replace(form=".4g"),
     "angular_restitution_by_formula": Shown(".4f"),
     "median_change": Shown("+.1f", 100.0, "%"),
     "brier_difference": Shown("+.3f"),
     "probability": Shown(".1f"),
     "input": Shown(".6g"),
-    "cpu_s_per_simulated_s": Shown(".1e"),
+    "cpu_s_per_simulated_s": Shown(".1e", short="CPU s for 1 s\nof one block"),
+    "cpu_s": Shown(".2g", short="CPU\n[s]"),
+    "steps_per_s": Shown(".0f", short="steps\n[1/s]"),
+    "time_step_s": Shown(".1e", short="step\n[s]"),
+    **dict.fromkeys(("overturned", "overturned_low", "overturned_high"), Shown(".1f", 100.0, "%")),
+    "clearance_m": LENGTH,
+    "peak_slide_m": LENGTH._replace(short="slide\n[mm]"),
+    "peak_displacement_m": LENGTH._replace(short="moved\n[mm]"),
+    "peak_rotation_rad": ANGLE._replace(short="peak\n[deg]"),
+    "peak_rotation_across_rad": ANGLE._replace(short="across\n[deg]"),
+    "peak_yaw_rad": ANGLE._replace(short="yaw\n[deg]"),
+    "rotation_error_rad": OFF_ANGLE._replace(short="error\n[deg]"),
+    "peak_tie_force_N": Shown("", 1e-3, "kN", short="tie\n[kN]"),
+    "collapse_time_s": Shown("", short="fell at\n[s]"),
+    "rest_time_s": Shown("", short="at rest\nat [s]"),
+    "peak_time_s": Shown("", short="peak at\n[s]"),
+    "impact_count": Shown(",.0f", short="impacts"),
+    "opened_joints": Shown(",.0f", short="joints\nopened"),
+    "slid_joints": Shown(",.0f", short="joints\nslid"),
+    "broken_joints": Shown(",.0f", short="joints\nbroken"),
+    "broken_ties": Shown(",.0f", short="ties\nbroken"),
+    "collapse_load_g": FACTOR,
+    **dict.fromkeys(
+        ("error_5s_ratio", "difference_5s_ratio"), OFF._replace(short="diff.*\nfirst 5 s")
+    ),
+    **dict.fromkeys(
+        ("error_run_ratio", "difference_run_ratio"), OFF._replace(short="diff.*\nwhole run")
+    ),
+    "difference_across_5s_ratio": OFF._replace(short="across*\nfirst 5 s"),
+    "difference_yaw_5s_rad": OFF_ANGLE._replace(short="yaw**\n[deg]"),
+    "difference_deg": Shown(".2g", short="diff.*\n[deg]"),
+    "peak_error": Shown("+.2f", 100.0, "%", short="peak\nerror"),
+    "rest_time_error_s": Shown("+.3f", short="rest time\nerror [s]"),
+    "peak_slide_mm": Shown(".2g", short="slide\n[mm]"),
+    "peak_tilt_ratio": Shown(".4f", short="peak\ntilt"),
+    "fell_at_s": Shown(short="fell at\n[s]"),
+    "moved_mm": Shown(short="moved\n[mm]"),
+    "friction_needed": Shown(short="friction\nneeded"),
+    "position_error_mm": Shown(".1f", short="position\n[mm]"),
+    "rotation_error_deg": Shown(".1f", short="rotation\n[deg]"),
+    "position_error_at_end_mm": Shown(".1f", short="position at\nthe end [mm]"),
+    "rotation_error_at_end_deg": Shown(".1f", short="rotation at\nthe end [deg]"),
     "error_bound": Shown(".0e"),
     "cost_ratio": Shown(".1f"),
     "return_period_years": Shown(grouped=True),
@@ -94,8 +144,28 @@ def number_of(column: str, value: float | None) -> str:
     if value is None or math.isnan(value):
         return MISSING
     shown = DIGITS.get(column, MEASURED)
-    text = format(shown.size * value, shown.form)
+    text = format(shown.size * value, shown.form) if shown.form else three(shown.size * value)
     return three(float(text)) if shown.grouped else text
+
+
+def cell_of(column: str, value: float | None) -> str:
+    """A number of a column in a cell: its unit is in the heading, but a share has its %.
+
+    >>> cell_of("peak_slide_mm", 1.234), cell_of("overturned", 0.25), cell_of("overturned", None)
+    ('1.2', '25.0%', '-')
+    """
+    text = number_of(column, value)
+    share = DIGITS.get(column, MEASURED).unit == "%" and text != MISSING
+    return f"{text}%" if share else text
+
+
+def short_heading(column: str) -> str:
+    r"""The heading of a column on the terminal, in short lines.
+
+    >>> short_heading("peak_slide_mm"), short_heading("impact_count")
+    ('slide\n[mm]', 'impact count')
+    """
+    return DIGITS.get(column, MEASURED).short or heading(column).label
 
 
 def value_of(row: Mapping[str, Any] | pd.Series[Any], column: str) -> str:

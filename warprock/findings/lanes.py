@@ -12,10 +12,12 @@ import numpy.typing as npt
 from warprock.case.columns import Columns, Table
 from warprock.case.input_columns import columns_of
 from warprock.findings import asked
+from warprock.findings.digits import DIGITS
 from warprock.findings.numbers import three
 from warprock.findings.sheets import ROWS, Heading, Sheet, heading
 from warprock.model.response import USABLE
 from warprock.running.lane_table import JOINT_COLUMNS, PEAK_RATIO
+from warprock.units import ending, split_unit
 
 USABLE_NAMES = [code.name.lower() for code in USABLE]
 """Statuses with which the numbers of a lane may be used."""
@@ -42,8 +44,6 @@ def needed(facts: Mapping[str, Any]) -> str:
 
 FAR = 2.0
 """Rotation over the slenderness angle beyond which a block is taken to fall."""
-DEGREES, MILLIMETRES = 180.0 / np.pi, 1e3
-"""Of a radian and of a metre: what columns of a reader have."""
 
 
 def numbers(table: Table, name: str) -> npt.NDArray[np.float64]:
@@ -136,9 +136,9 @@ def _columns(
     def of_block(block: str) -> Iterator[tuple[Heading | None, str, float]]:
         of = f" {block[1:]}" if block else ""
         yield Heading(f"peak rotation{of} / slenderness"), f"{PEAK_RATIO}{block}", 1.0
-        yield Heading(f"peak rotation{of}", "deg"), f"peak_rotation{block}_rad", DEGREES
+        yield _scaled(f"peak rotation{of}", "peak_rotation_rad", block)
         yield None, f"peak_time{block}_s", 1.0
-        yield Heading(f"peak slide{of}", "mm"), f"peak_slide{block}_m", MILLIMETRES
+        yield _scaled(f"peak slide{of}", "peak_slide_m", block)
 
     wanted: list[tuple[Heading | None, str, float]] = [(Heading("lane"), "lane", 1.0)]
     wanted += [(None, name, 1.0) for name in (*asked.naming_columns(facts, table), *besides)]
@@ -146,13 +146,19 @@ def _columns(
     wanted += [(None, name, 1.0) for name in RESULTS]
     for block in blocks:
         of = f" {block[1:]}" if block else ""
-        head = Heading(f"error of rotation{of}", "deg")
-        wanted.append((head, f"rotation_error{block}_rad", DEGREES))
+        wanted.append(_scaled(f"error of rotation{of}", "rotation_error_rad", block))
     for own, name, factor in wanted:
         if name in table:
             told = meanings.get(name, {})
             found = own or heading(name, "", told.get("unit", ""))
             yield Heading(found.text, found.unit, told.get("text", "")), name, factor
+
+
+def _scaled(name: str, column: str, block: str) -> tuple[Heading, str, float]:
+    """A column of a block in the unit in which it is said: heading, column, and factor."""
+    stem, unit = split_unit(column)
+    shown = DIGITS[column]
+    return Heading(name, shown.unit), f"{stem}{block}{ending(unit)}", shown.size
 
 
 def _cell(value: Any) -> str:

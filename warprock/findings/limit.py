@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from warprock.analysis.load_limit import Collapse, LoadLimits
+from warprock.analysis.load_limit import CONE_SIDES, Collapse, LoadLimits
 from warprock.analysis.pushing import ACCURACY, Pushes
 from warprock.case.assembly import BETWEEN
 from warprock.case.input_columns import input_meaning
 from warprock.findings.asked import naming_columns
-from warprock.findings.digits import quantity_of
+from warprock.findings.digits import quantity_of, value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.lanes import lane_name
 from warprock.findings.numbers import counted, listed, three
@@ -22,6 +22,7 @@ from warprock.running.provenance import case_facts, surroundings
 from warprock.running.run_file import CASE
 
 LOAD_FACTOR, COULOMB, TILT = "load_factor", "coulomb_load_factor", "tilt_deg"
+INNER, TOWARDS, TOWARDS_DEG = "inner_load_factor", "towards", "towards_deg"
 COLUMNS: dict[str, tuple[str, str]] = {
     LOAD_FACTOR: (
         "-",
@@ -32,13 +33,19 @@ COLUMNS: dict[str, tuple[str, str]] = {
         "The same with Coulomb's law where joints slide; nothing where it was not looked for",
     ),
     TILT: ("deg", "Angle of a tilting table at which it collapses"),
-    "towards": ("-", "Side to which it is weaker: right is +x"),
+    TOWARDS: ("-", "Side to which it is weaker: right is +x"),
     "upper_bound": ("-", "Whether joints slide, so that the load factor is an upper bound"),
     "opening": ("-", "Number of joints that open without sliding"),
     "sliding": ("-", "Number of joints that slide"),
     "opens": ("-", "Blocks between which joints open"),
     "slides": ("-", "Blocks between which joints slide"),
 }
+IN_SPACE = {
+    TOWARDS_DEG: ("deg", "Direction of the load, from +x about the vertical towards +y"),
+    INNER: ("-", "Load factor by pyramids in the cones of friction; the other is by those around"),
+}
+"""Columns in space: the direction instead of the side, and a load that is no more than the exact
+one."""
 PUSHED = "pushed_load_factor"
 PUSHED_COLUMN = {
     PUSHED: (
@@ -47,14 +54,20 @@ PUSHED_COLUMN = {
     ),
 }
 """The column besides, where assemblies were pushed."""
-SHOWN = tuple(COLUMNS)[:-2]
-"""Columns of the table to read: names of many joints are in the file."""
+NAMES = ("opens", "slides")
+"""Columns that the table to read goes without: names of many joints are in the file."""
 MOST_NAMED = 8
 """Joints that a sentence names."""
 BOUND = (
     "Where joints slide the load is an upper bound: limit analysis lets a joint open as it slides, "
     "which Coulomb's friction does not. The load with Coulomb's law is beside it; the assembly may "
     "fall anywhere from there to the bound."
+)
+
+
+CONE = (
+    "In space friction is a pyramid of {sides} sides: around its cone for the upper load, in it "
+    "for the lower one; the load of the cone lies between the two."
 )
 
 
@@ -70,8 +83,17 @@ def limit_facts(found: LoadLimits, pushes: Pushes | None = None) -> dict[str, An
         "standing": int(stands.sum()),
         "upper_bounds": int(bounds.sum()),
         "wall_time_s": found.wall_time,
+        **_space_facts(found),
         **_push_facts(found, pushes),
     }
+
+
+def _space_facts(found: LoadLimits) -> dict[str, Any]:
+    """How loads were found in space; nothing in the plane."""
+    if not found.spatial:
+        return {}
+    asked = None if found.asked is None else float(np.rad2deg(found.asked))
+    return {"space": {"cone_sides": CONE_SIDES, "asked_deg": asked}}
 
 
 def _push_facts(found: LoadLimits, pushes: Pushes | None) -> dict[str, Any]:
@@ -101,10 +123,21 @@ def limit_table(found: LoadLimits, pushes: Pushes | None = None) -> pd.DataFrame
     looked = found.with_coulomb
     kinds = enumerate(found.collapses)
     rows = pd.DataFrame([_row(each, coulomb=place in looked) for place, each in kinds]).iloc[lanes]
-    table = declared(table.assign(**{name: rows[name].to_numpy() for name in COLUMNS}), COLUMNS)
+    declarations = _columns(spatial=found.spatial)
+    columns = {name: rows[name].to_numpy() for name in declarations}
+    table = declared(table.assign(**columns), declarations)
     if pushes is None:
         return table
     return declared(table.assign(**{PUSHED: pushes.factor[lanes]}), PUSHED_COLUMN)
+
+
+def _columns(*, spatial: bool) -> dict[str, tuple[str, str]]:
+    """Columns of what came out, in their order."""
+    if not spatial:
+        return COLUMNS
+    found = {LOAD_FACTOR: COLUMNS[LOAD_FACTOR], INNER: IN_SPACE[INNER]}
+    rest = {name: each for name, each in COLUMNS.items() if name not in (LOAD_FACTOR, TOWARDS)}
+    return found | {TOWARDS_DEG: IN_SPACE[TOWARDS_DEG]} | rest
 
 
 def _row(collapse: Collapse, *, coulomb: bool) -> dict[str, Any]:
@@ -116,7 +149,9 @@ def _row(collapse: Collapse, *, coulomb: bool) -> dict[str, Any]:
         LOAD_FACTOR: factor,
         COULOMB: collapse.coulomb_load if coulomb else np.nan,
         TILT: np.rad2deg(np.arctan(factor)),
-        "towards": ("right" if collapse.direction > 0.0 else "left") * bool(np.isfinite(factor)),
+        TOWARDS: ("right" if collapse.direction == 0.0 else "left") * bool(np.isfinite(factor)),
+        TOWARDS_DEG: np.rad2deg(collapse.direction),
+        INNER: collapse.inner_load_factor,
         "upper_bound": collapse.upper_bound,
         "opening": int(collapse.opens.sum()),
         "sliding": int(collapse.slides.sum()),
@@ -139,7 +174,8 @@ def find_limit(found: LoadLimits, pushes: Pushes | None = None) -> Finding:
 def tell_limit(facts: Facts, tables: Tables) -> Finding:
     """What limit analysis came to, of its facts and table."""
     table = tables["limits"]
-    shown = ["lane", *naming_columns(facts, table), *SHOWN]
+    own = [name for name in _columns(spatial="space" in facts) if name not in NAMES]
+    shown = ["lane", *naming_columns(facts, table), *own]
     if PUSHED in table:
         shown.insert(shown.index(TILT), PUSHED)
     sheet = table[shown].copy()
@@ -164,6 +200,7 @@ LIMIT = Kind(
         "lanes": int,
         "standing": int,
         "upper_bounds": int,
+        "space?": {"cone_sides": int, "asked_deg": (float, None)},
         "push?": {
             "engine": str,
             "rise_s": float,
@@ -181,7 +218,7 @@ def _sentences(facts: Facts, table: pd.DataFrame) -> list[str]:
     """At which load, of how many lanes, and by which mechanism."""
     up = table[table[LOAD_FACTOR].notna()]
     if len(table) == 1:
-        found = [_of_one(table.iloc[0])]
+        found = [_of_one(facts, table.iloc[0])]
     else:
         found = [_of_many(facts, table, up)]
         found += _where_it_stands(facts, table)
@@ -189,10 +226,13 @@ def _sentences(facts: Facts, table: pd.DataFrame) -> list[str]:
     if len(up):
         weakest = up.iloc[int(up[LOAD_FACTOR].argmin())]
         found += _mechanism(facts, table, weakest)
-    return [*found, *([BOUND] if facts["upper_bounds"] else [])]
+    if facts["upper_bounds"]:
+        found.append(BOUND)
+        found += [CONE.format(sides=facts["space"]["cone_sides"])] if "space" in facts else []
+    return found
 
 
-def _of_one(row: pd.Series[Any]) -> str:
+def _of_one(facts: Facts, row: pd.Series[Any]) -> str:
     factor = float(row[LOAD_FACTOR])
     if np.isnan(factor):
         return "The assembly does not carry its own weight."
@@ -201,14 +241,24 @@ def _of_one(row: pd.Series[Any]) -> str:
     load, tilt = three(factor), three(float(row[TILT]))
     under, by = f"of {load}", tilt
     if row["upper_bound"]:
-        under, by, coulomb = f"of at most {load}", f"at most {tilt}", float(row[COULOMB])
-        if coulomb < (1.0 - SAME) * factor:
-            least = three(float(np.rad2deg(np.arctan(coulomb))))
-            under, by = f"between {three(coulomb)} and {load}", f"{least} to {tilt}"
+        under, by, lower = f"of at most {load}", f"at most {tilt}", float(row[COULOMB])
+        if lower < (1.0 - SAME) * factor:
+            least = three(float(np.rad2deg(np.arctan(lower))))
+            under, by = f"between {three(lower)} and {load}", f"{least} to {tilt}"
     return (
-        f"The assembly collapses to the {row['towards']} under a sideways load {under} of its "
+        f"The assembly {_whither(facts, row)} under a sideways load {under} of its "
         f"weight, or on a table that tilts by {by} degrees."
     )
+
+
+def _whither(facts: Facts, row: pd.Series[Any]) -> str:
+    """To which side or in which direction it collapses."""
+    if "space" not in facts:
+        return f"collapses to the {row[TOWARDS]}"
+    towards = f"{value_of(row, TOWARDS_DEG)} degrees (0 is +x, 90 is +y)"
+    if facts["space"]["asked_deg"] is not None:
+        return f"collapses towards {towards}"
+    return f"is weakest towards {towards}: it collapses"
 
 
 SAME = 1e-3

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import functools
+import pathlib
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -29,6 +31,30 @@ def find_records(rows: Rows, show: Callable[..., None]) -> Finding:
         tables={"records": Columns.of(rows)},
         sentences=[f"{len(rows)} records; the strongest is {most['name']}, {peak} g."],
         said={"records": rows},
+        show=functools.partial(show, rows),
+    )
+
+
+def find_imported(
+    rows: Rows, folder: pathlib.Path, table: pathlib.Path | None, show: Callable[..., None]
+) -> Finding:
+    """Records that were written to a folder, one row each.
+
+    Args:
+        rows: What `recordings.importing.import_files` found.
+        folder: The folder.
+        table: A table for a sweep over them; None where none was written.
+        show: Prints them.
+    """
+    swept = "" if table is None else f", and {table} is a table for a sweep over them"
+    files = [*(row["file"] for row in rows), *([] if table is None else [str(table)])]
+    return Finding(
+        kind="Records",
+        facts={},
+        tables={"records": Columns.of(rows)},
+        sentences=[f"{len(rows)} records were written to {folder}{swept}."],
+        said={"records": rows, "files": files},
+        then=f"warprock records info {shlex.quote(rows[0]['file'])}",
         show=functools.partial(show, rows),
     )
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from warprock.case.columns import Table
 from warprock.findings import asked
+from warprock.findings.digits import quantity_of
 from warprock.findings.finding import Facts, Finding
 from warprock.findings.lanes import (
     USABLE_NAMES,
@@ -146,9 +147,13 @@ def assembly_sentences(facts: Facts, table: Table) -> list[str]:
         top = int(up[np.argmax(moved[up])])
         where = "" if alone else f", in {lane_name(facts, table, top)}"
         what = "a block" if alone else "a block of an assembly that stood"
-        text = f"The largest displacement of {what} is {three(1e3 * moved[top])} mm{where}"
+        far, median = (
+            quantity_of("peak_displacement_m", value)
+            for value in (moved[top], np.median(moved[up]))
+        )
+        text = f"The largest displacement of {what} is {far}{where}"
         if len(up) > 2:
-            text += f", in the median lane {three(1e3 * np.median(moved[up]))} mm"
+            text += f", in the median lane {median}"
         told.append(f"{text}; {joint_words(table, top)}.")
     if np.isfinite(fell).any():
         first = int(np.nanargmin(fell))

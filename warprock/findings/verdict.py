@@ -232,8 +232,8 @@ def _slides(answers: Facts) -> list[str]:
         return ["Sliding is left out by this engine; a lane that would slide says outside_model."]
     if slide < 1e-6:
         return ["It does not slide."]
-    more = "" if error is None else f" (error about {three(1e3 * error)} mm)"
-    return [f"It slides {three(1e3 * slide)} mm at most{more}."]
+    more = "" if error is None else f" (error about {quantity_of('peak_slide_m', error)})"
+    return [f"It slides {quantity_of('peak_slide_m', slide)} at most{more}."]
 
 
 def _width(answers: Facts) -> list[str]:
@@ -273,8 +273,8 @@ def _answers_sheet(answers: Facts) -> Sheet:
     rows = [
         ["peak rotation / slenderness angle", three(answers["peak_rotation_ratio"]),
          three(answers["peak_rotation_ratio_error"])],
-        ["peak slide [mm]", three(None if slide is None else 1e3 * slide),
-         three(_times(answers["peak_slide_error_m"], 1e3))],
+        ["peak slide [mm]", number_of("peak_slide_m", slide),
+         number_of("peak_slide_m", answers["peak_slide_error_m"])],
         ["factor at which it first falls", three(answers["overturning_factor"]),
          three(_gap(answers["standing_factor"], answers["overturning_factor"]))],
         ["share of neighbours that fall [%]",
@@ -293,10 +293,6 @@ def _answers_sheet(answers: Facts) -> Sheet:
 def _share(answers: Facts) -> float | None:
     count = answers["neighbours_usable"]
     return 100.0 * answers["neighbours_fallen"] / count if count else None
-
-
-def _times(value: float | None, factor: float) -> float | None:
-    return None if value is None else factor * value
 
 
 def _gap(low: float | None, high: float | None) -> float | None:

@@ -1,4 +1,4 @@
-"""Assemblies: blocks in the plane with dry joints, and which of them touch where.
+"""Assemblies: blocks with dry joints, in the plane, and which of them touch where.
 
 A joint is an edge that two blocks share: two contact points, its ends. Joints are found from the
 polygons alone, so that a block that touches two others below it has a joint with each of them.
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,9 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
+
+SPACE = 3
+"""Coordinates of a corner in space."""
 
 FLUSH = 1e-7
 """Distance up to which edges touch, over the size of the assembly: far above round-off of
@@ -39,7 +42,8 @@ class Piece(NamedTuple):
 
     Attributes:
         name: What the block is called.
-        corners: Corners of a convex polygon [m], shape [corner, 2].
+        corners: Corners of a convex polygon [m], shape [corner, 2]; in space of a convex body,
+            shape [corner, 3].
         fixed: Whether it moves with the base.
     """
 
@@ -83,10 +87,20 @@ class Joints:
         """Unit vector along every joint, shape [joint, 2]: its normal turned by -90 degrees."""
         return np.stack([self.normal[:, 1], -self.normal[:, 0]], axis=1)
 
+    @property
+    def tangents(self) -> Array:
+        """Unit vectors along which it may slide, shape [joint, 1, 2]."""
+        return self.tangent[:, None]
+
+    @property
+    def end_count(self) -> Places:
+        """Ends of every joint, shape [joint]."""
+        return np.full(self.count, 2)
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Assembly:
-    """Blocks with dry joints, at rest in the plane.
+    """Blocks with dry joints, at rest in the plane; those in space are a kind of it.
 
     Attributes:
         corners: Corners counterclockwise [m], shape [block, corner, 2]; of a block with fewer
@@ -149,15 +163,21 @@ class Assembly:
         That of the lowest blocks that can move, if they stand level on something fixed there; else
         that of the lowest corner of all: abutments stand on the ground.
         """
-        level, every = float(self.corners[~self.fixed][..., 1].min()), self.corners[..., 1]
+        level, every = float(self.corners[~self.fixed][..., -1].min()), self.corners[..., -1]
         held = self.fixed[self.joints.blocks].any(axis=1)
-        flat = np.abs(self.joints.ends[..., 1] - level).max(axis=1) <= self.flush
+        flat = np.abs(self.joints.ends[..., -1] - level).max(axis=1) <= self.flush
         return level if (held & flat).any() else float(every.min())
 
     @property
     def size(self) -> Array:
-        """Width and height of the blocks that can move, together [m]."""
-        return np.asarray(np.ptp(self.corners[~self.fixed].reshape(-1, 2), axis=0))
+        """Width and height of the blocks that can move, together [m]; in space x, y and z."""
+        dimension = self.corners.shape[-1]
+        return np.asarray(np.ptp(self.corners[~self.fixed].reshape(-1, dimension), axis=0))
+
+    @property
+    def spatial(self) -> bool:
+        """Whether its blocks move in space."""
+        return bool(self.corners.shape[-1] == SPACE)
 
     @functools.cached_property
     def longest_joints(self) -> Array:
@@ -233,6 +253,11 @@ class Assemblies:
         )
 
     @property
+    def spatial(self) -> bool:
+        """Whether the blocks move in space; then all kinds are of `model.solids`."""
+        return self.kinds[0].spatial
+
+    @property
     def bonded(self) -> bool:
         """Whether any joint has a tensile strength."""
         return any(bool(kind.joints.tension.any()) for kind in self.kinds)
@@ -246,6 +271,11 @@ class Assemblies:
     def most_parts(self) -> int:
         """Most blocks, fixed ones included."""
         return self._most[1]
+
+    @property
+    def most_ends(self) -> int:
+        """Most ends of joints."""
+        return max(int(kind.joints.end_count.sum()) for kind in self.kinds)
 
     @property
     def most_joints(self) -> int:
@@ -294,7 +324,7 @@ def assemble(
     if tolerance is not None:
         _require_large(corners, names, flush)
     _require_convex(corners, names, flush)
-    first, second = _near(corners, flush)
+    first, second = near(corners, flush)
     _require_apart(corners, names, (first, second), flush)
     apart = ~(fixed[first] & fixed[second])
     joints = _find_joints(corners, (first[apart], second[apart]), flush)
@@ -308,9 +338,9 @@ def assemble(
         cohesion=np.full(joints.count, cohesion),
         tension=np.full(joints.count, tension),
     )
-    _require_held(joints, names, corners, fixed)
+    require_held(joints, names, fixed, lambda a, b: _gap(corners[a], corners[b]))
     if tension == 0.0:
-        _require_lifted(joints, names, fixed)
+        require_lifted(joints, names, fixed)
     return Assembly(corners, names, fixed, depth, density, joints, flush, friction)
 
 
@@ -384,8 +414,13 @@ def _require_large(corners: Array, names: tuple[str, ...], flush: float) -> None
         )
 
 
-def _near(corners: Array, flush: float) -> tuple[Places, Places]:
-    """Pairs of blocks whose boxes touch; the first of a pair comes before the second."""
+def near(corners: Array, flush: float) -> tuple[Places, Places]:
+    """Pairs of blocks whose boxes touch; the first of a pair comes before the second.
+
+    Args:
+        corners: Corners of the blocks [m], shape [block, corner, 2] or [block, corner, 3].
+        flush: Distance up to which boxes touch [m].
+    """
     low, high = corners.min(axis=1) - flush, corners.max(axis=1) + flush
     # Along the axis on which fewer boxes lie over one another.
     axis = int(np.argmax(np.ptp(low, axis=0) / (high - low).mean(axis=0)))
@@ -395,8 +430,7 @@ def _near(corners: Array, flush: float) -> tuple[Places, Places]:
     here = np.repeat(np.arange(len(order)), count)
     there = np.arange(len(here)) - np.repeat(np.cumsum(count) - count, count) + here + 1
     a, b = order[here], order[there]
-    other = 1 - axis
-    level = (low[a, other] <= high[b, other]) & (low[b, other] <= high[a, other])
+    level = ((low[a] <= high[b]) & (low[b] <= high[a])).all(axis=1)
     first, second = np.minimum(a, b)[level], np.maximum(a, b)[level]
     sort = np.lexsort((second, first))
     return first[sort], second[sort]
@@ -453,7 +487,7 @@ def _require_no_gaps(
 ) -> None:
     """Refuses edges that face each other at a distance a little above that at which they touch."""
     wide = DOUBTFUL * flush
-    first, second = _near(corners, wide)
+    first, second = near(corners, wide)
     apart = ~(fixed[first] & fixed[second])
     known = set(map(tuple, joints.blocks.tolist()))
     for pair in _find_joints(corners, (first[apart], second[apart]), wide).blocks.tolist():
@@ -478,10 +512,20 @@ def _gap(a: Array, b: Array) -> float:
     return float(found)
 
 
-def _require_held(
-    joints: Joints, names: tuple[str, ...], corners: Array, fixed: npt.NDArray[np.bool_]
+def require_held(
+    joints: Joints,
+    names: tuple[str, ...],
+    fixed: npt.NDArray[np.bool_],
+    gap_between: Callable[[int, int], float],
 ) -> None:
-    """Refuses a block that no joints connect with a fixed one."""
+    """Refuses a block that no joints connect with a fixed one.
+
+    Args:
+        joints: The joints.
+        names: What the blocks are called.
+        fixed: Whether a block moves with the base, shape [block].
+        gap_between: The distance between two blocks [m].
+    """
     if not fixed.any():
         raise ValueError("have a block that is fixed: all of them would fall")
     held, before = fixed.copy(), np.zeros_like(fixed)
@@ -491,19 +535,20 @@ def _require_held(
         held[first[before[second]]] = True
         held[second[before[first]]] = True
     for place in np.flatnonzero(~held):
-        gaps = [(_gap(corners[place], corners[other]), other) for other in np.flatnonzero(held)]
-        gap, other = min(gaps)
+        one = int(place)
+        gap, other = min((gap_between(one, k), k) for k in np.flatnonzero(held).tolist())
         raise ValueError(
             f"rest on something fixed: block {names[place]} touches nothing that does; the nearest "
             f"is {names[other]}, {1e3 * gap:.3g} mm away"
         )
 
 
-def _require_lifted(joints: Joints, names: tuple[str, ...], fixed: npt.NDArray[np.bool_]) -> None:
+def require_lifted(joints: Joints, names: tuple[str, ...], fixed: npt.NDArray[np.bool_]) -> None:
     """Refuses a block that no dry joint can push upwards."""
     lifted = fixed.copy()
     for side, sign in ((0, 1.0), (1, -1.0)):
-        level, upright = np.abs(joints.normal[:, 0]), sign * joints.normal[:, 1]
+        level = np.linalg.norm(joints.normal[:, :-1], axis=1)
+        upright = sign * joints.normal[:, -1]
         lifted[joints.blocks[upright + joints.friction * level > 0.0, side]] = True
     for place in np.flatnonzero(~lifted):
         raise ValueError(f"rest on something: block {names[place]} hangs below all that touches it")

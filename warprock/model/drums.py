@@ -36,6 +36,8 @@ def no_column(assemblies: Assemblies) -> str:
 def _no_column(kind: Assembly) -> str:
     """Why an assembly is no column of equal drums with dry joints; empty where it is one."""
     joints = kind.joints
+    if kind.spatial:
+        return "it lies in space"
     if joints.tension.any():
         return "its joints are bonded (assembly.joint_tensile_strength)"
     if joints.cohesion.any():

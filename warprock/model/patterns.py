@@ -1,4 +1,7 @@
-"""Patterns of assemblies as blocks: arches, walls in bond and of dry stone, columns, frames."""
+"""Patterns of assemblies as blocks: arches, walls in bond and of dry stone, columns, frames.
+
+In space: any of these with a depth, walls that meet at corners, and barrel vaults.
+"""
 
 from __future__ import annotations
 
@@ -245,3 +248,126 @@ def frame(
         ),
         Piece("beam", rectangle(0.0, column_height, length, top)),
     ]
+
+
+def extruded(pieces: Sequence[Piece], depth: float) -> list[Piece]:
+    """Blocks of a pattern in the plane as prisms: their x along x, their y upwards.
+
+    Args:
+        pieces: Blocks in the plane.
+        depth: Along y, half of it to either side of the plane [m].
+    """
+    return [
+        each._replace(corners=_prism(each.corners, -0.5 * depth, 0.5 * depth)) for each in pieces
+    ]
+
+
+def _prism(section: Array, front: float, back: float) -> Array:
+    """Corners of a prism between two levels of y [m], shape [2 corner, 3]."""
+    ends = [np.insert(section, 1, level, axis=1) for level in (front, back)]
+    return np.concatenate(ends)
+
+
+def _box(low: Sequence[float], high: Sequence[float]) -> Array:
+    """Corners of a box between its lowest and its highest coordinates [m], shape [8, 3]."""
+    return np.array(list(itertools.product(*zip(low, high, strict=True))))
+
+
+def corner(
+    block_length: float,
+    block_height: float,
+    blocks: int,
+    courses: int,
+    depth: float,
+    *,
+    return_blocks: int,
+    returns: int,
+    openings: Sequence[Opening] = (),
+) -> list[Piece]:
+    """A wall along x with returns: walls along y that are bonded with its ends, on fixed ground.
+
+    In the first course, the third and so on the wall along x runs through and the returns butt
+    against it; in the others the returns run through. The outer corner of wall and first return is
+    the origin; the front of the wall faces -y.
+
+    Args:
+        block_length: [m].
+        block_height: [m].
+        blocks: Length of the wall along x in blocks.
+        courses: How many.
+        depth: Thickness of the walls [m], less than the length of a block.
+        return_blocks: Length of a return in blocks, the thickness of the wall included.
+        returns: 1 at the end at the origin, or 2 at both ends.
+        openings: Rectangles left out of the wall along x, as in `wall`.
+    """
+    length, across = blocks * block_length, return_blocks * block_length
+    ground = _box([0.0, 0.0, -ABUTMENT * block_height], [length, depth, 0.0])
+    pieces = [Piece("ground", ground, fixed=True)]
+    lefts = {"left": 0.0, "right": length - depth} if returns == 2 else {"left": 0.0}
+    for side, left in lefts.items():
+        low, high = [left, depth, -ABUTMENT * block_height], [left + depth, across, 0.0]
+        pieces.append(Piece(f"{side} ground", _box(low, high), fixed=True))
+    for course in range(courses):
+        bed, top = course * block_height, (course + 1) * block_height
+        through = course % 2 == 0
+        begin, end = (0.0 if through else depth), length
+        if returns == 2 and not through:
+            end -= depth
+        cuts = [
+            each for each in openings if each.bottom < 0.5 * (bed + top) < each.bottom + each.height
+        ]
+        places = _left_over(_bricks(begin, end, block_length), cuts, SLIVER * block_length)
+        pieces += [
+            Piece(f"{course + 1}.{number}", _box([a, 0.0, bed], [b, depth, top]))
+            for number, (a, b) in enumerate(places, 1)
+        ]
+        ends = _bricks(depth if through else 0.0, across, block_length)
+        for side, left in lefts.items():
+            pieces += [
+                Piece(f"{side} {course + 1}.{number}", _box([left, a, bed], [left + depth, b, top]))
+                for number, (a, b) in enumerate(itertools.pairwise(ends.tolist()), 1)
+            ]
+    return pieces
+
+
+def _bricks(begin: float, end: float, length: float) -> Array:
+    """Where whole blocks from the beginning of a course end, and the rest of one at its end [m]."""
+    whole = int((end - begin) / length + SLIVER)
+    places = begin + length * np.arange(whole + 1.0)
+    return np.append(places, end) if end - places[-1] > SLIVER * length else places
+
+
+def vault(
+    mean_radius: float,
+    thickness: float,
+    embrace: float,
+    voussoirs: int,
+    blocks: int,
+    depth: float,
+    *,
+    whole_first: bool,
+) -> list[Piece]:
+    """A barrel vault: an arch whose courses, from springing to springing, run along y in bond.
+
+    Every other course begins and ends with half a block. Block 3.2 is the second one of the third
+    course from the left springing.
+
+    Args:
+        mean_radius: As in `arch` [m].
+        thickness: As in `arch` [m].
+        embrace: As in `arch` [rad].
+        voussoirs: Courses from springing to springing.
+        blocks: Length of the vault in blocks.
+        depth: Length of the vault along y [m].
+        whole_first: Whether the course at the left springing begins with a whole block.
+    """
+    pieces = []
+    for place, each in enumerate(arch(mean_radius, thickness, embrace, voussoirs)):
+        whole = whole_first == (place % 2 == 0)
+        parts = np.arange(blocks + 1.0) if whole else np.r_[0.0, np.arange(blocks) + 0.5, blocks]
+        ends = [0.0, depth] if each.fixed else (parts * depth / blocks).tolist()
+        for number, (front, back) in enumerate(itertools.pairwise(ends), 1):
+            name = each.name if each.fixed else f"{each.name}.{number}"
+            own = _prism(each.corners, front - 0.5 * depth, back - 0.5 * depth)
+            pieces.append(Piece(name, own, each.fixed))
+    return pieces

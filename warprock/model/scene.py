@@ -86,6 +86,8 @@ class SceneKind:
     @property
     def left_out(self) -> tuple[str, ...]:
         """What the model does without because nothing in the scene needs it, and why."""
+        if self.assembly and self.spatial:
+            return ()
         if self.assembly:
             return ("motion out of the plane: its base moves along x",)
         parts = []
@@ -157,9 +159,7 @@ def scene_kind(
         motion=motions.kind,
         stacked=lanes.stacked,
         block_count=lanes.block_count if assembly is None else assembly.most_blocks,
-        contact_point_count=(
-            lanes.contact_point_count if assembly is None else 2 * assembly.most_joints
-        ),
+        contact_point_count=(lanes.contact_point_count if assembly is None else assembly.most_ends),
         centred=not lanes.offset.any(),
         restitution_given=restitution_given,
         moving=lanes.moving,

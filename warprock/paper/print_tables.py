@@ -7,6 +7,7 @@ from typing import Any
 
 from rich.console import Console
 
+from warprock.findings.digits import cell_of, short_heading
 from warprock.paper.printed import PAPER_NAMES, READING_NAMES
 from warprock.tables.compare import COMPARED_COLUMNS, HOLDS, Reasons
 from warprock.tables.terminal import (
@@ -265,13 +266,13 @@ def _print_errors(out: Console, rows: Sequence[Row], kind: str) -> None:
     """The contact engine's errors against Housner, and where Housner does not hold."""
     table = plain_table(
         f"impulse against Housner, lane by lane: {kind}",
-        ["lane", *(heading for _, heading, _ in COMPARED_COLUMNS), HOLDS],
+        ["lane", *map(short_heading, COMPARED_COLUMNS), HOLDS],
         ("lane", HOLDS),
     )
     letters = Reasons()
     for row in rows:
         if row["source"] == "impulse" and row.get("setting") is None:
-            numbers = (number(row[name], form) for name, _, form in COMPARED_COLUMNS)
+            numbers = (cell_of(name, row[name]) for name in COMPARED_COLUMNS)
             table.add_row(_lane_text(row), *numbers, letters.cell(row))
     print_table(out, table)
     letters.print(out)

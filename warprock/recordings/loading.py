@@ -1,7 +1,7 @@
 """Records by name, or from a file in any of the formats that are understood.
 
-The format is told by what a file begins with, not by its name. A file with several channels needs
-one of them named: `FILE#2`, or `FILE#N-S` by what the file calls its direction; of a table with
+What a file begins with decides its format, not its name. A file with several channels needs one of
+them named: `FILE#2`, or `FILE#N-S` by what the file calls its direction; of a table with
 named columns, each column with a unit of motion is a channel.
 """
 

@@ -59,9 +59,9 @@ def explain_case(case: Case) -> dict[str, Any]:
         case: The case.
 
     Returns:
-        The scene, the axes of the sweep, the values of every input, `engine`, the one that runs
-        where none is named and why (`EngineChoice`), and for each engine the reason why it
-        declines, or the kernel that would run.
+        The scene, the axes of the sweep and the values of every input. `engine` is the one that
+        runs where none is named, and why (`EngineChoice`). Each engine has the reason why it
+        declines the case, or the kernel that would run it.
     """
     many = case.lane_count > LANES_SHOWN
     lane_set = expand_lanes(case, range(LANES_SHOWN) if many else None)
@@ -146,16 +146,18 @@ def _laid(case: Case, lanes: Lanes) -> list[str]:
     first = lanes.assembly.of(0)
     fixed = [name for name, still in zip(first.names, first.fixed, strict=True) if still]
     named = ", ".join(fixed[:JOINTS_SHOWN]) + ", ..." * (len(fixed) > JOINTS_SHOWN)
-    width, height = first.size
+    width, *across, height = first.size
+    deep = f", {across[0]:.4g} m deep" if across else ""
     mass = float(first.mass[~first.fixed].sum())
     found = [
-        f"{first.count - len(fixed):,} blocks, {mass:,.4g} kg, {width:.4g} m wide and "
+        f"{first.count - len(fixed):,} blocks, {mass:,.4g} kg, {width:.4g} m wide{deep} and "
         f"{height:.4g} m high; fixed: {named}; {first.joints.count:,} joints"
     ]
     found += _size_note(case, lanes)
     for file, drawing in case_drawings(case).items():
         besides = f"; left out: {drawing.left_out}" if drawing.left_out else ""
-        found.append(f"{file}: {len(drawing.outlines):,} outlines{besides}")
+        kind = "bodies" if drawing.solids else "outlines"
+        found.append(f"{file}: {len(drawing.blocks):,} {kind}{besides}")
     return found
 
 
@@ -170,8 +172,11 @@ BYTES_A_JOINT = 4_000
 def _size_note(case: Case, lanes: Lanes) -> list[str]:
     """Memory of a large assembly, and how long a run takes that takes more than a minute."""
     assert lanes.assembly is not None
-    found, joints = [], np.array([kind.joints.count for kind in lanes.assembly.kinds])
+    found: list[str] = []
+    joints = np.array([kind.joints.count for kind in lanes.assembly.kinds])
     each = joints[lanes.assembly.lane].astype(float)
+    if lanes.assembly.spatial:
+        return found
     if joints.max() > LARGE:
         memory = 1e-6 * BYTES_A_JOINT * joints.max()
         found.append(f"a large lane, run by all threads together, in some {memory:,.0f} MB")
@@ -187,10 +192,17 @@ def _size_note(case: Case, lanes: Lanes) -> list[str]:
 
 def _scene_text(scene: SceneKind) -> str:
     """What a lane is, in words."""
+    if scene.assembly and scene.spatial:
+        return (
+            f"an assembly in space of {scene.block_count} blocks that can move; blocks touch at "
+            "the corners of the polygons over which their faces overlap: the case "
+            f"{scene.spatial_because}"
+        )
     if scene.assembly:
         return (
             f"a planar assembly of {scene.block_count} blocks that can move; blocks touch at the "
-            "two ends of every edge that they share"
+            "two ends of every edge that they share, and in assembly wherever they come to meet; "
+            "dem has no springs there, and says outside_model of a lane that would need them"
         )
     if scene.held == ("strip",):
         return "a strip of wall between two floors, two planar bodies with a hinge between them"

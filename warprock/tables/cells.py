@@ -10,6 +10,7 @@ from typing import Any
 from rich.console import Console
 
 from warprock.case.case import Case
+from warprock.findings.digits import cell_of, number_of, quantity_of
 from warprock.findings.numbers import MISSING
 from warprock.model.undecided import cut_text
 from warprock.model.words import lane_count_text
@@ -17,7 +18,7 @@ from warprock.running.case_run import CaseRun
 from warprock.running.cells import PEAK_RATIO, QUANTILES, cell_table
 from warprock.settings.engines import has_time_step
 from warprock.tables.swept import SweptAxis, swept_axes
-from warprock.tables.terminal import number, plain_table, print_table, stdout
+from warprock.tables.terminal import plain_table, print_table, stdout
 from warprock.units import Dimension
 
 OVERTURNED = "overturned"
@@ -78,7 +79,7 @@ def print_cells(run: CaseRun, console: Console | None = None) -> None:
     cut = cut_text(run.lane_set.motions, run.lane_set.ends)
     if cut:
         out.print(cut, highlight=False)
-    out.print(f"wall time: {run.wall_time:.3g} s")
+    out.print(f"wall time: {quantity_of('wall_time_s', run.wall_time)}")
 
 
 def print_cell_comparison(
@@ -105,9 +106,8 @@ def print_cell_comparison(
                 block,
                 row["engine_b"],
                 *(_ratio_text(row[f"median_{side}{suffix}"]) for side in "ba"),
-                *(number(row[f"overturned_{side}"], ".1%") for side in "ba"),
-                number(row[f"statistic{suffix}"], ".3f"),
-                number(row[f"p_value{suffix}"], ".2g"),
+                *(cell_of("overturned", row[f"overturned_{side}"]) for side in "ba"),
+                *(number_of(name, row[f"{name}{suffix}"]) for name in ("statistic", "p_value")),
                 row[f"meaning{suffix}"],
             )
             last = row["cell"]
@@ -134,8 +134,10 @@ def _heading(share: float) -> str:
 def _share_text(row: Mapping[Any, Any]) -> str:
     if math.isnan(row["overturned"]):
         return MISSING
-    low, high = row["overturned_low"], row["overturned_high"]
-    return f"{row['overturned']:.1%} ({low:.1%} to {high:.1%})"
+    share, low, high = (
+        cell_of("overturned", row[f"overturned{end}"]) for end in ("", "_low", "_high")
+    )
+    return f"{share} ({low} to {high})"
 
 
 def _ratio_text(value: float | str | None) -> str:
@@ -143,4 +145,4 @@ def _ratio_text(value: float | str | None) -> str:
         return value
     if value is not None and math.isinf(value):
         return OVERTURNED
-    return number(value, ".4f")
+    return number_of(PEAK_RATIO, value)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.text import Text
 
+from warprock.findings.digits import cell_of, number_of, short_heading, value_of
 from warprock.findings.numbers import MISSING
 from warprock.verification.housner import NEEDS, SLIDE_BOUND
 
@@ -26,22 +27,16 @@ from warprock.tables.terminal import (
 )
 
 COMPARED_COLUMNS = (
-    ("error_5s_ratio", "diff.*\nfirst 5 s", ".1e"),
-    ("error_run_ratio", "diff.*\nwhole run", ".1e"),
-    ("peak_error", "peak\nerror", "+.2%"),
-    ("rest_time_error_s", "rest time\nerror [s]", "+.3f"),
-    ("peak_slide_mm", "slide\n[mm]", ".2g"),
+    *("error_5s_ratio", "error_run_ratio", "peak_error", "rest_time_error_s"),
+    "peak_slide_mm",
 )
-"""Column of a comparison with Housner, its heading and its format."""
-
-
-NEEDED = "friction\nneeded"
+"""Columns of numbers of a comparison with Housner."""
 
 
 HOLDS = "Housner\nholds?"
 
 
-SLIDES = f"slides by more than {SLIDE_BOUND:g} of its width"
+SLIDES = f"slides by more than {SLIDE_BOUND} of its width"
 
 
 DIFFERENCE = "  * largest |rotation - Housner's| / slenderness angle"
@@ -128,9 +123,8 @@ def print_comparison(found: Mapping[str, Any], console: Console | None = None) -
     table = plain_table(
         f"{found['case']}: engines against Housner",
         [
-            *("lane", "engine", "peak\nratio", "outcome"),
-            *(heading for _, heading, _ in COMPARED_COLUMNS),
-            NEEDED,
+            *("lane", "engine", short_heading("peak_rotation_ratio"), "outcome"),
+            *map(short_heading, (*COMPARED_COLUMNS, "friction_needed")),
             HOLDS,
         ],
         ("lane", "engine", "outcome", HOLDS),
@@ -142,10 +136,9 @@ def print_comparison(found: Mapping[str, Any], console: Console | None = None) -
             table.add_row(
                 lane if index == 0 else "",
                 row["engine"],
-                number(row["peak_rotation_ratio"], ".4f"),
+                value_of(row, "peak_rotation_ratio"),
                 row["outcome"],
-                *(number(row[name], form) for name, _, form in COMPARED_COLUMNS),
-                number(row["friction_needed"], ".3g"),
+                *(cell_of(name, row[name]) for name in (*COMPARED_COLUMNS, "friction_needed")),
                 letters.cell(row),
             )
     if len(rows) <= ROWS_SHOWN:
@@ -169,9 +162,9 @@ def _print_engines(out: Console, found: Mapping[str, Any], count: int) -> None:
         table.add_row(
             engine,
             str(len(mine)),
-            number(statistics.median(off) if off else None, ".1e"),
-            number(max(off, default=None), ".1e"),
-            number(max(peaks, default=None), ".2%"),
+            number_of("error_run_ratio", statistics.median(off) if off else None),
+            number_of("error_run_ratio", max(off, default=None)),
+            cell_of("peak_error", max(peaks, default=None)).removeprefix("+"),
         )
     print_table(out, table)
     out.print(DIFFERENCE, highlight=False)

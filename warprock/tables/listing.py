@@ -7,6 +7,7 @@ from typing import Any
 
 from rich.console import Console
 
+from warprock.findings.digits import quantity_of
 from warprock.findings.numbers import three
 from warprock.findings.sheets import heading
 from warprock.tables.terminal import (
@@ -26,7 +27,8 @@ def print_listing(found: Mapping[str, Any]) -> None:
 
 def _duration_text(found: Mapping[str, Any]) -> str:
     least, most = found["shortest_duration_s"], found["duration_s"]
-    return f"{most:g} s" if least == most else f"{least:g} s to {most:g} s"
+    ends = [quantity_of("duration_s", end) for end in (least, most)]
+    return " to ".join(dict.fromkeys(ends))
 
 
 def print_explanation(found: Mapping[str, Any]) -> None:
@@ -51,7 +53,10 @@ def print_explanation(found: Mapping[str, Any]) -> None:
         ("angular restitution", restitution),
         ("lanes", f"{found['lanes']:,}"),
         ("duration", _duration_text(found)),
-        ("histories", "not asked for" if sampling is None else f"every {sampling:g} s"),
+        (
+            "histories",
+            "not asked for" if sampling is None else f"every {quantity_of('interval_s', sampling)}",
+        ),
     ]
     for name, value in facts:
         say(out, f"  {name}: {cell_text(value)}")
@@ -72,7 +77,8 @@ def print_explanation(found: Mapping[str, Any]) -> None:
     for axis in found["sweep"]:
         keys = ", ".join(axis["keys"])
         out.print(f"  sweep: {keys} ({axis['length']} values)")
-    _print_list(out, "Left out, because nothing here needs it", scene["left_out"])
+    if scene["left_out"]:
+        _print_list(out, "Left out, because nothing here needs it", scene["left_out"])
     _print_list(out, "Not modelled (warprock keys WORD says more)", found["not_modelled"])
     if found["study"]:
         _print_study_plan(out, found["study"])

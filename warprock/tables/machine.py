@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from warprock.findings.digits import number_of
 from warprock.findings.numbers import three
 from warprock.tables.terminal import print_end, print_rows, wide_stdout
 
@@ -35,11 +36,16 @@ def print_examination(found: Mapping[str, Any]) -> None:
         out.print(f"missing: {thing}", style="bold red")
 
 
+def _range_of(column: str, low: float, high: float) -> str:
+    """Two numbers of a column as a range, and one where they are equal."""
+    return " to ".join(dict.fromkeys(number_of(column, end) for end in (low, high)))
+
+
 def print_assembly_bench(found: Mapping[str, Any]) -> None:
     """Prints what `measure.assembly_bench.run_assembly_bench` measured."""
     print_rows("Assemblies, measured here and now", found["rows"])
     known = ", ".join(
-        f"{scene} {low:.4g}" + ("" if low == high else f" to {high:.4g}")
+        f"{scene} {_range_of('collapse_load_g', low, high)}"
         for scene, (low, high) in found["expected"].items()
     )
     out = wide_stdout()

@@ -7,7 +7,11 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.tables.terminal import number, plain_table, print_table, stdout
+from warprock.findings.digits import number_of, short_heading, value_of
+from warprock.tables.terminal import plain_table, print_table, stdout
+
+COLUMNS = ("steps_per_s", "cpu_s", "cpu_s_per_simulated_s")
+"""Columns of numbers of what programs took."""
 
 
 def print_costs(found: Mapping[str, Any], console: Console | None = None) -> None:
@@ -20,15 +24,13 @@ def print_costs(found: Mapping[str, Any], console: Console | None = None) -> Non
     rows = found["costs"]
     if not rows:
         return
-    headings = ["program", "steps\n[1/s]", "CPU\n[s]", "CPU s for 1 s\nof one block", "settings"]
+    headings = ["program", *map(short_heading, COLUMNS), "settings"]
     table = plain_table("What the programs' steps took", headings, ("program", "settings"))
     for row in rows:
         knobs = {k: v for k, v in row["settings"].items() if k != "steps_per_second"}
         table.add_row(
             row["engine"],
-            number(row["steps_per_s"], ".0f"),
-            number(row["cpu_s"], ".3g"),
-            number(row["cpu_s_per_simulated_s"], ".3g"),
-            ", ".join(f"{name} = {value:g}" for name, value in knobs.items()),
+            *(value_of(row, name) for name in COLUMNS),
+            ", ".join(f"{name} = {number_of('value', value)}" for name, value in knobs.items()),
         )
     print_table(console or stdout(), table)

@@ -8,15 +8,14 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.tables.terminal import number, plain_table, print_end, print_table, stdout
+from warprock.findings.digits import number_of, quantity_of, short_heading
+from warprock.tables.terminal import plain_table, print_end, print_table, stdout
 
 COLUMNS = (
-    ("position_error_mm", "position\n[mm]"),
-    ("rotation_error_deg", "rotation\n[deg]"),
-    ("position_error_at_end_mm", "position at\nthe end [mm]"),
-    ("rotation_error_at_end_deg", "rotation at\nthe end [deg]"),
+    *("position_error_mm", "rotation_error_deg"),
+    *("position_error_at_end_mm", "rotation_error_at_end_deg"),
 )
-"""Column of a comparison with observed poses and its heading; means and medians of lanes."""
+"""Columns of a comparison with observed poses: means and medians of lanes."""
 
 
 def print_pose_comparison(found: Mapping[str, Any], console: Console | None = None) -> None:
@@ -27,7 +26,7 @@ def print_pose_comparison(found: Mapping[str, Any], console: Console | None = No
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
-    headings = ["engine", *(heading for _, heading in COLUMNS), "right\nface"]
+    headings = ["engine", *map(short_heading, COLUMNS), "right\nface"]
     lanes = len(found["rows"]) // len(found["engines"])
     title = f"{found['case']}: mean errors of {lanes} observed lanes (medians in brackets)"
     table = plain_table(title, headings, ["engine"])
@@ -35,12 +34,12 @@ def print_pose_comparison(found: Mapping[str, Any], console: Console | None = No
     for engine in found["engines"]:
         mine = [row for row in found["rows"] if row["engine"] == engine]
         cells = []
-        for name, _ in COLUMNS:
+        for name in COLUMNS:
             values = [row[name] for row in mine if row[name] is not None]
             mean = statistics.fmean(values) if len(values) == len(mine) else None
             middle = statistics.median(values) if values else None
-            cells.append(f"{number(mean, '.1f')} ({number(middle, '.1f')})")
-            if name == COLUMNS[0][0] and mean is not None:
+            cells.append(f"{number_of(name, mean)} ({number_of(name, middle)})")
+            if name == COLUMNS[0] and mean is not None:
                 best = min(best, (mean, engine))
         right = sum(bool(row["same_face"]) for row in mine) / len(mine)
         table.add_row(engine, *cells, f"{right:.0%}")
@@ -48,7 +47,7 @@ def print_pose_comparison(found: Mapping[str, Any], console: Console | None = No
     out.print("  position, rotation: mean over the observed samples of a lane")
     if best[1]:
         print_end(
-            f"{best[1]} is nearest to what was seen, {best[0]:.1f} mm off.",
+            f"{best[1]} is nearest to what was seen, {quantity_of(COLUMNS[0], best[0])} off.",
             f"warprock compare {found['case']} -e {best[1]} --json",
             out,
         )

@@ -2,33 +2,32 @@
 
 from __future__ import annotations
 
-import pathlib
-import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
 
-from warprock.tables.terminal import plain_table, print_end, print_table, stdout
+from warprock.findings.digits import number_of, quantity_of, value_of
+from warprock.tables.terminal import plain_table, print_table, stdout
 from warprock.units import GRAVITY
 
 _HASH_SHOWN = 12
 """Letters of a hash in a table; `--json` has all."""
 
 MEASURES = (
-    ("pga_m_s2", "PGA", "m/s^2"),
-    ("pgv_m_s", "PGV", "m/s"),
-    ("pgd_m", "PGD", "m"),
-    ("pgv_over_pga_s", "PGV / PGA", "s"),
-    ("arias_m_s", "Arias intensity", "m/s"),
-    ("cav_m_s", "CAV", "m/s"),
-    ("d5_95_s", "D5-95", "s"),
-    ("final_velocity_m_s", "velocity behind the record", "m/s"),
-    ("final_displacement_m", "displacement at its end", "m"),
-    ("pga_over_g_tan_alpha", "PGA / (g tan alpha)", ""),
-    ("p_pgv_over_g_tan_alpha", "p PGV / (g tan alpha)", ""),
+    ("pga_m_s2", "PGA"),
+    ("pgv_m_s", "PGV"),
+    ("pgd_m", "PGD"),
+    ("pgv_over_pga_s", "PGV / PGA"),
+    ("arias_m_s", "Arias intensity"),
+    ("cav_m_s", "CAV"),
+    ("d5_95_s", "D5-95"),
+    ("final_velocity_m_s", "velocity behind the record"),
+    ("final_displacement_m", "displacement at its end"),
+    ("pga_over_g_tan_alpha", "PGA / (g tan alpha)"),
+    ("p_pgv_over_g_tan_alpha", "p PGV / (g tan alpha)"),
 )
-"""Key of a measure, its name and its unit."""
+"""Key of a measure and its name."""
 
 
 def print_records(rows: Sequence[Mapping[str, Any]], console: Console | None = None) -> None:
@@ -45,10 +44,10 @@ def print_records(rows: Sequence[Mapping[str, Any]], console: Console | None = N
         table.add_row(
             row["name"],
             row["unit"],
-            f"{row['interval_s']:g}",
-            f"{row['duration_s']:.4g}",
-            f"{row['pga_m_s2'] / GRAVITY:.3f}",
-            f"{row['pgv_m_s']:.3f}",
+            value_of(row, "interval_s"),
+            value_of(row, "duration_s"),
+            number_of("pga_g", row["pga_m_s2"] / GRAVITY),
+            value_of(row, "pgv_m_s"),
             row["sha256"][:_HASH_SHOWN],
         )
     print_table(out, table)
@@ -57,36 +56,23 @@ def print_records(rows: Sequence[Mapping[str, Any]], console: Console | None = N
         out.print(f"  licence of {count}: {licence or 'not stated'}", soft_wrap=True)
 
 
-def print_imported(
-    rows: Sequence[Mapping[str, Any]],
-    folder: pathlib.Path,
-    table: pathlib.Path | None = None,
-    console: Console | None = None,
-) -> None:
-    """Prints what records were written to a folder.
+def print_imported(rows: Sequence[Mapping[str, Any]], console: Console | None = None) -> None:
+    """Prints from what to what the measures of records go that were written.
 
     Args:
         rows: One a record, as of `recordings.importing.import_files`.
-        folder: The folder.
-        table: A table for a sweep over them; None where none was written.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
-    for key, name, unit, size in (
-        ("duration_s", "length", "s", 1.0),
-        ("interval_s", "time between samples", "s", 1.0),
-        ("pga_m_s2", "PGA", "g", GRAVITY),
-        ("pgv_m_s", "PGV", "m/s", 1.0),
+    for key, column, name, unit, size in (
+        ("duration_s", "duration_s", "length", "s", 1.0),
+        ("interval_s", "interval_s", "time between samples", "s", 1.0),
+        ("pga_m_s2", "pga_g", "PGA", "g", GRAVITY),
+        ("pgv_m_s", "pgv_m_s", "PGV", "m/s", 1.0),
     ):
         values = [row[key] / size for row in rows]
-        least, most = f"{min(values):.3g}", f"{max(values):.3g}"
-        out.print(f"  {name}: {least if least == most else f'{least} to {most}'} {unit}")
-    swept = "" if table is None else f", and {table} is a table for a sweep over them"
-    print_end(
-        f"{len(rows)} records were written to {folder}{swept}.",
-        f"warprock records info {shlex.quote(rows[0]['file'])}",
-        out,
-    )
+        ends = dict.fromkeys(number_of(column, end) for end in (min(values), max(values)))
+        out.print(f"  {name}: {' to '.join(ends)} {unit}")
 
 
 def print_facts(records: Sequence[Mapping[str, Any]], console: Console | None = None) -> None:
@@ -108,16 +94,21 @@ def print_facts(records: Sequence[Mapping[str, Any]], console: Console | None = 
                     highlight=False,
                 )
         out.print(
-            f"  {facts['samples']} samples of {facts['quantity']} every {facts['interval_s']:g} s, "
-            f"{facts['duration_s']:g} s",
+            f"  {facts['samples']} samples of {facts['quantity']} every "
+            f"{quantity_of('interval_s', facts['interval_s'])}, "
+            f"{quantity_of('duration_s', facts['duration_s'])}",
             highlight=False,
         )
-        for key, name, unit in MEASURES:
+        for key, name in MEASURES:
             if key in facts:
-                more = f" ({facts[key] / GRAVITY:.3g} g)" if key == "pga_m_s2" else ""
-                out.print(f"  {name}: {facts[key]:.3g} {unit}".rstrip() + more, highlight=False)
-        spectrum = ", ".join(f"{t} s: {sa / GRAVITY:.3g} g" for t, sa in facts["sa_m_s2"].items())
-        damping = f"{100 * facts['damping']:g} % damping"
+                more = (
+                    f" ({number_of('pga_g', facts[key] / GRAVITY)} g)" if key == "pga_m_s2" else ""
+                )
+                out.print(f"  {name}: {quantity_of(key, facts[key])}{more}", highlight=False)
+        spectrum = ", ".join(
+            f"{t} s: {number_of('sa_g', sa / GRAVITY)} g" for t, sa in facts["sa_m_s2"].items()
+        )
+        damping = f"{quantity_of('damping', facts['damping'])} damping"
         out.print(f"  Sa ({damping}): {spectrum}", soft_wrap=True, highlight=False)
         for warning in facts["warnings"]:
             out.print(f"  note: {warning}", soft_wrap=True, style="yellow")

@@ -14,7 +14,7 @@ from warprock.case.axes import lane_indices
 from warprock.case.columns import Columns
 from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
-from warprock.findings.lanes import DEGREES, MILLIMETRES
+from warprock.findings.digits import number_of, quantity_of, short_heading
 from warprock.findings.numbers import three
 from warprock.findings.sheets import heading
 from warprock.model.drift import drift_text
@@ -28,7 +28,6 @@ from warprock.settings.engines import has_time_step
 from warprock.tables.swept import drawn_inputs, swept_axes
 from warprock.tables.terminal import (
     cell_text,
-    number,
     plain_table,
     print_table,
     say,
@@ -54,60 +53,65 @@ OUTSIDE_PRESCRIBED = (
 
 
 class Result(NamedTuple):
-    """A result of a lane as `run` shows it.
+    """A result of a lane as `run` shows it: with the digits and the heading of its column.
 
     Attributes:
         column: Column of the lane table, of a block without its number.
-        heading: What it is called, with its unit, in short lines.
-        text: A value of the column as it is shown.
         per_block: Whether each block of a stack has its own.
-        size: What the numbers are multiplied by; 0 where they are words.
+        text: A value of the column as it is shown, where its digits are not those of the column.
+        words: Whether its values are words.
     """
 
     column: str
-    heading: str
-    text: Callable[[Any], str] = three
     per_block: bool = False
-    size: float = 1.0
+    text: Callable[[Any], str] | None = None
+    words: bool = False
+
+    @property
+    def heading(self) -> str:
+        """What it is called, with its unit, in short lines."""
+        return RATIO_HEADING if self.column == PEAK_RATIO else short_heading(self.column)
+
+    def cells(self, values: npt.NDArray[Any]) -> list[str]:
+        """Values of the column as they are shown."""
+        return [
+            number_of(self.column, value) if self.text is None else self.text(value)
+            for value in values.tolist()
+        ]
+
+
+RATIO_HEADING = "peak /\nslend.\nangle"
 
 
 def _slide(value: float) -> str:
     """A slide in mm; what is below a nanometre is round-off."""
-    return "0" if abs(value) < 1e-6 else three(value)
-
-
-def _whole(value: Any) -> str:
-    return f"{value:,.0f}"
+    return "0" if abs(value) < 1e-9 else number_of("peak_slide_m", value)
 
 
 def _word(value: Any) -> str:
     return str(value).replace("_", " ")
 
 
-def _small(value: Any) -> str:
-    return number(value, ".1e")
-
-
 RESULTS = (
-    Result("peak_rotation_rad", "peak\n[deg]", per_block=True, size=DEGREES),
-    Result(PEAK_RATIO, "peak /\nslend.\nangle", per_block=True),
-    Result("outcome", "outcome", _word, size=0.0),
-    Result("status", "status", _word, size=0.0),
-    Result("collapse_time_s", "fell at\n[s]"),
-    Result("peak_displacement_m", "moved\n[mm]", size=MILLIMETRES),
-    Result("opened_joints", "joints\nopened", _whole),
-    Result("slid_joints", "joints\nslid", _whole),
-    Result("broken_joints", "joints\nbroken", _whole),
-    Result("peak_slide_m", "slide\n[mm]", _slide, per_block=True, size=MILLIMETRES),
-    Result("peak_tie_force_N", "tie\n[kN]", size=1e-3),
-    Result("broken_ties", "ties\nbroken", _whole),
-    Result("peak_rotation_across_rad", "across\n[deg]", per_block=True, size=DEGREES),
-    Result("peak_yaw_rad", "yaw\n[deg]", per_block=True, size=DEGREES),
-    Result("friction_needed", "friction\nneeded"),
-    Result("rest_time_s", "at rest\nat [s]"),
-    Result("peak_time_s", "peak at\n[s]", per_block=True),
-    Result("impact_count", "impacts", _whole),
-    Result("rotation_error_rad", "error\n[deg]", _small, per_block=True, size=DEGREES),
+    Result("peak_rotation_rad", per_block=True),
+    Result(PEAK_RATIO, per_block=True, text=three),
+    Result("outcome", text=_word, words=True),
+    Result("status", text=_word, words=True),
+    Result("collapse_time_s"),
+    Result("peak_displacement_m"),
+    Result("opened_joints"),
+    Result("slid_joints"),
+    Result("broken_joints"),
+    Result("peak_slide_m", per_block=True, text=_slide),
+    Result("peak_tie_force_N"),
+    Result("broken_ties"),
+    Result("peak_rotation_across_rad", per_block=True),
+    Result("peak_yaw_rad", per_block=True),
+    Result("friction_needed", text=three),
+    Result("rest_time_s"),
+    Result("peak_time_s", per_block=True),
+    Result("impact_count"),
+    Result("rotation_error_rad", per_block=True),
 )
 """What is shown of a lane, the most wanted first: the last gives way where there is no room."""
 
@@ -155,17 +159,12 @@ def _shown(table: Columns) -> Iterator[tuple[Result, str, str]]:
                     yield result, column, f"block {block}\n{result.heading}"
 
 
-def _cells(result: Result, values: npt.NDArray[Any]) -> list[str]:
-    scaled = values if result.size in (0.0, 1.0) else values * result.size
-    return [result.text(value) for value in scaled.tolist()]
-
-
 def _print_one(out: Console, title: str, table: Columns) -> None:
     """A run of one lane: a line for each result."""
     out.print(title, style="bold", highlight=False)
     for result, column, head in _shown(table):
         name = " ".join(head.replace("slend.", "slenderness").split())
-        text = _cells(result, table[column])[0]
+        text = result.cells(table[column])[0]
         say(out, f"  {name:<30} {text}")
 
 
@@ -176,7 +175,7 @@ def _print_lanes(out: Console, title: str, run: CaseRun, table: Columns) -> None
     for result, column, head in _shown(table):
         if column == "status" and table.among(column, ["ok"]).all():
             continue
-        results.append(Column(head, _cells(result, table[column]), result.size == 0.0))
+        results.append(Column(head, result.cells(table[column]), result.words))
     shown = list(results)
     while len(shown) > 1 and _width(made := _table(title, [*inputs, *shown])) > out.width:
         shown.pop()
@@ -235,7 +234,7 @@ def _print_ranges(out: Console, title: str, table: Columns) -> None:
     headings = ["", "least", "median", "largest", "in lane"]
     made = plain_table(title, headings, headings[:1])
     for result, column, head in _shown(table):
-        if result.size == 0.0 or column.startswith(("friction_needed", "rotation_error")):
+        if result.words or column.startswith(("friction_needed", "rotation_error")):
             continue
         values = table[column].astype(float)
         if np.isnan(values).all():
@@ -243,7 +242,7 @@ def _print_ranges(out: Console, title: str, table: Columns) -> None:
         name = " ".join(head.replace("slend.", "slenderness").split())
         part = np.array([np.nanmin(values), np.nanmedian(values), np.nanmax(values)])
         most = int(np.nanargmax(values))
-        made.add_row(name, *_cells(result, part), str(table["lane"][most]))
+        made.add_row(name, *result.cells(part), str(table["lane"][most]))
     print_table(out, made)
 
 
@@ -265,4 +264,4 @@ def _print_notes(out: Console, run: CaseRun, table: Columns) -> None:
         say(out, f"friction: {run.lane_set.scene.friction_note}")
     if "friction_needed" in response.fields and response.count(Status.OUTSIDE_MODEL):
         say(out, OUTSIDE_PRESCRIBED if has_time_step(run.settings) else OUTSIDE)
-    say(out, f"wall time: {run.wall_time:.3g} s")
+    say(out, f"wall time: {quantity_of('wall_time_s', run.wall_time)}")

@@ -8,23 +8,17 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.tables.terminal import number, plain_table, print_table, say, stdout
+from warprock.findings.digits import number_of, short_heading, value_of
+from warprock.tables.terminal import plain_table, print_table, say, stdout
 
 LANES_SHOWN = 24
 """Lanes that are printed one by one; of more, what they come to."""
 
-COLUMNS = (
-    ("peak_rotation_ratio", "peak\nratio", ".4f"),
-    ("difference_5s_ratio", "diff.*\nfirst 5 s", ".1e"),
-    ("difference_run_ratio", "diff.*\nwhole run", ".1e"),
-    ("peak_slide_mm", "slide\n[mm]", ".2g"),
-)
-"""Column of a comparison of stacks, its heading and its format."""
+COLUMNS = ("peak_rotation_ratio", "difference_5s_ratio", "difference_run_ratio", "peak_slide_mm")
+"""Columns of numbers of a comparison of stacks."""
 SPATIAL_COLUMNS = (
-    ("difference_across_5s_ratio", "across*\nfirst 5 s", ".1e"),
-    ("difference_yaw_5s_rad", "yaw**\n[rad]", ".1e"),
-    ("peak_tilt_ratio", "peak\ntilt", ".4f"),
-    ("peak_yaw_rad", "peak yaw\n[rad]", ".2g"),
+    *("difference_across_5s_ratio", "difference_yaw_5s_rad", "peak_tilt_ratio"),
+    "peak_yaw_rad",
 )
 """Those that a comparison in space has besides."""
 
@@ -41,7 +35,7 @@ def print_stack_comparison(found: Mapping[str, Any], console: Console | None = N
     reference = rows[0]["reference"]
     named = ("lane", "block", "engine", "outcome", "status")
     columns = COLUMNS + (SPATIAL_COLUMNS if found["spatial"] else ())
-    headings = [*named, *(heading for _, heading, _ in columns)]
+    headings = [*named, *map(short_heading, columns)]
     table = plain_table(f"{found['case']}: engines against {reference}", headings, named)
     places = dict.fromkeys((row["lane"], row["block"]) for row in rows)
     last_lane = None
@@ -54,7 +48,7 @@ def print_stack_comparison(found: Mapping[str, Any], console: Console | None = N
                 row["engine"],
                 row["outcome"],
                 row["status"],
-                *(number(row[name], form) for name, _, form in columns),
+                *(value_of(row, name) for name in columns),
             )
             last_lane = lane
     lanes = len({row["lane_number"] for row in rows})
@@ -85,8 +79,8 @@ def _print_engines(found: Mapping[str, Any], out: Console) -> None:
                 engine if block == blocks[0] else "",
                 str(block),
                 str(len(mine)),
-                number(statistics.median(off) if off else None, ".1e"),
-                number(max(off, default=None), ".1e"),
+                number_of("difference_run_ratio", statistics.median(off) if off else None),
+                number_of("difference_run_ratio", max(off, default=None)),
                 str(other),
             )
     print_table(out, table)
@@ -95,21 +89,17 @@ def _print_engines(found: Mapping[str, Any], out: Console) -> None:
 def _print_largest(found: Mapping[str, Any], out: Console) -> None:
     """Prints what a comparison in space comes to: the largest differences of each engine."""
     names = ("difference_5s_ratio", "difference_across_5s_ratio", "difference_yaw_5s_rad")
-    headings = ["engine", "rotation*", "across*", "yaw** [rad]"]
+    headings = ["engine", "rotation*", "across*", "yaw** [deg]"]
     table = plain_table("largest over all lanes, first 5 s", headings, ["engine"])
     for engine in found["engines"]:
         mine = [row for row in found["rows"] if row["engine"] == engine]
-        known = ([row[name] for row in mine if row[name] is not None] for name in names)
-        table.add_row(engine, *(number(max(each, default=None), ".1e") for each in known))
+        known = {n: [row[n] for row in mine if row[n] is not None] for n in names}
+        table.add_row(engine, *(number_of(n, max(known[n], default=None)) for n in names))
     print_table(out, table)
 
 
-ASSEMBLY_COLUMNS = (
-    ("fell_at_s", "fell at\n[s]", ".3g"),
-    ("moved_mm", "moved\n[mm]", ".3g"),
-    ("difference_deg", "diff.*\n[deg]", ".2g"),
-)
-"""Column of a comparison of assemblies, its heading and its format."""
+ASSEMBLY_COLUMNS = ("fell_at_s", "moved_mm", "difference_deg")
+"""Columns of numbers of a comparison of assemblies."""
 
 
 def print_assembly_comparison(found: Mapping[str, Any], console: Console | None = None) -> None:
@@ -123,7 +113,7 @@ def print_assembly_comparison(found: Mapping[str, Any], console: Console | None 
     rows: Sequence[Mapping[str, Any]] = found["rows"]
     reference = rows[0]["reference"]
     named = ("lane", "engine", "outcome", "status")
-    headings = [*named, *(heading for _, heading, _ in ASSEMBLY_COLUMNS)]
+    headings = [*named, *map(short_heading, ASSEMBLY_COLUMNS)]
     table = plain_table(f"{found['case']}: engines against {reference}", headings, named)
     shown = list(dict.fromkeys(row["lane_number"] for row in rows))[:LANES_SHOWN]
     for lane in shown:
@@ -133,7 +123,7 @@ def print_assembly_comparison(found: Mapping[str, Any], console: Console | None 
                 row["engine"],
                 row["outcome"],
                 row["status"],
-                *(number(row[name], form) for name, _, form in ASSEMBLY_COLUMNS),
+                *(value_of(row, name) for name in ASSEMBLY_COLUMNS),
             )
     print_table(out, table)
     say(

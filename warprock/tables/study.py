@@ -11,9 +11,10 @@ from rich.table import Table
 from warprock.case.case import Case
 from warprock.case.load import load_case
 from warprock.case.study import Study
+from warprock.findings.digits import number_of, quantity_of, short_heading, value_of
 from warprock.findings.numbers import MISSING
 from warprock.tables.compare import reasons
-from warprock.tables.terminal import number, plain_table, stdout
+from warprock.tables.terminal import plain_table, stdout
 from warprock.verification.housner import EARLY_TIME
 from warprock.verification.study import StudyRun
 
@@ -42,12 +43,12 @@ def print_study(out: Console, rows: Sequence[Row], case: Case) -> None:
         for line in _baseline(case.study, engine):
             out.print(f"  {line}", highlight=False)
         out.print()
-    duration = case.sample_times.duration
+    time = quantity_of("duration_s", case.sample_times.duration)
     lines = [
         f"{' and '.join(_spans(case))}: largest |rotation - Housner's| / slenderness in that time.",
-        f"CPU: for {duration:g} s of one lane on one core, one lane a thread.",
+        f"CPU: for {time} of one lane on one core, one lane a thread.",
     ]
-    if any(number(row["rest_time_error_s"], "") != MISSING for row in found):
+    if any(value_of(row, "rest_time_error_s") != MISSING for row in found):
         lines.append("rest: time of coming to rest less Housner's [s], where both rest in time.")
     if len(lanes) > LANES_APART:
         lines.append("peak: largest rotation / slenderness.")
@@ -55,7 +56,7 @@ def print_study(out: Console, rows: Sequence[Row], case: Case) -> None:
     elif len(lanes) > 1:
         lines.append("; ".join(f"lane {lane}: {name}" for lane, name in lanes.items()))
     for lane, name in lanes.items():
-        peaks = {number(row["peak_rotation_ratio"], ".4f") for row in found if row["lane"] == lane}
+        peaks = {value_of(row, "peak_rotation_ratio") for row in found if row["lane"] == lane}
         if len(peaks) == 1 and len(lanes) <= LANES_APART:
             lines.append(f"Peak rotation / slenderness angle of {name}: {peaks.pop()} in all runs.")
     for line in lines + _where_housner_fails(found):
@@ -85,7 +86,7 @@ def print_study_run(found: StudyRun, console: Console | None = None) -> None:
     out.print(f"{found.case.name}: {found.case.title}", style="bold", highlight=False)
     out.print()
     print_study(out, found.rows, found.case)
-    out.print(f"wall time: {found.wall_time:.3g} s", highlight=False)
+    out.print(f"wall time: {quantity_of('wall_time_s', found.wall_time)}", highlight=False)
 
 
 def setting_name(setting: str, unit: str) -> str:
@@ -96,8 +97,8 @@ def setting_name(setting: str, unit: str) -> str:
 def _spans(case: Case) -> list[str]:
     """Times that the errors cover: the early one, where the run is longer, and the run."""
     duration = case.sample_times.duration
-    early = [f"{EARLY_TIME:g} s"] if duration > EARLY_TIME else []
-    return [*early, f"{duration:g} s"]
+    early = [quantity_of("duration_s", EARLY_TIME)] if duration > EARLY_TIME else []
+    return [*early, quantity_of("duration_s", duration)]
 
 
 def _study_columns(
@@ -105,22 +106,22 @@ def _study_columns(
 ) -> list[tuple[str, Callable[[Mapping[int, Row]], str]]]:
     """Headings of the columns of numbers, and what they say of the rows of one run."""
     errors = ("error_5s_ratio", "error_run_ratio")[-len(_spans(case)) :]
-    measures = [(error, span, ".1e") for error, span in zip(errors, _spans(case), strict=True)]
-    measures += [("peak_rotation_ratio", "peak", ".4f"), ("rest_time_error_s", "rest", "+.2f")]
+    measures = [*zip(errors, _spans(case), strict=True)]
+    measures += [("peak_rotation_ratio", "peak"), ("rest_time_error_s", "rest")]
     lanes = list(dict.fromkeys(row["lane"] for row in rows))
     apart = len(lanes) <= LANES_APART
     columns = []
     for of in [[lane] for lane in lanes] if apart else [lanes]:
         where = f"\nlane {of[0]}" if apart and len(lanes) > 1 else ""
-        for column, heading, form in measures:
-            texts = {number(row[column], form) for row in rows if row["lane"] in of}
+        for column, heading in measures:
+            texts = {value_of(row, column) for row in rows if row["lane"] in of}
             same = column == "peak_rotation_ratio" and apart and len(texts) == 1
             if texts != {MISSING} and not same:
-                columns.append((heading + where, _largest(column, form, of)))
+                columns.append((heading + where, _largest(column, of)))
     return columns
 
 
-def _largest(column: str, form: str, lanes: Sequence[int]) -> Callable[[Mapping[int, Row]], str]:
+def _largest(column: str, lanes: Sequence[int]) -> Callable[[Mapping[int, Row]], str]:
     """Text of the largest value of a column among some lanes of a run.
 
     Of several lanes those count where Housner holds; one alone is shown whatever it is.
@@ -129,8 +130,8 @@ def _largest(column: str, form: str, lanes: Sequence[int]) -> Callable[[Mapping[
     def cell(run: Mapping[int, Row]) -> str:
         held = [lane for lane in lanes if run[lane]["holds"] or len(lanes) == 1]
         values = [run[lane][column] for lane in held]
-        known = [value for value in values if number(value, "") != MISSING]
-        return number(max(known, key=abs) if known else None, form)
+        known = [value for value in values if number_of(column, value) != MISSING]
+        return number_of(column, max(known, key=abs) if known else None)
 
     return cell
 
@@ -140,7 +141,13 @@ def _study_table(rows: Sequence[Row], case: Case) -> Table:
     columns = _study_columns(rows, case)
     table = plain_table(
         f"{rows[0]['engine']}: one setting at a time, against Housner",
-        ["setting", "value", "step\n[s]", *(heading for heading, _ in columns), "CPU\n[s]"],
+        [
+            "setting",
+            "value",
+            short_heading("time_step_s"),
+            *(head for head, _ in columns),
+            short_heading("cpu_s"),
+        ],
         ("setting",),
     )
     runs: dict[tuple[str, float], dict[int, Row]] = {}
@@ -153,10 +160,10 @@ def _study_table(rows: Sequence[Row], case: Case) -> Table:
             table.add_section()
         table.add_row(
             setting_name(setting, one["unit"]) if last != setting else "",
-            f"{value:g}{'*' if one['baseline'] else ' '}",
-            number(one["time_step_s"], ".1e"),
+            f"{number_of('value', value)}{'*' if one['baseline'] else ' '}",
+            value_of(one, "time_step_s"),
             *(cell(run) for _, cell in columns),
-            number(one["cpu_s"], ".2g"),
+            value_of(one, "cpu_s"),
         )
         last = setting
     return table
@@ -165,7 +172,9 @@ def _study_table(rows: Sequence[Row], case: Case) -> Table:
 def _baseline(study: Study, engine: str) -> list[str]:
     """Where an engine's settings stay, and what it has not."""
     plan = study.plan(engine)
-    own = ", ".join(f"{row['setting']} {row['baseline']:g}" for row in plan["vary"])
+    own = ", ".join(
+        f"{row['setting']} {number_of('value', row['baseline'])}" for row in plan["vary"]
+    )
     lines = [f"*: the case's own, where a setting stays while another varies: {own}"]
     if plan["lacks"]:
         lines.append(f"{engine} has no {' and no '.join(plan['lacks'])}.")

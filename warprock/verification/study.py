@@ -1,8 +1,8 @@
 """Runs the study of a case: its lanes with every setting that [study] asks for, against Housner.
 
-What a setting does is told three ways: by the errors against Housner's block, by the difference
-from the engine's run with the case's own settings, and by the CPU time it takes. Every run has the
-plain form of its kernel, one lane a thread, so that times compare whatever the number of lanes.
+Three things tell what a setting does: errors against Housner's block, differences from the engine's
+run with the case's own settings, and CPU time. Every run has the plain form of its kernel, one lane
+a thread, so that times compare whatever the number of lanes.
 """
 
 from __future__ import annotations
