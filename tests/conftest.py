@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import contextlib
+import dataclasses
 import gc
 import os
 import pathlib
@@ -11,6 +12,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -173,6 +175,29 @@ def interruptible() -> Iterator[None]:
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture
+def two_rooms(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kernels of assemblies have room for 32 blocks and joints or for 112, and for trees.
+
+    So that tests share them: each takes 4 s to compile. How much room there is changes no bit, as
+    `test_no_lane_depends_on_its_neighbours` shows of both.
+    """
+    from warprock.engines import assembly
+
+    own_room, kernel_of = assembly.room_for, assembly.Assembly.kernel_of
+
+    def shared_room(count: int) -> int:
+        return 33 if count <= 33 else max(113, own_room(count))
+
+    def shared_kernel(engine: Any, scene: Any) -> Any:
+        found = kernel_of(engine, scene)
+        fits = found.name == "assembly_run" and not found.springs
+        return dataclasses.replace(found, trees=True) if fits else found
+
+    monkeypatch.setattr(assembly, "room_for", shared_room)
+    monkeypatch.setattr(assembly.Assembly, "kernel_of", shared_kernel)
 
 
 @pytest.fixture

@@ -80,25 +80,25 @@ def test_a_block_beside_a_wall_gives_its_rebound():
 
 
 @functools.cache
-def noisy(noise: float) -> list[Identified]:
+def noisy(noise: float, seeds: int) -> list[Identified]:
     """What histories with noise of a standard deviation [rad] tell, one a seed."""
     times, rotations = history()
     found = []
-    for seed in range(SEEDS):
+    for seed in range(seeds):
         more = noise * np.random.default_rng(seed).standard_normal(len(times))
         found.append(identify_block(times, rotations + more, ANGLE, RATE, FITS[:1]))
     return found
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("noise", [1e-5, 1e-4])
-def test_errors_cover_the_truth(noise: float):
-    """Two standard errors cover 95 % of normal errors: of 200 within 89 % to 100 %, four sigma."""
-    found, eta = noisy(noise), float(rocking.angular_restitution(ANGLE))
+def test_errors_cover_the_truth():
+    """Two standard errors cover 95 % of normal errors: of 80 within 85 % to 100 %, four sigma."""
+    noise = 1e-4
+    found, eta = noisy(noise, 80), float(rocking.angular_restitution(ANGLE))
     for each, truth in (("restitution", eta), ("slenderness_angle", ANGLE)):
         estimates: list[Estimate] = [getattr(one, each) for one in found]
         z = np.array([(e.value - truth) / e.error for e in estimates])
-        assert np.mean(np.abs(z) <= 2.0) >= 0.89
+        assert np.mean(np.abs(z) <= 2.0) >= 0.85
         # A spread that is not there makes errors of the restitution larger, never smaller.
         assert (0.45 if each == "restitution" else 0.7) <= np.sqrt(np.mean(z**2)) <= 1.2
         assert abs(np.mean(z)) <= 0.4

@@ -21,6 +21,7 @@ DRUMS = wr.Case(
 
 
 @pytest.mark.thorough
+@pytest.mark.usefixtures("two_rooms")
 def test_drums_that_slide_and_drums_that_tip_collapse_at_their_loads():
     """At the friction, and at width / height: found to 1e-3, which steps of 1e-3 s add less to."""
     found = wr.limit(DRUMS, push=True, progress=False)
@@ -50,6 +51,7 @@ def test_an_engine_is_named_for_pushes_alone():
         wr.limit(DRUMS, "assembly", progress=False)
 
 
+@pytest.mark.usefixtures("two_rooms")
 def test_the_page_of_a_push_tells_limit_analysis_beside_the_collapse(tmp_path: pathlib.Path):
     push = {"motion.waveform": "push", "motion.amplitude": "0.5 g", "contact.friction": 0.7}
     longer = {"run.duration": "6 s"}

@@ -183,6 +183,7 @@ def test_other_engines_decline_and_say_which_runs_it(engine: str):
         wr.run(case(WALL), engine, progress=False)
 
 
+@pytest.mark.usefixtures("two_rooms")
 def test_a_run_tells_of_displacements_and_joints():
     run = wr.run(case(WALL), progress=False)
     assert run.engine == "assembly"

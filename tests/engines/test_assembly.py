@@ -50,6 +50,8 @@ from warprock.running.batch import run_batch
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
 
+pytestmark = pytest.mark.usefixtures("two_rooms")
+
 CREEP = 5e-5
 """Displacement of an assembly that stands, at .99 of its limit load, in 3 s after a rise of 1 s
 [m]: what steps leave at the bound to which they are solved."""
@@ -73,9 +75,8 @@ def drums(count: int) -> Laid:
         pytest.param(oppenheim(27), 0.3538, marks=pytest.mark.thorough),
         (drums(12), 1.0 / 6.0),
         pytest.param(drums(20), 0.1, marks=pytest.mark.thorough),
-        pytest.param(drums(40), 0.05, marks=pytest.mark.thorough),
     ],
-    ids=["7 voussoirs", "27 voussoirs", "12 drums", "20 drums", "40 drums"],
+    ids=["7 voussoirs", "27 voussoirs", "12 drums", "20 drums"],
 )
 def test_what_does_not_slide_stands_below_its_limit_load_and_falls_above(kind: Laid, load: float):
     """Limit loads: Oppenheim (1992) by limit analysis; a column tips at its width over height.
@@ -236,14 +237,14 @@ def test_an_impact_takes_what_gravity_does_in_a_step_twice():
     assert lost == pytest.approx((1.0 + kept) * p * p * np.sin(alpha) * step, rel=0.15)
 
 
-@pytest.mark.parametrize("count", first(1, [2, 12]))
+@pytest.mark.parametrize("count", first(1, [2, 7]))
 def test_a_column_of_drums_is_a_stack(count: int):
     """Equal drums, 2 m of them, under a pulse, in `event` at its own error of some 1e-5.
 
     `event` takes the column as the stack that it is: the same bits where the coordinates of two
-    drums are exact, the same within that error where those of twelve are rounded.
+    drums are exact, the same within that error where those of seven are rounded.
     """
-    motions = sine(2, [0.45, 0.6], 2.5, 1.0)
+    motions = sine(2, [0.4, 0.45], 2.5, 1.0)
     height = 2.0 / count
     stack = make_stacks([[0.5] * count] * 2, [[height] * count] * 2, friction=NO_SLIDING)
     stack = dataclasses.replace(stack, depth=np.ones_like(stack.width))
@@ -256,6 +257,7 @@ def test_a_column_of_drums_is_a_stack(count: int):
     for name, wanted in (("turn", "rotation"), ("x", "x"), ("z", "z")):
         np.testing.assert_allclose(same[name], exact[wanted], rtol=0.0, atol=2.0 * error)
     found = run(column, motions, 1.5, time_step=1e-4)
+    assert (found["status"] == Status.OK).all()
     assert found["peak_rotation"] == pytest.approx(same["peak_rotation"], rel=0.02)
     for name in ("peak_displacement", "peak_opening", "uplift_time"):
         assert found[name] == pytest.approx(same[name], rel=0.02)

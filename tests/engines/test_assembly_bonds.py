@@ -16,6 +16,8 @@ from warprock.running.batch import run_batch
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
 
+pytestmark = pytest.mark.usefixtures("two_rooms")
+
 DENSITY, DEPTH, FRICTION = 2000.0, 1.0, 0.5
 CLOSE = 0.002
 """Part of a strength below and above which a joint holds and breaks: forces are solved to a
@@ -72,6 +74,7 @@ def standing(cohesion: float, tension: float = 1e9) -> Laid:
     return bonded((0.0, 0.0, 0.4, 0.2), ground, tension=tension, cohesion=cohesion)
 
 
+@pytest.mark.thorough
 def test_a_block_slides_at_cohesion_and_friction_and_tips_at_its_tension():
     """Sideways at c A + friction N; over its edge where the weight and the load pull f_t there."""
     weight, area = DENSITY * 0.08 * GRAVITY, 0.4 * DEPTH

@@ -24,6 +24,8 @@ from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
+pytestmark = pytest.mark.usefixtures("two_rooms")
+
 ON = 100.0
 """A lane goes on after its collapse to the end of its run [s]."""
 

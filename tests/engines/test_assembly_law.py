@@ -24,6 +24,8 @@ from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
+pytestmark = pytest.mark.usefixtures("two_rooms")
+
 STEP, STEPS = 1e-3, 60
 PART = 1e-5
 SETTLED = PART * GRAVITY * STEP

@@ -15,6 +15,8 @@ from warprock.model.assembly import Assembly as Laid
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.running.batch import run_batch
 
+pytestmark = pytest.mark.usefixtures("two_rooms")
+
 SCENES = [wall_1(), wall_1(), oppenheim(27), built(patterns.column(1.0, 0.5, 20), NO_SLIDING)]
 LOADS = [0.5, 0.7, 0.36, 0.099]
 """Two that stand and two that fall: limits .64, .3538, .1."""
@@ -32,6 +34,7 @@ def by_team(kinds: list[Laid], loads: list[float], end: float, threads: int = 1)
     return Assembly(target=target).run(assembly_lanes(kinds), pushes(loads, 1.0, end), times)
 
 
+@pytest.mark.thorough
 def test_a_team_finds_what_packed_lanes_find(monkeypatch: pytest.MonkeyPatch):
     """Both settle steps to 1e-5 m/s, in another order of contacts; so do histories and joints."""
     packed = by_team(SCENES, LOADS, 3.0)

@@ -12,11 +12,9 @@ import pytest
 from tests.shared.blocks import as_stacks, at_rest, make_lanes, sines
 from tests.shared.kinds import in_every_kind, lanes_of, motions_of
 from tests.shared.spatial_blocks import along, in_space
-from warprock.engines import ENGINES, engine_class
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, MotionKind, StillBase
 from warprock.model.response import LANE_FIELDS, Response, SampleTimes
-from warprock.model.scene import scene_kind
 from warprock.running.batch import run_batch
 from warprock.units import GRAVITY
 
@@ -219,15 +217,8 @@ def test_what_velocity_steps_take_is_counted_alike(engine: str, scene: str):
     np.testing.assert_allclose(lost, expected, rtol=2e-2)
 
 
-def run_stacks(engine: str) -> bool:
-    """Whether an engine runs stacks."""
-    lanes = lanes_of("stack")
-    kind = scene_kind(lanes, StillBase(4), restitution_given=False)
-    return engine_class(engine).supports(kind) is None
-
-
 @pytest.mark.thorough
-@pytest.mark.parametrize("engine", [name for name in ENGINES if run_stacks(name)])
+@pytest.mark.parametrize("engine", ["event", "impulse", "dem"])
 def test_a_pulse_of_no_size_is_a_still_base(engine: str):
     # The ordinary run has stacks on such a pulse alone: a kernel less each.
     lanes = lanes_of("stack", started=True)

@@ -134,7 +134,6 @@ def test_energy_of_a_block_that_comes_to_rest_is_all_lost() -> None:
     ("subcontacts", "count"),
     [
         (5, 2),
-        pytest.param(5, 3, marks=pytest.mark.thorough),
         pytest.param(2, 3, marks=pytest.mark.thorough),
     ],
 )

@@ -24,6 +24,8 @@ from warprock.running.batch import run_batch
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 
+pytestmark = pytest.mark.usefixtures("two_rooms")
+
 ARCH, DRUMS = oppenheim(7), built(patterns.column(1.0, 0.5, 5), 0.7)
 WALL = built(patterns.wall(0.4, 0.175, 2, 3, whole_first=False), 0.3)
 LIMITS = np.array([0.3736, 0.3736, 0.4, 0.4, 0.6])

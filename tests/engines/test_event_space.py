@@ -58,7 +58,6 @@ def planar_scenes() -> dict[str, tuple[Lanes, PlanarMotions]]:
     slippery = make_lanes(np.full(3, 0.5), 1.0, 0.5, [0.2, 0.3, 0.4])
     return {
         "free": (free_lanes(), at_rest(9)),
-        "free, still base": (free_lanes(), StillBase(9)),
         "slippery": (slippery, at_rest(3)),
         "slippery, still base": (slippery, StillBase(3)),
         "displacement": (slim, sines(Control.DISPLACEMENT, swing, frequency, 1.0, start=0.1)),

@@ -18,7 +18,7 @@ LONG = 60.0
 """Time that a run takes from which on it is announced [s]."""
 
 ENOUGH = 4
-"""Parts of a run that are finished before its time is told."""
+"""Parts of a run that have to be finished before its time is announced."""
 
 _GLANCE = 0.25
 """Seconds between two looks at the folder of the kernels."""
