@@ -242,7 +242,7 @@ def run_lanes(
             find_joint(laid, lane, joint, step, seen, near)
         find_pairs(laid, lane, step, seen, near)
         near.full = wp.max(near.full, step.full)
-        observe_free(live > 0, near, seen)
+        observe_free(live > 0, True, near, seen)
         for k in range(count):
             v = laid.moves[lane, k]
             if number <= 0:
