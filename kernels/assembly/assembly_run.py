@@ -292,26 +292,38 @@ def run_lanes(
                         after.z = fused_less(drag, v.z, after.z)
                         after.omega = fused_less(drag, v.omega, after.omega)
                     new[k, i] = wp.where(goes, after, new[k, i])
-            crowded = int(0)
+            crowded, seeks = int(0), int(0)
             for i in range(LANES):
-                if clock[i].goes > 0:
-                    lane = first + i
-                    seek = near[i]
-                    seek = look_out(laid.around[lane].scale, dt, knobs.gravity, seen[i].speed, seek)
-                    if seek.pairs > 0 or is_old(seek):
+                # Vector code: what stands has nothing to look for.
+                goes = clock[i].goes > 0
+                seek = near[i]
+                seek = look_out(
+                    laid.around[first + i].scale, dt, knobs.gravity, seen[i].speed, seek
+                )
+                looks = wp.where(goes and (seek.pairs > 0 or is_old(seek)), 1, 0)
+                seek.looks = looks
+                near[i] = wp.where(goes, seek, near[i])
+                seeks = seeks + looks
+            if seeks > 0:
+                for i in range(LANES):
+                    if clock[i].goes > 0 and near[i].looks > 0:
+                        lane = first + i
                         for k in range(block_count):
                             laid.bodies[lane, k].pose = pose[k, i]
+                        seek = near[i]
                         if is_old(seek):
                             seek = list_pairs(laid, lane, pack, seek)
-                        seek = find_free(laid, lane, rate, seek)
-                    near[i] = seek
-                    sees = seen[i]
-                    observe_free(clock[i].keeps > 0, seek, sees)
-                    if SPRINGS:
-                        # Only joints have springs.
-                        sunk = seek.deepest > SLIP * laid.around[lane].scale
-                        sees.astray = sees.astray + wp.where(clock[i].keeps > 0 and sunk, 1, 0)
-                    seen[i] = sees
+                        near[i] = find_free(laid, lane, rate, seek)
+            for i in range(LANES):
+                goes = clock[i].goes > 0
+                keeps = clock[i].keeps > 0 and goes
+                sees = seen[i]
+                observe_free(keeps, goes, near[i], sees)
+                if SPRINGS:
+                    # Only joints have springs.
+                    sunk = near[i].deepest > SLIP * laid.around[first + i].scale
+                    sees.astray = sees.astray + wp.where(keeps and sunk, 1, 0)
+                seen[i] = sees
             for q in range(contact_count):
                 joint = q // 2
                 end_of = real(q % 2)
@@ -365,8 +377,9 @@ def run_lanes(
                     way[q, i] = wp.where(goes, Way(), way[q, i])
             for i in range(LANES):
                 crowded = crowded + near[i].touching
-                if clock[i].goes > 0:
-                    for q in range(near[i].touching):
+            if crowded > 0:
+                for i in range(LANES):
+                    for q in range(wp.where(clock[i].goes > 0, near[i].touching, 0)):
                         held = laid.free[first + i, laid.touching[first + i, q]]
                         a, b = int(held.a), int(held.b)
                         va = new[a, i]

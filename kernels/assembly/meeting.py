@@ -156,6 +156,7 @@ class Near:
         deepest: Deepest penetration of a contact in this step [m].
         landed: Contacts that carry again after they had parted.
         carries: 1 where a contact carried in the last step, else 0.
+        looks: 1 where pairs are looked at in this step, else 0.
     """
 
     pairs: int
@@ -169,6 +170,7 @@ class Near:
     deepest: real
     landed: int
     carries: int
+    looks: int
 
 
 @wp.struct
@@ -489,8 +491,8 @@ def look_out(scale: real, dt: real, gravity: real, speed: real, near: Near) -> N
     found.travelled = near.travelled + step
     found.range = larger(NEAR * scale, STEPS_AHEAD * step)
     found.limit = fused(ARCS * step, step / scale, FALLS * gravity * dt * dt)
-    if is_old(found):
-        found.scope = larger(SCOPE * scale, TWO * found.range)
+    scope = larger(SCOPE * scale, TWO * found.range)
+    found.scope = wp.where(is_old(found), scope, found.scope)
     return found
 
 
@@ -501,15 +503,16 @@ def is_old(near: Near) -> bool:
 
 
 @wp.func
-def observe_free(live: bool, near: Near, seen: wp.ref[Seen]):
+def observe_free(live: bool, goes: bool, near: Near, seen: wp.ref[Seen]):
     """What the contacts of a step that no joint declares show, where the next one begins.
 
     Args:
         live: Whether its lane still runs.
+        goes: Whether the lane begins a step.
         near: Its list.
         seen: What is seen of the lane.
     """
-    seen.leans = near.carries
+    seen.leans = wp.where(goes, near.carries, seen.leans)
     seen.impacts = seen.impacts + wp.where(live, near.landed, 0)
     seen.deepest = wp.where(live, larger(near.deepest, seen.deepest), seen.deepest)
     seen.mode = wp.where(live and near.full > 0, STALLED, seen.mode)

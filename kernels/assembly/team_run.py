@@ -308,7 +308,7 @@ def run_lanes(
                     near = list_pairs(scene.laid, 0, 0, near)
                 near = find_free(scene.laid, 0, rate, near)
             sees = seen[0]
-            observe_free(clock[0].count > 0, near, sees)
+            observe_free(clock[0].count > 0, True, near, sees)
             seen[0] = sees
             store.near[0] = near
         meet(crew)

@@ -212,9 +212,9 @@ def test_what_random_stacks_lose_is_what_they_have_come_down() -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("blocks", "count"), [(2, 600), (3, 300)])
-def test_many_random_stacks_end_with_a_status(blocks: int, count: int) -> None:
-    lanes, motions = random_chains(11, count, blocks), shaken(np.linspace(-9.0, 9.0, count), 2.0)
+def test_many_random_stacks_end_with_a_status() -> None:
+    count = 600
+    lanes, motions = random_chains(11, count, 2), shaken(np.linspace(-9.0, 9.0, count), 2.0)
     response = Event().run(lanes, motions, SampleTimes(2.0))
     assert set(response["status"]) <= {Status.OK, Status.ITERATION_LIMIT}
     assert np.count_nonzero(response["status"] == Status.OK) >= 0.99 * count

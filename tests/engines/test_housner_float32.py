@@ -97,7 +97,6 @@ def test_float32_errs_less_than_a_width_off_by_some_round_offs(kind, moves):
 def test_no_strip_stalls_in_float32():
     lanes, pulses = lanes_of("strip", 100, 3)
     both(lanes, pulses, 4.0)
-    both(lanes, quakes(lanes, 53), 10.0)
 
 
 def test_no_block_at_rest_stalls_at_a_crest_of_its_base():

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import Array, make_lanes, sines
+from tests.shared.marks import first
 from tests.shared.spatial_blocks import along, in_space, unmoved
 from tests.shared.vertical_motion import flights
 from warprock.case.lanes import expand_lanes
@@ -208,9 +209,8 @@ def test_impulse_keeps_a_block_that_lands_flat_and_slides_in_its_plane(depth: fl
     np.testing.assert_allclose(found["peak_rotation"], truth["peak_rotation"], atol=5e-5)
 
 
-@pytest.mark.parametrize("box", [0, pytest.param(1, marks=pytest.mark.thorough)])
 @pytest.mark.parametrize(
-    "precision", ["float64", pytest.param("float32", marks=pytest.mark.thorough)]
+    ("precision", "box"), first(1, [("float64", 0), ("float64", 1), ("float32", 0)])
 )
 @pytest.mark.parametrize("vertical", [0.0, 1.0])
 @pytest.mark.parametrize("across", [False, True])

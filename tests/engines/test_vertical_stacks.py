@@ -14,7 +14,7 @@ from tests.shared.vertical_motion import Array, sampled, shaken, steady
 from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, StillBase, UprightMotions
+from warprock.model.motion import Control, GroundMotions, UprightMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.model.stacking import uplift_ratio
 from warprock.settings.engines import EventSettings, ImpulseSettings
@@ -189,7 +189,7 @@ def test_event_follows_a_rising_base_under_a_body_on_a_box() -> None:
         rises = steady(GRAVITY * RISES[one], 3.0)
         found = event_at(1e-3, lanes.take(one), rises, SampleTimes(1.0, 0.02))
         like = SampleTimes(1.0 * fast, 0.02 * fast)
-        still = event_at(1e-3 * fast, lanes.take(one), StillBase(1), like)
+        still = event_at(1e-3 * fast, lanes.take(one), at_rest(1), like)
         np.testing.assert_allclose(found["rotation"], still["rotation"], atol=1e-9)
         assert still["impact_count"] > 0
     lanes, motions = with_body(stacks(6), 1), shaken(6, 8.0, 0.8)

@@ -115,8 +115,9 @@ def compare_cells(lane_set: LaneSet, a: Response, b: Response) -> pd.DataFrame:
 
     The two-sample Kolmogorov-Smirnov test on ratios rounded to `DIGITS` digits, so that a block
     which hardly lifts does not count as different; overturned lanes tie at +infinity. The test
-    takes members for independent draws; those of a Sobol' or Latin hypercube sample, and those that
-    both engines share, scatter less, so where a scene is not chaotic the p value is too large.
+    takes members for independent draws. Members of a Sobol' or Latin hypercube sample scatter less,
+    and so do members that both engines share. So where a scene is not chaotic the p value is too
+    large.
 
     Args:
         lane_set: All lanes of a case with an ensemble.
