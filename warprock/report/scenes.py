@@ -18,7 +18,7 @@ from warprock.findings.lanes import standing as upright
 from warprock.model.assembly import SPACE
 from warprock.model.base_path import base_places
 from warprock.model.lanes import Lanes, as_stacks
-from warprock.model.response import Response
+from warprock.model.response import FALLEN_NAMES, Response
 from warprock.model.solids import Face, SpatialAssembly
 from warprock.model.tie_states import TieState
 from warprock.model.words import ASSEMBLY, BLOCK
@@ -259,7 +259,7 @@ def scene(
     if stride > 1:
         about += f" One in {stride} samples of its history is kept here."
     times = shown["time_s"].to_numpy()
-    fell = len(parts) > 1 and row["outcome"] in ("overturned", "slid_off")
+    fell = len(parts) > 1 and row["outcome"] in FALLEN_NAMES
     end = float(times[last_move(np.stack([part["r"] for part in parts]))]) if fell else None
     collapse = row.get("collapse_time_s", math.nan)
     if end is not None and collapse == collapse:
