@@ -157,6 +157,14 @@ def _motion() -> dict[str, Any]:
         ({**CORNER, "returns": 1.5}, {}, "assembly.returns: got 1.5, must be a whole number"),
         (CORNER, {"model": "planar"}, "or left out: assembly.pattern needs it"),
         (
+            WALL,
+            {
+                "model": "planar",
+                "motion": {"waveform": "tilt", "tilt_rate": "1 deg/s", "direction": "90 deg"},
+            },
+            "motion.direction: got a value, must be left out: in the plane the base moves along x",
+        ),
+        (
             {**WALL, "joint_cohesion": "1 MPa", "joint_tensile_strength": "1 MPa"},
             {"model": "spatial"},
             "assembly.joint_cohesion: got a value, must be left out: joints are dry in space",

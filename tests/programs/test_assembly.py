@@ -12,7 +12,9 @@ from tests.shared.commands import succeed
 from tests.shared.programs import in_newton_xpbd
 from warprock.errors import DeclinedError
 from warprock.model import patterns
+from warprock.model.motion import StillBase
 from warprock.model.response import Outcome, SampleTimes, Status
+from warprock.model.solids import assemble_solids
 from warprock.programs.assembly_scene import prisms, touching
 from warprock.programs.table import require_scenes, run_program
 from warprock.settings.programs import BulletSettings, MujocoSettings, NewtonXpbdSettings
@@ -118,3 +120,12 @@ def test_compare_holds_engines_and_programs_against_the_first(tmp_path):
     found = succeed("compare", tmp_path / "case.toml", *asked).stdout
     assert "engines against assembly" in found
     assert f"{program} has the outcome of assembly in 1 of 1" in " ".join(found.split())
+
+
+def test_programs_decline_assemblies_in_space_by_name():
+    kind = assemble_solids(
+        patterns.extruded(patterns.column(0.5, 1.0, 1), 0.5), density=2000.0, friction=0.6
+    )
+    lanes, still, settings = assembly_lanes([kind]), StillBase(1), MujocoSettings()
+    with pytest.raises(DeclinedError, match="assemblies in the plane, and the case's lies in"):
+        require_scenes("mujoco", lanes, still, SampleTimes(1.0), settings)

@@ -24,6 +24,7 @@ from warprock.case.assembly import (
     WHOLE,
     Assembly,
 )
+from warprock.case.body_lanes import DIRECTION
 from warprock.case.input_columns import computed, key_column
 from warprock.case.space import spatial_because
 from warprock.drawings.loading import load_drawing
@@ -154,9 +155,10 @@ def _numbers(values: LaneValues, table: Assembly) -> dict[str, npt.NDArray[np.fl
 def _refuse_others(values: LaneValues, *, in_space: bool) -> None:
     """Refuses what only single blocks have, or assemblies in the plane."""
     case, tables = values.case, values.case.tables
-    if not in_space and tables.constant("motion.z") is not None:
-        key, allowed = "motion.z", "must be left out: in the plane the base moves along x"
-        raise InputError(case.source_of(key), key, Said("a table"), allowed)
+    for key in () if in_space else ("motion.z", DIRECTION):
+        if tables.constant(key) is not None:
+            allowed = "must be left out: in the plane the base moves along x"
+            raise InputError(case.source_of(key), key, Said("a value"), allowed)
     for name in BONDS if in_space else ():
         if values.given(f"{PLACE}.{name}"):
             key, allowed = f"{PLACE}.{name}", "must be left out: joints are dry in space"

@@ -150,6 +150,8 @@ def require_scenes(
         raise DeclinedError(f"it lets blocks go from rest here, and the case {lanes.moving}")
     if lanes.assembly is not None and not PROGRAMS[name].assemblies:
         raise DeclinedError("it is given single blocks and stacks, and the case is an assembly")
+    if lanes.assembly is not None and lanes.assembly.spatial:
+        raise DeclinedError("it is given assemblies in the plane, and the case's lies in space")
     program = PROGRAMS[name]
     beyond = [table for table in lanes.held if table not in program.holds]
     if beyond:
