@@ -68,6 +68,7 @@ def test_kernels_can_be_built_for_a_gpu(run: Run, precision: str, tmp_path: path
     assert {each for each in operations if ".rn" not in each} == IN_A_POWER.get(run.engine, set())
 
 
+@pytest.mark.thorough
 def test_what_a_kernel_takes_is_read_from_its_machine_code():
     _took, found = measured(Run("event", "block", MotionKind.RECORD).module())
     # A lane of a single block lives in registers: none of it in the device's memory.

@@ -69,11 +69,11 @@ def both(lanes: Lanes, motions: GroundMotions, duration: float) -> tuple[Respons
 @pytest.mark.parametrize(
     ("kind", "moves"),
     [
-        ("wall", "record"),
         ("free", "pulse"),
         *(
             pytest.param(*each, marks=pytest.mark.thorough)
             for each in (
+                ("wall", "record"),
                 ("wall", "pulse"),
                 ("ties", "pulse"),
                 ("ties", "record"),

@@ -176,7 +176,8 @@ def _lane_set(lanes: Lanes, motions: GroundMotions) -> LaneSet:
     return dataclasses.replace(some, lanes=lanes, motions=motions, step_factors=None)
 
 
-@pytest.mark.parametrize("engine", ["event", pytest.param("impulse", marks=pytest.mark.thorough)])
+@pytest.mark.thorough
+@pytest.mark.parametrize("engine", ["event", "impulse"])
 def test_a_lane_does_not_depend_on_its_company(
     engine: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -207,6 +208,7 @@ def _record_case(scales: str = "[0.7, 1.15, 1.5, 3.0]") -> Case:
     return load_case(base.name, [f"sweep=[{{motion.scale={scales}}}]", *more])
 
 
+@pytest.mark.thorough
 def test_a_companion_that_ends_at_rest_is_the_whole_run() -> None:
     case = _record_case()
     lane_set = expand_lanes(case)
