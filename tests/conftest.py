@@ -177,8 +177,8 @@ def interruptible() -> Iterator[None]:
     signal.signal(signal.SIGINT, before)
 
 
-@pytest.fixture
-def two_rooms(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(scope="module")
+def two_rooms() -> Iterator[None]:
     """Kernels of assemblies have room for 32 blocks and joints or for 112, and for trees.
 
     So that tests share them: each takes 4 s to compile. How much room there is changes no bit, as
@@ -196,8 +196,10 @@ def two_rooms(monkeypatch: pytest.MonkeyPatch) -> None:
         fits = found.name == "assembly_run" and not found.springs
         return dataclasses.replace(found, trees=True) if fits else found
 
-    monkeypatch.setattr(assembly, "room_for", shared_room)
-    monkeypatch.setattr(assembly.Assembly, "kernel_of", shared_kernel)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(assembly, "room_for", shared_room)
+        patch.setattr(assembly.Assembly, "kernel_of", shared_kernel)
+        yield
 
 
 @pytest.fixture

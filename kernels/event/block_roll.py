@@ -1,8 +1,8 @@
 """Steps without an event of a block that rocks about a sticking corner, rests, or slides flat.
 
-They cost two fifths of a step of event/block.py, which takes all others: those with an impact, an
-uplift, a stop or a velocity step of the base, those in which a block slides on a corner or flies,
-and those at whose start or end the force on the corner is near its bound. A step that is declined
+They cost two fifths of a step of event/block.py, which takes all others: steps with an impact, an
+uplift, a stop or a velocity step of the base; steps of a block that slides on a corner or flies;
+and steps at whose start or end the force on the corner is near its bound. A step that is declined
 here changes nothing.
 """
 

@@ -4,9 +4,10 @@ The scheme is that of event/block.py, in the frame of the base, for mass 1: posi
 v of the centre of mass, attitude, angular velocity w with L = I w in the axes of the base. One step
 of length d:
 
-    1. mean motion v_m = v - dV/2 - g d/2 + sum p / 2, I_m w_m = L + sum r x p / 2, with I_m and
-       the corners in the attitude turned on by w d / 2, dV the change of the base velocity in the
-       step, impulses p such that v_m and w_m obey the contact law (event_space/block_contact.py);
+    1. mean motion v_m = v - dV/2 - g d/2 + sum p / 2, I_m w_m = L + sum r x p / 2. dV is the change
+       of the base velocity in the step; I_m and the corners are those of the attitude turned on by
+       w d / 2. The impulses p are such that v_m and w_m obey the contact law
+       (event_space/block_contact.py);
     2. attitude turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; what touches is
        put back on the base and, where it sticks, along it (this removes the drift). In flight the
        turn is that of `turn_freely` in shape_space/block.py: it keeps L to the last bit, the energy

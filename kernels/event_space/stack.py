@@ -66,6 +66,9 @@ BINDING = 12
 does the rest."""
 
 
+TRIES = 4
+"""Number of trials in a row that end at an event; then a step is halved. Where a corner of an
+overlap comes and goes its gap jumps, and no root of its gaps at both ends is the event."""
 LEAST = real(1.0 / 256.0)
 """A step whose contacts were not solved is halved down to this part of the longest step."""
 
@@ -183,7 +186,9 @@ def next_step_of_stack(limits: Limits, motion: BaseMotion, end: real, s: State) 
 def retry_step(s: State, cut: real, d: real, near: real) -> State:
     """The state before the step; its next step ends at an event, and is not shorter than `near`."""
     n = s
-    n.cap = larger(wp.where(cut > d - near, HALF * d, cut), HALF * near)
+    n.tries = s.tries + 1
+    late = cut > d - near or n.tries > TRIES
+    n.cap = larger(wp.where(late, HALF * d, cut), HALF * near)
     n.still = False
     n.taken = False
     return n
@@ -264,6 +269,7 @@ def step(own: Own, limits: Limits, motion: BaseMotion, end: real, s: State) -> S
     n.knots = b.knots
     n.base = s.base + b.change + b.kick
     n.cap = NEVER
+    n.tries = 0
     n.taken = True
     n.mode = wp.where(good, s.mode, UNSOLVED)
     slow = STILL * limits.gravity

@@ -47,7 +47,8 @@ class State:
     of the contacts in the last step, by slot [N]; slots that exist, and those that touch, by
     interface; whether a block flies; whether the stack stands still on all of its contacts; time
     [s]; knots of the motion passed; base velocity [m/s]; cap, the longest next step [s]; mode;
-    lost energy [J]; deepest penetration [m]; impacts; whether the last trial step was taken.
+    lost energy [J]; deepest penetration [m]; impacts; trials since a step was taken; whether the
+    last one was taken.
     """
 
     x: Bodies
@@ -69,6 +70,7 @@ class State:
     lost: real
     deepest: real
     impacts: int
+    tries: int
     taken: bool
 
 

@@ -72,6 +72,7 @@ def test_a_fit_does_not_hang_on_its_guess():
         assert found.slenderness_angle.value == pytest.approx(ANGLE, rel=1e-7)
 
 
+@pytest.mark.thorough
 def test_a_block_beside_a_wall_gives_its_rebound():
     found = identify_block(*history(wall=True), ANGLE, RATE)
     assert found.one_sided

@@ -57,6 +57,7 @@ def test_the_factor_of_nothing_is_one_and_its_band_a_point():
     assert ratio_interval(band, band, number) == (1.0, 1.0)
 
 
+@pytest.mark.thorough
 def test_a_box_with_no_ballast_falls_as_the_box(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(measures, "BALLAST", 0.0)
     case = changed(load_case(CASE, ONE), {})

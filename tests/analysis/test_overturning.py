@@ -212,6 +212,7 @@ def test_a_scaled_motion_is_the_motion_of_a_scaled_amplitude(
         assert found[0].scaled(np.array([2.0])).pool_acceleration is found[0].pool_acceleration
 
 
+@pytest.mark.thorough
 def test_pulses_of_any_family_make_a_map(tmp_path: pathlib.Path):
     file = tmp_path / "case.toml"
     text = MAP.format(width=0.15, unit=0.1, low=0.1, high=2.0, count=20)

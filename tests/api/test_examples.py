@@ -10,7 +10,7 @@ import pytest
 import warprock
 import warprock.api
 
-pytestmark = pytest.mark.usefixtures("nothing_rendered")
+pytestmark = pytest.mark.usefixtures("nothing_rendered", "two_rooms")
 
 PUBLIC = {name: getattr(warprock, name) for name in warprock.__all__}
 """All that is public. From here on it says that it lives in `warprock`, so that a look at the file

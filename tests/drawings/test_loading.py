@@ -256,3 +256,90 @@ def test_blocks_in_space_and_open_lines_are_refused(tmp_path: pathlib.Path):
     bent.saveas(tmp_path / "bent.dxf")
     with pytest.raises(InputError, match="got a polyline with an arc, must have straight edges"):
         load_drawing(str(tmp_path / "bent.dxf"))
+
+
+CUBE = """
+v 0 0 0
+v 1 0 0
+v 1 1 0
+v 0 1 0
+v 0 0 1
+v 1 0 1
+v 1 1 1
+v 0 1 1
+o block
+f 4 3 2 1
+f 5 6 7 8
+f 1 2 6 5
+f 2 3 7 6
+f 3 4 8 7
+f 4 1 5 8
+v 0 0 -1
+v 3 0 -1
+v 3 2 -1
+v 0 2 -1
+v 0 0 0
+v 3 0 0
+v 3 2 0
+v 0 2 0
+o ground
+f 12 11 10 9
+f 13 14 15 16
+f 9 10 14 13
+f 10 11 15 14
+f 11 12 16 15
+f 12 9 13 16
+"""
+
+
+def in_space(file: pathlib.Path, **more: object) -> wr.Case:
+    assembly = {"pattern": "file", "file": str(file), "density": "2000 kg/m^3", **more}
+    tables = {"contact": {"friction": 0.6}, "run": {"duration": "1 s"}}
+    return wr.Case.from_dict({"model": "spatial", "assembly": assembly, **tables})
+
+
+def test_bodies_of_obj_and_of_compas_are_blocks_in_space(tmp_path: pathlib.Path):
+    file = tmp_path / "cube.obj"
+    file.write_text(CUBE, encoding="utf-8")
+    case = in_space(file, fixed=["ground"], file_unit="0.5 m")
+    own = wr.expand_lanes(case).lanes.assembly.of(0)
+    assert own.names == ("block", "ground")
+    assert own.mass == pytest.approx([2000.0 * 0.125, 2000.0 * 0.75])
+    assert own.joints.area == pytest.approx([0.25])
+    meshes = load_drawing(str(file), in_space=True).solids
+    nodes = {
+        name: {"block": {"data": _mesh(each.corners)}, "is_support": name == "1"}
+        for name, each in zip("01", meshes, strict=True)
+    }
+    file = tmp_path / "cube.json"
+    file.write_text(json.dumps({"data": {"graph": {"data": {"node": nodes}}}}), encoding="utf-8")
+    same = wr.expand_lanes(in_space(file, file_unit="0.5 m")).lanes.assembly.of(0)
+    assert same.fixed.tolist() == [False, True]
+    assert same.joints.area == pytest.approx([0.25])
+
+
+def _mesh(corners: Any) -> dict[str, Any]:
+    """The faces of a box whose corners stand in the order of `CUBE`."""
+    faces = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    places = [dict(zip("xyz", map(float, at), strict=True)) for at in corners]
+    return {
+        "vertex": dict(zip("01234567", places, strict=True)),
+        "face": {str(k): f for k, f in enumerate(faces)},
+    }
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("f 4 3 2 1\n", "", "block: got an open surface, must be closed"),
+        ("v 1 1 1\n", "v .3 .3 .3\n", "block: got a body that is not convex, must be convex"),
+        ("v 1 1 1\n", "v 1 nan 1\n", "must be at least 4 corners with finite coordinates"),
+    ],
+)
+def test_bodies_that_are_open_or_not_convex_are_refused(
+    tmp_path: pathlib.Path, old: str, new: str, said: str
+):
+    file = tmp_path / "cube.obj"
+    file.write_text(CUBE.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(wr.InputError, match=said):
+        wr.expand_lanes(in_space(file, fixed=["ground"], file_unit="1 m"))

@@ -8,7 +8,7 @@ import functools
 import numpy as np
 import pytest
 
-from tests.shared.blocks import free_lanes, make_lanes, sines, single_block_engines
+from tests.shared.blocks import at_rest, free_lanes, make_lanes, sines, single_block_engines
 from warprock.engines.energy import energy_held
 from warprock.engines.launching import Form, Target
 from warprock.model import rocking
@@ -111,7 +111,7 @@ def test_mirrored_scene_gives_mirrored_response(engine: str) -> None:
 def test_no_energy_from_nothing(engine: str) -> None:
     lanes = free_lanes()
     times = SampleTimes(duration=3.0, interval=0.01)
-    response = run_batch(engine, lanes, StillBase(9), times)
+    response = run_batch(engine, lanes, at_rest(9), times)
     lost = response["energy_lost"]
     held = energy_held(lanes, lanes.rotation_start)
     assert np.all(lost > 0.0)

@@ -68,6 +68,7 @@ def test_the_account_knows_what_springs_hold():
     assert 0.3 < taken < 1.1
 
 
+@pytest.mark.thorough
 def test_a_step_beyond_stability_is_told():
     """Twice the longest stable step: springs make energy."""
     motions = pushes(0.5 * LIMITS, 1.0, END)
@@ -78,6 +79,7 @@ def test_a_step_beyond_stability_is_told():
     assert np.isin(found["status"][:4], [Status.UNSTABLE, Status.NONFINITE]).all()
 
 
+@pytest.mark.thorough
 def test_no_lane_depends_on_its_neighbours_and_each_has_its_own_step():
     motions = pushes(LIMITS * 1.01, 1.0, END)
     engine = Dem(settings=stiff(1e8))
@@ -90,6 +92,7 @@ def test_no_lane_depends_on_its_neighbours_and_each_has_its_own_step():
         assert_same(alone, take_lanes(together, places))
 
 
+@pytest.mark.thorough
 def test_a_lane_whose_blocks_meet_where_no_joint_has_springs_says_so():
     """Of two towers .1 m apart the slender one leans on the other; apart by 2 m it does not."""
     ground = patterns.Piece("ground", patterns.rectangle(-1.0, -0.5, 6.0, 0.0), fixed=True)
@@ -107,6 +110,7 @@ def test_a_lane_whose_blocks_meet_where_no_joint_has_springs_says_so():
     assert found["status"].tolist() == [Status.OUTSIDE_MODEL, *[Status.OK] * 4]
 
 
+@pytest.mark.thorough
 def test_a_column_stands_on_its_springs_as_statics_says():
     """Drums sink by what stands on each joint over its stiffness, and stay there."""
     settings = stiff(1e9)

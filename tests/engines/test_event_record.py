@@ -36,6 +36,7 @@ def shaken_once(acceleration: float, quiet: float = 0.0, count: int = 2000) -> R
     return record_motions([record], index=np.zeros(1, int), scale=np.ones(1), start=np.zeros(1))
 
 
+@pytest.mark.thorough
 def test_lanes_that_are_put_in_order_do_what_they_do_in_theirs(many: LaneSet) -> None:
     order = Event(EventSettings()).alike_order(many.lanes, many.motions)
     assert order is not None

@@ -41,6 +41,15 @@ def pulses(count: int = 1, side: float = 1.0) -> SpatialMotions:
     )
 
 
+def two_ways(strength: np.ndarray) -> SpatialMotions:
+    """One cycle at 4 Hz along x, of given peaks over gravity, and of .3 of them along y."""
+    one, strong = np.ones(len(strength)), strength * GRAVITY
+    return along(
+        sines(Control.ACCELERATION, strong, 4.0 * one, 1.0),
+        sines(Control.ACCELERATION, 0.3 * strong, 4.0 * one, 1.0),
+    )
+
+
 def dropped(count: int) -> SpatialLanes:
     """Stacks of two, turned against one another; the upper block starts on a corner in the air."""
     rng = np.random.default_rng(3)
@@ -158,16 +167,12 @@ def test_event_takes_stacks_in_space() -> None:
 def test_slippery_pairs_end_well_with_friction_as_a_box() -> None:
     """Steps whose contacts were not solved are halved: without that some lanes end so."""
     rng, count = np.random.default_rng(5), 16
-    one, upper = np.ones(count), np.array([0.0, 1.0])
+    upper = np.array([0.0, 1.0])
     pair = spatial_stack([0.2, 0.2], [0.6, 0.6], depth=0.4, friction=0.25)
     parts = {name: np.repeat(each, count, axis=0) for name, each in pair.arrays.items()}
     parts["yaw_start"] = rng.uniform(-0.01, 0.01, (count, 2))
     parts["offset"] = upper * rng.uniform(-0.001, 0.001, (count, 2))
-    strong = np.linspace(0.35, 0.6, count) * GRAVITY
-    motions = along(
-        sines(Control.ACCELERATION, strong, 4.0 * one, 1.0),
-        sines(Control.ACCELERATION, 0.3 * strong, 4.0 * one, 1.0),
-    )
+    motions = two_ways(np.linspace(0.35, 0.6, count))
     settings = EventSettings(time_step=5e-3, friction_box=1)
     found = run_batch("event", SpatialLanes(**parts), motions, SampleTimes(2.0), settings=settings)
     assert (found["status"] == Status.OK).all()
@@ -185,3 +190,18 @@ def test_a_pair_that_slides_hard_converges_and_takes_no_more_steps_than_it_has()
     np.testing.assert_allclose(coarse["peak_rotation"], fine["peak_rotation"], rtol=0.0, atol=1e-3)
     np.testing.assert_allclose(coarse["peak_slide"], fine["peak_slide"], rtol=0.0, atol=2e-5)
     assert fine["step_count"][0] < 1.2 * 0.8 / 1.25e-3
+
+
+def test_where_a_corner_of_an_overlap_comes_and_goes_the_step_is_halved() -> None:
+    """Its gap jumps, so that no trial ends at the event: without that the lane takes 55,000."""
+    rng, count = np.random.default_rng(5), 32
+    three = spatial_stack([0.2] * 3, [0.6] * 3, depth=0.4, friction=0.7)
+    parts = {name: np.repeat(each, count, axis=0) for name, each in three.arrays.items()}
+    parts["yaw_start"] = rng.uniform(-0.01, 0.01, (count, 3))
+    parts["offset"] = rng.uniform(-0.001, 0.001, (count, 3)) * np.array([0.0, 1.0, 1.0])
+    pick = np.array([12])
+    motions = two_ways(np.linspace(0.35, 0.6, count)).take(pick)
+    found = respond(SpatialLanes(**parts).take(pick), motions, SampleTimes(1.0))
+    assert found["status"][0] == Status.OK
+    # The 200 steps of a run without events, and a few of each impact.
+    assert found["step_count"][0] < 1000

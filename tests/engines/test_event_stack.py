@@ -66,7 +66,7 @@ def test_stack_of_one_is_the_single_block() -> None:
     columns = {name: each[:, None] for name, each in arrays if name != "angular_restitution"}
     lanes = Lanes(**columns, angular_restitution=single.angular_restitution)
     times = SampleTimes(5.0, 0.01)
-    motions = StillBase(9)
+    motions = at_rest(9)
     reference = run_batch("housner", single, motions, times)["rotation"]
     alpha = single.slenderness_angle
     found = []

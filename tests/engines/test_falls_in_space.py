@@ -116,7 +116,8 @@ def test_a_block_that_slides_is_not_at_rest(engine: str) -> None:
     assert np.all(np.isnan(late["uplift_time"]))
 
 
-@pytest.mark.parametrize("engine", ["impulse", pytest.param("dem", marks=pytest.mark.thorough)])
+@pytest.mark.thorough
+@pytest.mark.parametrize("engine", ["impulse", "dem"])
 def test_a_stack_in_which_something_slides_is_not_at_rest(engine: str) -> None:
     friction = np.array([[0.05, 0.5], [0.5, 0.05], [0.3, 0.3]])
     lanes = in_space(

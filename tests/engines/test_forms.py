@@ -61,7 +61,7 @@ def test_the_engines_with_two_forms_are_found():
 SHOWN = ("housner", "impulse")
 """Engines of which the ordinary run compares both forms of single blocks; others: `thorough`."""
 
-OFTEN = [(name, "block") for name in ("housner", "impulse", "event")]
+OFTEN = [(name, "block") for name in ("housner", "impulse")]
 """Engines and scenes of which the ordinary run compares both forms of many lanes shaken hard."""
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import Array, make_lanes, sines
+from tests.shared.marks import first
 from tests.shared.spatial_blocks import along, in_space, unmoved
 from tests.shared.vertical_motion import flights
 from warprock.case.lanes import expand_lanes
@@ -103,13 +104,8 @@ def boxes_on_points(lanes: SpatialLanes) -> SpatialLanes:
     return dataclasses.replace(lanes, body=body)
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        "packed",
-        *(pytest.param(each, marks=pytest.mark.thorough) for each in ("box", "plain", "points")),
-    ],
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize("kind", ["packed", "box", "plain", "points"])
 def test_event_in_flights_and_landings(kind: str) -> None:
     # Edges that let go, slide, fly and land as a whole, at random.
     lanes, x, z = flights(160, seed=0)
@@ -208,9 +204,8 @@ def test_impulse_keeps_a_block_that_lands_flat_and_slides_in_its_plane(depth: fl
     np.testing.assert_allclose(found["peak_rotation"], truth["peak_rotation"], atol=5e-5)
 
 
-@pytest.mark.parametrize("box", [0, pytest.param(1, marks=pytest.mark.thorough)])
 @pytest.mark.parametrize(
-    "precision", ["float64", pytest.param("float32", marks=pytest.mark.thorough)]
+    ("precision", "box"), first(1, [("float64", 0), ("float64", 1), ("float32", 0)])
 )
 @pytest.mark.parametrize("vertical", [0.0, 1.0])
 @pytest.mark.parametrize("across", [False, True])
@@ -259,7 +254,8 @@ def test_impulse_in_float32_stays_near_a_plane_in_any_direction(vertical: float)
     assert np.all(turned_planar(vertical, "float32")[1]["peak_yaw"] <= 0.02)
 
 
-@pytest.mark.parametrize("vertical", [pytest.param(0.0, marks=pytest.mark.thorough), 1.0])
+@pytest.mark.thorough
+@pytest.mark.parametrize("vertical", [0.0, 1.0])
 def test_impulse_in_space_is_the_planar_step_with_sweeps_that_have_settled(vertical: float) -> None:
     # Hundreds of sweeps a step are what costs.
     scene = random_planar(vertical, 16)

@@ -14,17 +14,18 @@ from tests.shared.vertical_motion import Array, sampled, shaken, steady
 from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, StillBase, UprightMotions
+from warprock.model.motion import Control, GroundMotions, UprightMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.model.stacking import uplift_ratio
 from warprock.settings.engines import EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 
+pytestmark = pytest.mark.thorough
+
 RISES = np.array([-0.5, 0.3, 1.5, 3.0])
 """Steady accelerations of the base upwards over g."""
 PLAIN = Target(form=Form.PLAIN)
 """Compiled in a third of the time of the packed form."""
-THREE = pytest.param(3, marks=pytest.mark.thorough)
 
 
 def stacks(count: int, blocks: int = 2, friction: float = 10.0) -> Lanes:
@@ -57,7 +58,6 @@ def order(found: list[Response]) -> float:
     return float(np.log2(coarse / fine))
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize("engine", ["event", "impulse"])
 def test_a_steady_rise_is_another_gravity(engine: str) -> None:
     # Free rocking knows no time but the root of length over gravity: with n g for g, and a step
@@ -92,7 +92,7 @@ def test_a_pair_lifts_where_the_weight_that_it_has_then_lets_it() -> None:
     np.testing.assert_allclose(found["uplift_time"], lifts, rtol=1e-13)
 
 
-@pytest.mark.parametrize("blocks", [2, THREE])
+@pytest.mark.parametrize("blocks", [2, 3])
 def test_event_follows_a_rising_base_at_second_order(blocks: int) -> None:
     lanes, motions = stacks(6, blocks), shaken(6, 8.0, 0.8)
     times = SampleTimes(0.8, 0.01)
@@ -146,7 +146,6 @@ def flight(upwards: Array, time: Array) -> tuple[float, float]:
     return float(fine[leaves]), float(speed[lands])
 
 
-@pytest.mark.thorough
 def test_lanes_keep_to_themselves_and_to_their_mirror_images() -> None:
     # Swings of the weight beyond g: with flights, slides and landings.
     lanes, motions = stacks(5, friction=0.6), shaken(5, 20.0, 0.8, along=5.0)
@@ -165,7 +164,6 @@ def test_lanes_keep_to_themselves_and_to_their_mirror_images() -> None:
             np.testing.assert_array_equal(values, together[name][order], err_msg=name)
 
 
-@pytest.mark.thorough
 def test_packs_do_what_single_lanes_do_and_bodies_what_boxes_do() -> None:
     lanes, motions = stacks(5, friction=0.6), shaken(5, 16.0, 0.8, along=5.0)
     times = SampleTimes(0.8, 0.05)
@@ -181,7 +179,6 @@ def test_packs_do_what_single_lanes_do_and_bodies_what_boxes_do() -> None:
     np.testing.assert_array_equal(bodies["impact_count"], boxes["impact_count"])
 
 
-@pytest.mark.thorough
 def test_event_follows_a_rising_base_under_a_body_on_a_box() -> None:
     lanes = with_body(stacks(len(RISES)), 1)
     for lane, rise in enumerate(RISES):
@@ -189,7 +186,7 @@ def test_event_follows_a_rising_base_under_a_body_on_a_box() -> None:
         rises = steady(GRAVITY * RISES[one], 3.0)
         found = event_at(1e-3, lanes.take(one), rises, SampleTimes(1.0, 0.02))
         like = SampleTimes(1.0 * fast, 0.02 * fast)
-        still = event_at(1e-3 * fast, lanes.take(one), StillBase(1), like)
+        still = event_at(1e-3 * fast, lanes.take(one), at_rest(1), like)
         np.testing.assert_allclose(found["rotation"], still["rotation"], atol=1e-9)
         assert still["impact_count"] > 0
     lanes, motions = with_body(stacks(6), 1), shaken(6, 8.0, 0.8)
@@ -197,7 +194,6 @@ def test_event_follows_a_rising_base_under_a_body_on_a_box() -> None:
     assert order(runs) > 1.7
 
 
-@pytest.mark.thorough
 def test_a_table_that_follows_displacements_kicks_upwards_too() -> None:
     # A sine of the displacement starts and ends with a step of the velocity.
     lanes, times = stacks(6), SampleTimes(1.5, 0.01)

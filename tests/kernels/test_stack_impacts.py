@@ -117,12 +117,14 @@ def test_an_impact_gives_no_energy(impacts: dict[str, np.ndarray]) -> None:
     assert np.median(lost / kinetic("before")) > 1e-3
 
 
+@pytest.mark.thorough
 def test_contacts_settle_where_no_state_slides_as_given() -> None:
     # With friction up to 5 a given sliding often finds no impulses at all (Painleve's paradox).
     glide = np.random.default_rng(3).choice([-1, 0, 1], (LANES, BLOCKS))
     assert np.all(struck(glide)["settled"])
 
 
+@pytest.mark.thorough
 def test_impacts_have_mirrored_outcomes_in_a_mirror() -> None:
     # Jammed contacts have several states that obey the law; the way to one starts at open ends.
     glide = np.random.default_rng(0).choice([-1, 1], (LANES, BLOCKS))

@@ -414,9 +414,12 @@ LANE = st.tuples(
 
 
 @pytest.mark.parametrize(
-    "precision", ["float64", pytest.param("float32", marks=pytest.mark.thorough)]
+    ("engine", "precision"),
+    [
+        *((engine, "float64") for engine in single_block_engines()),
+        *(pytest.param(e, "float32", marks=pytest.mark.thorough) for e in ("event", "xpbd")),
+    ],
 )
-@pytest.mark.parametrize("engine", single_block_engines())
 @settings(max_examples=12, derandomize=True)
 @given(
     picks=st.lists(LANE, min_size=8, max_size=8),

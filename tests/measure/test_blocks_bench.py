@@ -11,6 +11,7 @@ from warprock.measure import blocks_bench
 
 
 @pytest.mark.thorough
+@pytest.mark.usefixtures("two_rooms")
 def test_a_small_wall_is_measured(monkeypatch: pytest.MonkeyPatch):
     """Three courses of three blocks, two of the middle one halves at its ends.
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.shared import closed_forms
-from tests.shared.blocks import make_lanes, shakes, sines
+from tests.shared.blocks import at_rest, make_lanes, shakes, sines
 from tests.shared.case_texts import PULSE
 from tests.shared.space_bodies import bodies_of
 from tests.shared.spatial_blocks import along, in_space
@@ -14,7 +14,7 @@ from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, as_stacks
-from warprock.model.motion import Control, HarmonicMotions, StillBase
+from warprock.model.motion import Control, HarmonicMotions
 from warprock.model.painleve import ambiguous, friction_limit, mark_ambiguous, spatial_limit
 from warprock.model.response import SOUND, USABLE, SampleTimes, Status
 from warprock.running.batch import run_batch
@@ -157,7 +157,7 @@ def test_friction_that_holds_is_not_marked(stacked: bool):
     ratio = np.array([0.2, -0.5, 0.9, 0.99])
     free = make_lanes([0.2, 0.5, 0.9, 0.3], 1.0, ratio, friction=10.0)
     for engine in ("event", "impulse"):
-        response = run_batch(engine, as_stacks(free) if stacked else free, StillBase(4), TIMES)
+        response = run_batch(engine, as_stacks(free) if stacked else free, at_rest(4), TIMES)
         assert np.all(response["status"] == Status.OK)
 
 

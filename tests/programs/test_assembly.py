@@ -9,6 +9,7 @@ import pytest
 
 from tests.shared.assemblies import assembly_lanes, built, oppenheim, pushes
 from tests.shared.commands import succeed
+from tests.shared.programs import in_newton_xpbd
 from warprock.errors import DeclinedError
 from warprock.model import patterns
 from warprock.model.response import Outcome, SampleTimes, Status
@@ -49,7 +50,7 @@ def test_what_falls_is_told_when():
     assert 0.5 < found.response["collapse_time"][0] < 2.0
 
 
-@pytest.mark.thorough
+@in_newton_xpbd
 def test_newton_is_given_the_same_blocks():
     """XPBD lets columns lean below their limit load; well above it they fall away."""
     lanes, settings = assembly_lanes([DRUMS] * 2), NewtonXpbdSettings(steps_per_second=500)
@@ -107,6 +108,7 @@ sample_interval = "0.02 s"
 
 
 @pytest.mark.thorough
+@pytest.mark.usefixtures("two_rooms")
 def test_compare_holds_engines_and_programs_against_the_first(tmp_path):
     pytest.importorskip("mujoco")
     (tmp_path / "case.toml").write_text(CASE)

@@ -1,14 +1,13 @@
 """Newton beside ours: its solvers on the same lanes, as worlds of one model.
 
-They take 15 s to 60 s each to compile where Warp's cache is empty: SolverXPBD runs with the marker
-`thorough`, the others where WARPROCK_OUTSIDE is set, as `.ci/outside` does.
+They take 15 s to 60 s each to compile where Warp's cache is empty: they run where WARPROCK_OUTSIDE
+is set, as `.ci/outside` does.
 """
 
 from __future__ import annotations
 
 import importlib.util
 import json
-import os
 import sys
 from typing import Any
 
@@ -18,6 +17,7 @@ import pytest
 
 from tests.shared.blocks import make_lanes, sines
 from tests.shared.commands import succeed
+from tests.shared.programs import in_newton_xpbd, outside
 from warprock.case.load import load_case
 from warprock.errors import InputError
 from warprock.model.lanes import Lanes, SpatialLanes
@@ -66,7 +66,7 @@ def test_newton_is_a_dependency_and_its_solvers_have_names() -> None:
         assert PROGRAMS[name].installed
 
 
-@pytest.mark.thorough
+@in_newton_xpbd
 def test_xpbd_rocks_as_housner_says() -> None:
     lanes, motions = three_blocks(), StillBase(3)
     coarse, fine = (
@@ -79,7 +79,7 @@ def test_xpbd_rocks_as_housner_says() -> None:
     assert (fine < 0.5 * coarse).all()
 
 
-@pytest.mark.thorough
+@in_newton_xpbd
 def test_worlds_do_not_feel_one_another() -> None:
     """A lane alone, and the same lane beside another that falls: bit for bit the same."""
     lanes = make_lanes(0.5, 0.75, np.array([0.5, 1.05]))
@@ -90,7 +90,7 @@ def test_worlds_do_not_feel_one_another() -> None:
         np.testing.assert_array_equal(both[name][0], alone[name][0], err_msg=name)
 
 
-@pytest.mark.thorough
+@in_newton_xpbd
 def test_a_table_on_a_prismatic_joint_carries_its_velocity() -> None:
     lanes = make_lanes([0.17, 0.17], 1.0)
     motions = sines(Control.DISPLACEMENT, [4e-3, 6e-3], 5.0, 1.0)
@@ -104,7 +104,7 @@ def test_a_table_on_a_prismatic_joint_carries_its_velocity() -> None:
     assert np.abs(flat["rotation"]).max() < 1e-4
 
 
-@pytest.mark.thorough
+@in_newton_xpbd
 def test_a_table_that_moves_across_does_what_one_along_x_does() -> None:
     """A block as deep as wide: the two rotations trade places (to float32, magnified in time)."""
     planar = make_lanes(0.17, 1.0)
@@ -124,7 +124,7 @@ def test_a_table_that_moves_across_does_what_one_along_x_does() -> None:
     assert np.abs(across["rotation"]).max() < 1e-4
 
 
-@pytest.mark.thorough
+@in_newton_xpbd
 def test_compare_runs_a_stack_in_newton() -> None:
     case = ("stack-sine-pulse", "-s", "run.duration=0.15 s", "-s", "motion.frequency=5 Hz")
     knob = "peers.newton-xpbd.steps_per_second=1200"
@@ -155,11 +155,9 @@ def test_mujoco_in_newton_needs_its_extra(monkeypatch: pytest.MonkeyPatch) -> No
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.extra
+@outside
 @pytest.mark.parametrize("name", OTHERS)
 def test_the_other_solvers_rock_as_housner_says(name: str) -> None:
-    if "WARPROCK_OUTSIDE" not in os.environ:
-        pytest.skip("takes up to a minute to compile; WARPROCK_OUTSIDE=1 runs it")
     if name == "newton-mujoco" and importlib.util.find_spec("mujoco_warp") is None:
         pytest.skip("mujoco_warp is not installed; newton[sim] installs it")
     lanes, motions = three_blocks(), StillBase(3)

@@ -39,7 +39,7 @@ def alone(lane):
 
 
 ENGINES_HERE = [
-    pytest.param(name, marks=() if name in ("housner", "event") else pytest.mark.thorough)
+    pytest.param(name, marks=() if name == "housner" else pytest.mark.thorough)
     for name in ENGINES
     if name not in ("two-block", "assembly")  # which run no single block
 ]

@@ -24,7 +24,7 @@ CASE = {
 
 
 @pytest.fixture(scope="module")
-def run():
+def run(two_rooms: None):
     return wr.run(wr.Case.from_dict(CASE), progress=False)
 
 

@@ -176,7 +176,8 @@ def _lane_set(lanes: Lanes, motions: GroundMotions) -> LaneSet:
     return dataclasses.replace(some, lanes=lanes, motions=motions, step_factors=None)
 
 
-@pytest.mark.parametrize("engine", ["event", pytest.param("impulse", marks=pytest.mark.thorough)])
+@pytest.mark.thorough
+@pytest.mark.parametrize("engine", ["event", "impulse"])
 def test_a_lane_does_not_depend_on_its_company(
     engine: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -207,6 +208,7 @@ def _record_case(scales: str = "[0.7, 1.15, 1.5, 3.0]") -> Case:
     return load_case(base.name, [f"sweep=[{{motion.scale={scales}}}]", *more])
 
 
+@pytest.mark.thorough
 def test_a_companion_that_ends_at_rest_is_the_whole_run() -> None:
     case = _record_case()
     lane_set = expand_lanes(case)
@@ -295,6 +297,7 @@ def test_engines_without_an_order_run_once() -> None:
         run_case(load_case("free-b0"), "event", RunOptions(tolerance=1.0))
 
 
+@pytest.mark.thorough
 def test_the_history_of_a_refined_lane_is_that_of_its_numbers() -> None:
     run = run_case(_record_case(), "event", histories=False)
     lane = int(np.argmin(run.response["time_step"]))
@@ -309,6 +312,7 @@ def invoke(*arguments: object) -> Result:
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
+@pytest.mark.thorough
 def test_the_command_says_what_missed_the_tolerance_and_what_to_do(cabinet: pathlib.Path) -> None:
     some = ("-s", SOME, "-s", "run.duration=40 s", "-e", "event")
     shown = invoke("run", cabinet, *some, "--tolerance", 1e-5)

@@ -309,6 +309,7 @@ def test_a_coarse_step_is_told_from_chaos() -> None:
     assert np.mean(found[1]["status"] == Status.OK) >= 0.8
 
 
+@pytest.mark.thorough
 def test_where_one_run_falls_the_estimate_covers_the_fall() -> None:
     found = judged("record", "event 5e-3")
     apart = found.fell != found.truly_fell

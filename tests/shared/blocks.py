@@ -146,7 +146,7 @@ def at_rest(count: int) -> HarmonicMotions:
     """A base that does not move, as a pulse of no size.
 
     Kernels of analytic motions run it, which tests compile anyhow. Those of a still base are held
-    to the same by `engines/test_contract_scenes.py`, `thorough`.
+    to the same, of three engines, by `engines/test_contract_scenes.py`, `thorough`.
     """
     zero = np.zeros(count)
     return velocity_steps(zero, zero, zero)

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import sys
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -23,3 +26,15 @@ def present(program: str) -> str:
     if importlib.util.find_spec(PACKAGES[program]) is None:
         pytest.skip(f"{PACKAGES[program]} is not installed; {PROGRAMS[program].install} does it")
     return program
+
+
+def outside(test: Callable[..., None]) -> Any:
+    """Marks a test that takes up to a minute to compile."""
+    reason = "takes up to a minute to compile; WARPROCK_OUTSIDE=1 runs it"
+    skip = pytest.mark.skipif("WARPROCK_OUTSIDE" not in os.environ, reason=reason)
+    return pytest.mark.extra(skip(test))
+
+
+def in_newton_xpbd(test: Callable[..., None]) -> Any:
+    """Marks a test of Newton's SolverXPBD: one worker runs all of them and compiles it once."""
+    return pytest.mark.xdist_group("newton-xpbd")(outside(test))

@@ -25,10 +25,11 @@ from warprock.case.assembly import (
     Assembly,
 )
 from warprock.case.input_columns import computed, key_column
+from warprock.case.space import spatial_because
 from warprock.drawings.loading import load_drawing
 from warprock.errors import InputError, did_you_mean
 from warprock.model import patterns
-from warprock.model.assembly import Assemblies, Piece, assemble
+from warprock.model.assembly import SPACE, Assemblies, Piece, assemble
 from warprock.model.assembly import Assembly as Laid
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.solids import assemble_solids
@@ -265,8 +266,12 @@ def _assemble_in_space(
     if table.pattern in SPATIAL_PATTERNS:
         pieces = _pieces(table, own)
     else:
-        flat = _pieces(table, own) if file is None else _drawn(case, table, own, file)
-        pieces = patterns.extruded(flat, own["depth"])
+        if file is None:
+            pieces = _pieces(table, own)
+        else:
+            pieces = _drawn(case, table, own, file, in_space=True)
+        if pieces[0].corners.shape[1] < SPACE:
+            pieces = patterns.extruded(pieces, own["depth"])
     found = assemble_solids(
         pieces,
         density=own["density"],
@@ -323,16 +328,18 @@ def case_drawings(case: Case) -> dict[str, Drawing]:
     table = case.tables.assembly
     if table is None or table.pattern != FILE:
         return {}
-    return {file: _drawing(case, file) for file in LaneValues(case, range(1)).texts(FILE_KEY)[0]}
+    values = LaneValues(case, range(1))
+    in_space, files = bool(spatial_because(values)), values.texts(FILE_KEY)[0]
+    return {file: _drawing(case, file, in_space=in_space) for file in files}
 
 
 FILE_KEY = f"{PLACE}.file"
 
 
-def _drawing(case: Case, file: str) -> Drawing:
+def _drawing(case: Case, file: str, *, in_space: bool) -> Drawing:
     """A drawing of the case."""
     try:
-        return load_drawing(file, case.folder)
+        return load_drawing(file, case.folder, in_space=in_space)
     except InputError as error:
         if error.key != "file":
             raise
@@ -340,14 +347,16 @@ def _drawing(case: Case, file: str) -> Drawing:
         raise InputError(source, FILE_KEY, file, error.allowed) from None
 
 
-def _drawn(case: Case, table: Assembly, own: Mapping[str, float], file: str) -> list[Piece]:
+def _drawn(
+    case: Case, table: Assembly, own: Mapping[str, float], file: str, *, in_space: bool = False
+) -> list[Piece]:
     """The blocks of a drawing.
 
     Raises:
         InputError: It says no unit, or not what is fixed.
     """
-    drawing = _drawing(case, file)
-    outlines = drawing.outlines
+    drawing = _drawing(case, file, in_space=in_space)
+    outlines = drawing.blocks
     unit = own.get("file_unit", drawing.unit)
     if unit is None:
         key, declared = f"{PLACE}.file_unit", Assembly.declared()["file_unit"]

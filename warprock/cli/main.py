@@ -20,9 +20,8 @@ import click
 import warprock
 from warprock.cli import completion
 from warprock.cli.analysis import call, finish
-from warprock.cli.exits import EXIT_INTERRUPTED, EXIT_RESUMABLE
+from warprock.cli.exits import EXIT_BAD_LANES, EXIT_INTERRUPTED, EXIT_RESUMABLE
 from warprock.cli.options import (
-    EXIT_BAD_LANES,
     case_argument,
     engine_option,
     estimate_options,

@@ -1,8 +1,8 @@
 """Assemblies of COMPAS: JSON files of `compas_assembly`, `compas_cra` and `compas_dem`.
 
 Three forms are read: an `Assembly`, whose nodes hold blocks; a `BlockModel`, whose elements do; and
-a list of meshes. Blocks are prisms side by side in one plane; what the file calls a support
-(`is_support`) is fixed.
+a list of meshes. In the plane blocks are prisms side by side, in space convex bodies. What the file
+calls a support (`is_support`) is fixed.
 """
 
 from __future__ import annotations
@@ -13,8 +13,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from warprock.drawings.outline import Drawing, Outline, named_apart, require_few, require_outlines
-from warprock.drawings.sections import Surface, plane_sections
+from warprock.drawings.outline import (
+    Drawing,
+    Outline,
+    Solid,
+    named_apart,
+    require_few,
+    require_outlines,
+)
+from warprock.drawings.sections import Surface, convex_corners, plane_sections
 from warprock.errors import InputError
 from warprock.quantity import Said
 
@@ -29,7 +36,7 @@ class _Block(NamedTuple):
 
 
 def read(content: bytes, source: str) -> Drawing:
-    """The blocks of a file.
+    """The blocks of a file as their sections in the plane.
 
     Args:
         content: Its bytes.
@@ -37,6 +44,39 @@ def read(content: bytes, source: str) -> Drawing:
 
     Raises:
         InputError: It is no JSON of COMPAS, or its blocks are no prisms in one plane.
+    """
+    blocks, surfaces = _read(content, source)
+    found = plane_sections(source, surfaces)
+    outlines = named_apart(
+        Outline(each.name, "", found[str(place)], each.support) for place, each in enumerate(blocks)
+    )
+    require_outlines(source, outlines, HOLDS)
+    return Drawing(outlines)
+
+
+def read_solids(content: bytes, source: str) -> Drawing:
+    """The blocks of a file in space.
+
+    Args:
+        content: Its bytes.
+        source: Its path, as errors name it.
+
+    Raises:
+        InputError: It is no JSON of COMPAS, or a block is not closed or not convex.
+    """
+    blocks, surfaces = _read(content, source)
+    solids = named_apart(
+        Solid(each.name, "", convex_corners(source, surface), each.support)
+        for each, surface in zip(blocks, surfaces.values(), strict=True)
+    )
+    return Drawing((), solids=solids)
+
+
+def _read(content: bytes, source: str) -> tuple[list[_Block], dict[str, Surface]]:
+    """The blocks and their surfaces by number.
+
+    Raises:
+        InputError: It is no JSON of COMPAS, or holds no blocks.
     """
     try:
         text = json.loads(content)
@@ -50,12 +90,7 @@ def read(content: bytes, source: str) -> Drawing:
     require_few(source, len(surfaces))
     if not surfaces:
         require_outlines(source, [], HOLDS)
-    found = plane_sections(source, surfaces)
-    outlines = named_apart(
-        Outline(each.name, "", found[str(place)], each.support) for place, each in enumerate(blocks)
-    )
-    require_outlines(source, outlines, HOLDS)
-    return Drawing(outlines)
+    return blocks, surfaces
 
 
 def _inner(table: Any) -> Any:

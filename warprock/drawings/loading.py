@@ -22,15 +22,21 @@ FORMATS: dict[str, Callable[[bytes, str], Drawing]] = {
     ".json": compas.read,
     ".obj": obj.read,
 }
-"""End of a file's name -> what reads it."""
+"""End of a file's name -> what reads blocks in the plane from it."""
+
+SOLIDS = FORMATS | {".json": compas.read_solids, ".obj": obj.read_solids}
+"""End of a file's name -> what reads blocks in space from it, or those in a plane."""
 
 
-def load_drawing(file: str, relative_to: pathlib.Path | None = None) -> Drawing:
+def load_drawing(
+    file: str, relative_to: pathlib.Path | None = None, *, in_space: bool = False
+) -> Drawing:
     """Reads a drawing.
 
     Args:
         file: Path of a file that ends in .dxf, .json or .obj.
         relative_to: Folder that a relative path starts from; the working folder by default.
+        in_space: Whether its blocks may be bodies in space.
 
     Raises:
         InputError: The file is of another form or cannot be read, with the key `file`; or what is
@@ -42,7 +48,7 @@ def load_drawing(file: str, relative_to: pathlib.Path | None = None) -> Drawing:
         raise InputError("", "file", file, allowed)
     try:
         changed = os.stat(path).st_mtime_ns
-        return _load(path, changed)
+        return _load(path, changed, in_space)
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
@@ -51,7 +57,8 @@ def load_drawing(file: str, relative_to: pathlib.Path | None = None) -> Drawing:
 
 
 @functools.lru_cache(maxsize=64)
-def _load(path: pathlib.Path, _changed: int) -> Drawing:
+def _load(path: pathlib.Path, _changed: int, in_space: bool) -> Drawing:
     content = read_bytes(path, MOST_BYTES)
-    found = FORMATS[path.suffix.lower()](content, str(path))
+    formats = SOLIDS if in_space else FORMATS
+    found = formats[path.suffix.lower()](content, str(path))
     return dataclasses.replace(found, sha256=hashlib.sha256(content).hexdigest())

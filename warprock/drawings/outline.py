@@ -5,7 +5,7 @@ from __future__ import annotations
 import collections
 import dataclasses
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -35,12 +35,32 @@ class Outline(NamedTuple):
     fixed: bool = False
 
 
+class Solid(NamedTuple):
+    """A convex body as a file has it.
+
+    Attributes:
+        name: As of an outline.
+        group: As of an outline.
+        corners: Its corners in space, in units of the file, shape [corner, 3].
+        fixed: As of an outline.
+    """
+
+    name: str
+    group: str
+    corners: Array
+    fixed: bool = False
+
+
+AnyBlock = TypeVar("AnyBlock", Outline, Solid)
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class Drawing:
     """The blocks of a file.
 
     Attributes:
-        outlines: The blocks, no two of one name.
+        outlines: The blocks in the plane, no two of one name; none where they are bodies.
+        solids: The blocks in space, likewise; none where they are outlines.
         unit: Length of one unit of the file [m]; None where the file does not say.
         left_out: What the file holds besides, in words; empty if nothing.
         sha256: Hash of its bytes.
@@ -50,10 +70,16 @@ class Drawing:
     unit: float | None = None
     left_out: str = ""
     sha256: str = ""
+    solids: tuple[Solid, ...] = ()
+
+    @property
+    def blocks(self) -> tuple[Outline, ...] | tuple[Solid, ...]:
+        """The blocks, in the plane or in space."""
+        return self.outlines or self.solids
 
 
-def named_apart(outlines: Iterable[Outline]) -> tuple[Outline, ...]:
-    """Outlines with names of their own: those of one name, or with none, are numbered from 1."""
+def named_apart(outlines: Iterable[AnyBlock]) -> tuple[AnyBlock, ...]:
+    """Blocks with names of their own: those of one name, or with none, are numbered from 1."""
     found = list(outlines)
     own = [each.name or each.group for each in found]
     several = {name for name, count in collections.Counter(own).items() if count > 1 or not name}
@@ -79,7 +105,7 @@ def require_few(source: str, count: int) -> None:
         raise InputError(source, "", got, f"must be at most {MOST_OUTLINES:,}")
 
 
-def require_outlines(source: str, outlines: Sequence[Outline], holds: str) -> None:
+def require_outlines(source: str, outlines: Sequence[Outline | Solid], holds: str) -> None:
     """Refuses a file without blocks, and numbers that are none.
 
     Args:

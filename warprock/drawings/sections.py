@@ -60,8 +60,51 @@ def plane_sections(source: str, surfaces: Mapping[str, Surface]) -> dict[str, Ar
                 key: _section(source, each, across, axes, flat) for key, each in surfaces.items()
             }
     got = Said(f"{len(surfaces):,} blocks in space")
-    allowed = "must be prisms side by side in one plane, of x and z, y and z, or x and y"
+    allowed = (
+        "must be prisms side by side in one plane, of x and z, y and z, or x and y; in space with "
+        'model = "spatial"'
+    )
     raise InputError(source, "", got, allowed)
+
+
+def convex_corners(source: str, surface: Surface) -> Array:
+    """Corners of a convex body, shape [corner, 3].
+
+    Args:
+        source: The file, as errors name it.
+        surface: Its surface.
+
+    Raises:
+        InputError: The surface is not closed, is flat, or its body is not convex.
+    """
+    import scipy.spatial
+
+    used = np.unique(np.concatenate(list(surface.faces)))
+    corners = surface.corners[used]
+    if len(corners) < 4 or not np.isfinite(corners).all():
+        allowed = "must be at least 4 corners with finite coordinates"
+        raise InputError(source, surface.name, Said(f"{len(corners)} corners"), allowed)
+    try:
+        hull = scipy.spatial.ConvexHull(corners)
+    except scipy.spatial.QhullError:
+        raise InputError(source, surface.name, Said("a flat block"), "must be a body") from None
+    fans = (((f[0], f[k], f[k + 1]) for k in range(1, len(f) - 1)) for f in surface.faces)
+    triangles = np.array([each for fan in fans for each in fan])
+    a, b, c = (surface.corners[triangles[:, k]] - corners.mean(axis=0) for k in range(3))
+    vectors = np.cross(b - a, c - a)
+    if np.abs(vectors.sum(axis=0)).max() > NOTCH * np.linalg.norm(vectors, axis=1).sum():
+        got, allowed = Said("an open surface"), "must be closed, its faces turned to one side"
+        raise InputError(source, surface.name, got, allowed)
+    volume = abs(float(np.einsum("ti,ti->", a, np.cross(b, c)))) / 6.0
+    if hull.volume - volume > NOTCH * hull.volume:
+        allowed = "must be convex: split it into several"
+        raise InputError(source, surface.name, Said("a body that is not convex"), allowed)
+    return np.asarray(corners)
+
+
+NOTCH = 1e-3
+"""Part of its convex hull that a body may lack, or that its surface may gape, and be taken for
+convex and closed: corners of drawn faces do not quite lie in a plane."""
 
 
 def _are_prisms(surfaces: Mapping[str, Surface], across: int, flat: float) -> bool:

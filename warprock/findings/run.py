@@ -13,7 +13,6 @@ from warprock.findings import asked
 from warprock.findings.digits import quantity_of
 from warprock.findings.finding import Facts, Finding
 from warprock.findings.lanes import (
-    USABLE_NAMES,
     among,
     falling,
     lane_name,
@@ -25,6 +24,7 @@ from warprock.findings.lanes import (
 from warprock.findings.numbers import counted, three
 from warprock.findings.refinement import bad_sentences, refinement_sentences
 from warprock.findings.sheets import sheet_of
+from warprock.model.response import USABLE_NAMES
 from warprock.model.words import ASSEMBLY, BLOCK
 from warprock.running.case_run import CaseRun
 from warprock.running.lane_table import APART, LANE_TABLE, run_columns

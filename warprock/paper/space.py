@@ -50,6 +50,9 @@ VARIANTS = {
 frequency, where Table 5's 2.25e-4 s is a twentieth of it. So much damping makes the stable step
 short: twice the usual part of it is still 2.4 times finer than without, and moves the median peak
 by 3e-4 of itself."""
+VARIANT_MEMBERS = 64
+"""Members of a variant where not all run: twice the steps and more. With the settings of the paper
+5 % fall; where 5 % fall, so many members have one that does in 26 of 27 draws."""
 WOBBLE = 0.05
 """Rotation across the plane / slenderness angle across from which a block counts as wobbling."""
 
@@ -57,9 +60,13 @@ WOBBLE = 0.05
 def space_ensembles(runs: PaperRuns) -> list[tuple[CaseResponses, str]]:
     """The ensembles in space, each with its engine."""
     overs: tuple[tuple[str, ...], ...] = ((), FALLING_INPUT)
-    cases = [(engine, over) for engine in ENGINES for over in overs]
-    cases += [(engine, (*FALLING_INPUT, *settings)) for engine, *settings in VARIANTS.values()]
-    return [(runs.case(SPACE, *over), engine) for engine, over in cases]
+    found = [(runs.case(SPACE, *over), engine) for engine in ENGINES for over in overs]
+    return [*found, *((_variant(runs, *each), engine) for engine, *each in VARIANTS.values())]
+
+
+def _variant(runs: PaperRuns, *settings: str) -> CaseResponses:
+    """The input under which blocks fall, with other settings."""
+    return runs.case(SPACE, *FALLING_INPUT, *settings, fewer=VARIANT_MEMBERS)
 
 
 def run_space(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
@@ -71,7 +78,7 @@ def run_space(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproductio
         rows += _engine_rows(target, runs.case(SPACE), engine, plane)[:-1]
         rows += _engine_rows(target, runs.case(SPACE, *FALLING_INPUT), engine, plane[-1:])
     for name, (engine, *settings) in VARIANTS.items():
-        responses = runs.case(SPACE, *FALLING_INPUT, *settings)
+        responses = _variant(runs, *settings)
         rows += [row | {"source": name} for row in _engine_rows(target, responses, engine, [None])]
     for printed in paper_table("table7").to_dict("records"):
         for name in PAPER_COLUMNS:

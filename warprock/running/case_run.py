@@ -77,9 +77,9 @@ def run_case(
     Args:
         case: The case.
         engine: Name of the engine.
-        options: How its lanes are run; with a tolerance the error of every lane is estimated, and
-            it runs at finer steps until it is within the tolerance, without it once, at the step
-            of the case.
+        options: How its lanes are run. With a tolerance every lane has an estimated error, and runs
+            again at finer steps until that is within the tolerance. Without one every lane runs
+            once, at the step of the case.
         histories: Whether to keep sampled histories; None does as the case says.
 
     Returns:

@@ -59,9 +59,9 @@ def explain_case(case: Case) -> dict[str, Any]:
         case: The case.
 
     Returns:
-        The scene, the axes of the sweep, the values of every input, `engine`, the one that runs
-        where none is named and why (`EngineChoice`), and for each engine the reason why it
-        declines, or the kernel that would run.
+        The scene, the axes of the sweep and the values of every input. `engine` is the one that
+        runs where none is named, and why (`EngineChoice`). Each engine has the reason why it
+        declines the case, or the kernel that would run it.
     """
     many = case.lane_count > LANES_SHOWN
     lane_set = expand_lanes(case, range(LANES_SHOWN) if many else None)
@@ -156,7 +156,8 @@ def _laid(case: Case, lanes: Lanes) -> list[str]:
     found += _size_note(case, lanes)
     for file, drawing in case_drawings(case).items():
         besides = f"; left out: {drawing.left_out}" if drawing.left_out else ""
-        found.append(f"{file}: {len(drawing.outlines):,} outlines{besides}")
+        kind = "bodies" if drawing.solids else "outlines"
+        found.append(f"{file}: {len(drawing.blocks):,} {kind}{besides}")
     return found
 
 

@@ -56,7 +56,7 @@ class RunOptions:
         return self.device.startswith("cpu")
 
     def watched_by(self, watch: Progress) -> RunOptions:
-        """The options with one more that is told the lanes finished so far."""
+        """The options with one more function that takes the number of lanes finished so far."""
         told = self.progress
 
         def tell(done: int) -> None:
@@ -93,7 +93,7 @@ class Counted:
         """Starts at none.
 
         Args:
-            progress: What is told their sum; for None nothing is counted.
+            progress: Takes their sum; None counts nothing.
         """
         self._progress, self._lock = progress, threading.Lock()
         self._done: dict[int, int] = {}

@@ -76,7 +76,7 @@ def case_facts(case: Case) -> dict[str, Any]:
 def drawing_facts(case: Case) -> dict[str, Any]:
     """The drawings that a case's assemblies are from, and their hash; nothing where none are."""
     found = [
-        {"file": file, "sha256": drawing.sha256, "blocks": len(drawing.outlines)}
+        {"file": file, "sha256": drawing.sha256, "blocks": len(drawing.blocks)}
         for file, drawing in case_drawings(case).items()
     ]
     return {"drawings": found} if found else {}

@@ -1,8 +1,8 @@
 """Runs every lane until its rotations are within a tolerance, or says that they are not.
 
 This file has the only estimate of a lane's error by runs at other steps. Every lane runs at the
-asked step, and a companion at twice the step shows the error. If the error is A h^p, of order p in
-the step h, halving h divides it by r = 2^p, and the error of the finer of two runs is their
+asked step, and a companion at twice the step shows the error. Let the error be A h^p, of order p in
+the step h. Then halving h divides it by r = 2^p, and the error of the finer of two runs is their
 difference over r - 1 (Richardson 1911). A lane whose estimate misses the tolerance runs again at
 half of the step. Only those lanes do, at most `HALVINGS` times, and the numbers of a lane are those
 of its finest run. If doubling the setting changes no step, because something else limits it, the
@@ -190,7 +190,7 @@ def run_to_tolerance(
         where the lane itself has no number, infinite where a companion had none; `time_step`, the
         setting that the numbers are from [s]; and the steps that this took. The step count of a
         lane that was run again may end soon after it came to rest. A lane that was OK may be
-        `Status.SENSITIVE`; what else missed the tolerance is told from its `rotation_error`.
+        `Status.SENSITIVE`; the `rotation_error` of the others says whether they met the tolerance.
 
     Raises:
         ValueError: No lanes, no halvings, or a tolerance that is not above zero.

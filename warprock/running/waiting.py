@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import pathlib
 import sys
 import threading
 import time
@@ -18,7 +17,7 @@ LONG = 60.0
 """Time that a run takes from which on it is announced [s]."""
 
 ENOUGH = 4
-"""Parts of a run that are finished before its time is told."""
+"""Parts of a run that have to be finished before its time is announced."""
 
 _GLANCE = 0.25
 """Seconds between two looks at the folder of the kernels."""
@@ -81,8 +80,12 @@ class Forecast:
 
 def _watch(done: threading.Event, say: Callable[[str], None]) -> None:
     since: float | None = None
+    changed, compiling = -1, False
     while not done.wait(_GLANCE):
-        if not _compiling():
+        # A folder that has not changed is not read again: it may hold thousands of kernels.
+        before, changed = changed, _changed()
+        compiling = compiling if changed == before else _compiling()
+        if not compiling:
             since = None
             continue
         since = time.monotonic() if since is None else since
@@ -91,12 +94,22 @@ def _watch(done: threading.Event, say: Callable[[str], None]) -> None:
             return
 
 
+def _kernel_folder() -> str | None:
+    """The folder of the kernels; None where Warp has not been asked for one."""
+    return getattr(getattr(sys.modules.get("warp"), "config", None), "kernel_cache_dir", None)
+
+
+def _changed() -> int:
+    """When something was last made or removed in the folder of the kernels [ns]."""
+    folder = _kernel_folder()
+    with contextlib.suppress(OSError):
+        return os.stat(folder).st_mtime_ns if folder else 0
+    return 0
+
+
 def _compiling() -> bool:
     """Whether this process is compiling a kernel now."""
-    warp = sys.modules.get("warp")
-    folder = getattr(getattr(warp, "config", None), "kernel_cache_dir", None)
-    if not folder:
-        return False
+    folder, mark = _kernel_folder(), f"_p{os.getpid()}_t"
     with contextlib.suppress(OSError):
-        return any(pathlib.Path(folder).glob(f"*_p{os.getpid()}_t*"))
+        return folder is not None and any(mark in name for name in os.listdir(folder))
     return False
