@@ -46,15 +46,18 @@ INTERVAL = 0.01
 """Time between samples where the case says nothing of it [s]."""
 
 
-def scenes_of(run: CaseRun) -> dict[str, Any]:
+def scenes_of(run: CaseRun) -> dict[str, Any] | None:
     """The lanes of a run that a page plays, run again with histories.
 
     Args:
         run: The run.
 
     Returns:
-        `note`, which lanes these are and why, and `lanes`, ready for JSON.
+        `note`, which lanes these are and why, and `lanes`, ready for JSON; None of assemblies in
+        space, which no page plays.
     """
+    if run.lane_set.scene.assembly and run.lane_set.scene.spatial:
+        return None
     table, facts = lane_table(run.lane_set, run.response), provenance(run)
     shown = dataclasses.replace(run, case=sampled(run.case))
     chosen = choose(table, _most(shown.case))
