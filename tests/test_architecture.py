@@ -221,6 +221,15 @@ def test_names_of_other_modules_in_comments_are_true():
             assert true, f"{file}: `{reference}` is nowhere"
 
 
+def test_which_outcomes_and_statuses_count_is_said_once():
+    again = re.compile(
+        r"OVERTURNED, Outcome\.SLID_OFF\)|\"overturned\", \"slid_off\"[\])]"
+        r"|name\.lower\(\) for \w+ in (?:USABLE|SOUND|FALLEN)"
+    )
+    found = [file for file in SOURCES if again.search((ROOT / file).read_text(encoding="utf-8"))]
+    assert found == ["warprock/model/response.py"]
+
+
 def test_names_say_something():
     for file in SOURCES:
         stem = pathlib.PurePosixPath(file).stem

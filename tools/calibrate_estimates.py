@@ -37,7 +37,7 @@ from calibration_lanes import SETS, Problem, as_bodies, problems
 
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.workload import FINEST_STEPS
-from warprock.model.response import Outcome, Response, Status, take_lanes
+from warprock.model.response import FALLEN, Response, Status, take_lanes
 from warprock.running import calibration, options
 from warprock.running.batch import run_batch
 from warprock.running.calibration import BLOCK, BODY, PLAIN, QUANTITIES, STACK, Factor, Key
@@ -137,7 +137,7 @@ def largest_difference(one: Response, other: Response) -> Array:
 
 def stands(response: Response) -> npt.NDArray[np.bool_]:
     """Lanes whose block has not fallen."""
-    return np.asarray(~np.isin(response["outcome"], (Outcome.OVERTURNED, Outcome.SLID_OFF)))
+    return np.asarray(~np.isin(response["outcome"], FALLEN))
 
 
 @dataclasses.dataclass(frozen=True)

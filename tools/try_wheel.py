@@ -71,8 +71,15 @@ for name in ("free-b0", "stack-sine-pulse", "space-free", "arch"):
             assert run.response.lane_count == case.lane_count, engine
 """
 
+COMMAND = """
+import subprocess
+subprocess.run(["warprock", "--version"], check=True)
+"""
+"""The command is on the search path, and need not be called by Python."""
+
 CHECKS: dict[str, list[str]] = {
     "starts": ["-m", "warprock", "--version"],
+    "its command": ["-c", COMMAND],
     "all modules": ["-c", MODULES],
     "lists": ["-m", "warprock", "list"],
     "the machine": ["-m", "warprock", "doctor"],
@@ -109,8 +116,9 @@ def protect(folder: pathlib.Path) -> None:
     """Takes the right to write in a folder and below it."""
     for place, _, files in os.walk(folder):
         for name in files:
-            if not (pathlib.Path(place) / name).is_symlink():
-                (pathlib.Path(place) / name).chmod(0o444)
+            file = pathlib.Path(place) / name
+            if not file.is_symlink():
+                file.chmod(file.stat().st_mode & 0o555)
         pathlib.Path(place).chmod(0o555)
 
 

@@ -178,7 +178,7 @@ def mobility(block: Block, g: Grip, s: real, c: real) -> Matrix:
 
 
 @wp.func
-def answers(a: Matrix) -> bool:
+def has_one_answer(a: Matrix) -> bool:
     """Whether forces have one answer: rates that are independent, and no corner that jams.
 
     A corner jams where the friction of its sliding presses it the more on the base the harder that
@@ -243,7 +243,7 @@ def presses(block: Block, g: Grip, force: Vector, ask: Ask) -> bool:
 
 
 @wp.func
-def parts(block: Block, g: Grip, rate: Vector, ask: Ask) -> bool:
+def moves_apart(block: Block, g: Grip, rate: Vector, ask: Ask) -> bool:
     """Whether no other point comes nearer, and the base corner slides the way it does."""
     reach = block.half_height + block.half_width
     free = ask.free
@@ -344,9 +344,9 @@ def choose(block: Block, ask: Ask) -> Choice:
             if fits:
                 g = grip_of(block, points, holds, slip)
                 a = mobility(block, g, ask.s, ask.c)
-                if answers(a):
+                if has_one_answer(a):
                     force = forces_of(block, g, a, ask)
                     rate = rates_with(block, g, force, ask)
-                    if presses(block, g, force, ask) and parts(block, g, rate, ask):
+                    if presses(block, g, force, ask) and moves_apart(block, g, rate, ask):
                         found = Choice(points, holds, slip, rate, 1)
     return found

@@ -22,12 +22,9 @@ from warprock.analysis.risk_functions import functions_of_capacities
 from warprock.analysis.verdict import lanes_run
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
-from warprock.model.response import USABLE, Outcome
+from warprock.model.response import FALLEN_NAMES, USABLE_NAMES
 from warprock.running.engine_choice import slides
 from warprock.running.options import RunOptions
-
-_USABLE = [status.name.lower() for status in USABLE]
-_FALLEN = [outcome.name.lower() for outcome in (Outcome.OVERTURNED, Outcome.SLID_OFF)]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -95,13 +92,13 @@ def run_brief(case: Case, engine: str, options: RunOptions, question: Question) 
     factors = np.tile(ladder.factors, count)
     settings = case.engine_settings(engine)
     runs = lanes_run(lane_set.take(lanes), factors, engine, options.without_progress(), settings)
-    first = _first(runs, lanes, count, runs["outcome"].isin(_FALLEN))
-    stood = runs["status"].isin(_USABLE) & (runs["motion_factor"] < first[lanes])
+    first = _first(runs, lanes, count, runs["outcome"].isin(FALLEN_NAMES))
+    stood = runs["status"].isin(USABLE_NAMES) & (runs["motion_factor"] < first[lanes])
     standing = float(runs["peak_slide_m"][stood].max()) if stood.any() else 0.0
     if np.isnan(clearance):
         return Brief(found, lane_set, Slide(standing))
     hit = _first(runs, lanes, count, runs["peak_slide_m"] >= clearance)
-    usable = runs["status"].isin(_USABLE).to_numpy() & (factors < hit[lanes])
+    usable = runs["status"].isin(USABLE_NAMES).to_numpy() & (factors < hit[lanes])
     low = np.zeros(count)
     np.maximum.at(low, lanes[usable], factors[usable])
     unknown = (low == 0.0) & np.isinf(hit)
@@ -128,7 +125,7 @@ def run_brief(case: Case, engine: str, options: RunOptions, question: Question) 
 
 def _first(runs: pd.DataFrame, lanes: np.ndarray, count: int, reached: pd.Series) -> np.ndarray:
     """The least factor at which each lane reached something; infinite where it did not."""
-    mine = (reached & runs["status"].isin(_USABLE)).to_numpy()
+    mine = (reached & runs["status"].isin(USABLE_NAMES)).to_numpy()
     found = np.full(count, np.inf)
     np.minimum.at(found, lanes[mine], runs["motion_factor"].to_numpy()[mine])
     return found

@@ -17,7 +17,7 @@ from warprock.analysis.groups import (
     lane_groups,
     record_numbers,
 )
-from warprock.analysis.incremental import FALLEN, Analysis, Verdict
+from warprock.analysis.incremental import Analysis, Verdict
 from warprock.analysis.likelihood import Brackets
 from warprock.analysis.lognormal import Fit, bands_of, bracket_lanes, fit_lognormal
 from warprock.analysis.lognormal import Verdict as FitVerdict
@@ -25,7 +25,7 @@ from warprock.case.case import Case
 from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import expand_lanes
 from warprock.errors import InputError, list_allowed
-from warprock.model.response import USABLE, Outcome, Response, Status
+from warprock.model.response import FALLEN_NAMES, USABLE_NAMES, Outcome, Response, Status
 from warprock.model.undecided import undecided
 from warprock.settings.engines import on_springs
 
@@ -39,9 +39,6 @@ INTENSITIES = (INTENSITY, "normalised_acceleration", "scale", FACTOR)
 FRACTILES = (0.16, 0.5, 0.84)
 LEVELS = 120
 """Intensities at which fractiles are taken."""
-
-_USABLE = [status.name.lower() for status in USABLE]
-_FALLEN = [outcome.name.lower() for outcome in FALLEN]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -282,9 +279,9 @@ def run_curves(found: Analysis, unit: Array) -> list[tuple[Array, Array]]:
     Returns:
         For each lane two arrays of shape [run]; the ratio is infinite where the block fell.
     """
-    curves = found.curves[found.curves["status"].isin(_USABLE)]
+    curves = found.curves[found.curves["status"].isin(USABLE_NAMES)]
     lane = curves["lane"].to_numpy()
-    fell = curves["outcome"].isin(_FALLEN).to_numpy()
+    fell = curves["outcome"].isin(FALLEN_NAMES).to_numpy()
     ratio = np.where(fell, np.inf, curves["peak_rotation_ratio"].to_numpy())
     cuts = np.searchsorted(lane, np.arange(1, len(unit)))
     at = np.split(curves["factor"].to_numpy() * unit[lane], cuts)

@@ -52,7 +52,7 @@ from warprock.analysis.lognormal import (
     record_band,
 )
 from warprock.errors import InputError
-from warprock.model.response import USABLE
+from warprock.model.response import USABLE_NAMES
 from warprock.settings.engines import EXACT
 
 Array = npt.NDArray[np.float64]
@@ -69,8 +69,6 @@ RULE = (
     "none"
 )
 """The rule in a sentence."""
-
-_USABLE = [status.name.lower() for status in USABLE]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -140,7 +138,7 @@ def fragility_curves(
     curves = []
     for group, rows in lane_groups(table, by):
         lanes = table.iloc[rows]
-        usable = lanes[lanes["status"].isin(_USABLE)]
+        usable = lanes[lanes["status"].isin(USABLE_NAMES)]
         text = group_text(group) or "all lanes"
         if usable.empty:
             raise InputError(source, "status", text, "must have a lane whose numbers can be used")
@@ -178,7 +176,7 @@ def _curve(
             if fit.dispersion > 0.0
         ]
         band = dataclasses.replace(band, others=tuple(others))
-    left = lanes["status"][~lanes["status"].isin(_USABLE)].astype(str).value_counts()
+    left = lanes["status"][~lanes["status"].isin(USABLE_NAMES)].astype(str).value_counts()
     left_out = {str(name): int(count) for name, count in left.items() if count}
     return Curve(
         group=group,

@@ -30,7 +30,7 @@ from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.errors import InputError
 from warprock.model.ratios import peak_ratio
-from warprock.model.response import USABLE, Outcome, Response, SampleTimes, Status
+from warprock.model.response import FALLEN_NAMES, USABLE_NAMES, Response, SampleTimes
 from warprock.quantity import Said
 from warprock.running.case_run import run_lane_set
 from warprock.running.files import require_writable
@@ -46,8 +46,6 @@ Array = npt.NDArray[np.float64]
 STAGES = "stages"
 """Folder of the stages in that of an analysis."""
 
-FALLEN = (Outcome.OVERTURNED, Outcome.SLID_OFF)
-"""Outcomes that end an analysis: a block that slid off what it stood on has fallen, too."""
 MOST_FACTORS = 1000
 MOST_RUNS = 20_000_000
 """Runs of the first stage, at most: its table is held in memory."""
@@ -303,8 +301,8 @@ def brackets(curves: pd.DataFrame, lane_count: int) -> pd.DataFrame:
         whose numbers may not be used, and `blocked`, whether one of these, not on the ladder, lies
         between the two factors.
     """
-    usable = curves["status"].isin([Status(code).name.lower() for code in USABLE]).to_numpy()
-    fell = curves["outcome"].isin([code.name.lower() for code in FALLEN]).to_numpy() & usable
+    usable = curves["status"].isin(USABLE_NAMES).to_numpy()
+    fell = curves["outcome"].isin(FALLEN_NAMES).to_numpy() & usable
     stood = usable & ~fell
     lane, factor = curves["lane"].to_numpy(), curves["factor"].to_numpy()
     high = np.full(lane_count, np.inf)

@@ -13,7 +13,7 @@ import pandas as pd
 
 from warprock.analysis.groups import RECORD
 from warprock.errors import InputError, list_allowed, written_as
-from warprock.model.response import USABLE, Outcome, Status
+from warprock.model.response import USABLE_NAMES, Outcome, Status
 from warprock.model.undecided import UNDECIDED
 from warprock.reading import reason, require_plain
 from warprock.running.lane_table import LANE_TABLE
@@ -99,7 +99,7 @@ def require_lane_table(table: pd.DataFrame, source: str, intensity: str, by: Seq
         _require_words(table[name], words, source)
     for name in {*by, RECORD} & set(names):
         _require_groups(table[name], source)
-    usable = table["status"].isin([code.name.lower() for code in USABLE]).to_numpy()
+    usable = table["status"].isin(USABLE_NAMES).to_numpy()
     values = _numbers(table, intensity, source)
     allowed = "must be above 0 and finite in every lane: it is the intensity measure"
     _require(np.isfinite(values) & (values > 0.0), table, intensity, source, allowed)

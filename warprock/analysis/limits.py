@@ -25,7 +25,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.errors import InputError
-from warprock.model.response import Status
+from warprock.model.response import FALLEN_NAMES, Status
 from warprock.units import Dimension, allowed_text, parse_quantity
 
 Array = npt.NDArray[np.float64]
@@ -126,7 +126,7 @@ def require_slides(table: pd.DataFrame, source: str, limits: Sequence[Limit]) ->
 
 def find_reached(lanes: pd.DataFrame, limit: Limit) -> Mask:
     """Whether every lane reached a limit state by its own numbers, shape [lane]."""
-    fell = np.asarray(lanes["outcome"].isin(["overturned", "slid_off"]), dtype=np.bool_)
+    fell = np.asarray(lanes["outcome"].isin(FALLEN_NAMES), dtype=np.bool_)
     if limit.name == OVERTURNING:
         return np.asarray(lanes["outcome"] == "overturned", dtype=np.bool_)
     if limit.name == UPLIFT:
@@ -150,7 +150,7 @@ def in_doubt(lanes: pd.DataFrame, limit: Limit) -> Mask:
 
 def _unsure(lanes: pd.DataFrame, limit: Limit) -> Mask:
     """Whether a lane's errors and status leave open if it reached a limit state, shape [lane]."""
-    fell = np.asarray(lanes["outcome"].isin(["overturned", "slid_off"]), dtype=np.bool_)
+    fell = np.asarray(lanes["outcome"].isin(FALLEN_NAMES), dtype=np.bool_)
     sensitive = np.asarray(lanes["status"] == _SENSITIVE, dtype=np.bool_)
     other = np.asarray(~lanes["status"].isin([_OK, _SENSITIVE]), dtype=np.bool_)
     if limit.slide is not None:

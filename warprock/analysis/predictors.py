@@ -43,7 +43,7 @@ from warprock.analysis.groups import Weights, record_numbers, record_weights
 from warprock.analysis.limits import Limit, find_reached
 from warprock.analysis.lognormal import Fit, Verdict
 from warprock.errors import InputError
-from warprock.model.response import USABLE
+from warprock.model.response import USABLE_NAMES
 
 Array = npt.NDArray[np.float64]
 
@@ -68,7 +68,6 @@ _PARTED = -1e-6
 """Logarithm of a likelihood above which every lane is said rightly, and no maximum there."""
 _SAME = 1e-6
 """Spread of ln x - s ln z below which two measures are the same but for a factor and a power."""
-_USABLE = [status.name.lower() for status in USABLE]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -230,7 +229,7 @@ def compare_measures(
             most_doubt=most_doubt,
             weights=weights,
         )
-    usable = table[table["status"].isin(_USABLE)].reset_index(drop=True)
+    usable = table[table["status"].isin(USABLE_NAMES)].reset_index(drop=True)
     hit = find_reached(usable, limit)
     if hit.all() or not hit.any():
         text = "all lanes" if hit.all() else "no lane"

@@ -21,12 +21,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock.analysis.incremental import FALLEN
 from warprock.case.axes import Axis, crossed_labels
 from warprock.case.case import Case
 from warprock.case.sampling import Sample
 from warprock.errors import InputError, list_allowed
-from warprock.model.response import USABLE, Outcome
+from warprock.model.response import FALLEN, USABLE, Outcome
 from warprock.quantity import NOTHING, Said
 from warprock.running.case_run import CaseRun, run_case
 from warprock.running.lane_table import lane_table

@@ -23,7 +23,7 @@ from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.load import build_case, changed
 from warprock.errors import InputError
-from warprock.model.response import USABLE, SampleTimes
+from warprock.model.response import FALLEN_NAMES, USABLE_NAMES, SampleTimes
 from warprock.model.words import lane_count_text
 from warprock.quantity import NOTHING, Said
 from warprock.running.case_run import CaseRun, run_case, run_lane_set
@@ -43,8 +43,6 @@ WIDEST = 3.0
 _WIDTHS = 25
 _BETWEEN = 8
 """Widths of the first stage, and between two of them in each stage that follows."""
-_USABLE = [status.name.lower() for status in USABLE]
-_FALLEN = ("overturned", "slid_off")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -128,8 +126,8 @@ class Verdict:
     @property
     def fallen(self) -> tuple[int, int, tuple[float, float]]:
         """Neighbours that fell, those with usable numbers, and the 95 % interval of the share."""
-        usable = self.neighbours["status"].isin(_USABLE)
-        fell = int((usable & self.neighbours["outcome"].isin(_FALLEN)).sum())
+        usable = self.neighbours["status"].isin(USABLE_NAMES)
+        fell = int((usable & self.neighbours["outcome"].isin(FALLEN_NAMES)).sum())
         low, high = wilson_interval(np.array([fell]), np.array([usable.sum()]))
         return fell, int(usable.sum()), (float(low[0]), float(high[0]))
 
@@ -266,7 +264,7 @@ def _wide_enough(case: Case, engine: str, options: RunOptions, margin: float) ->
     while True:
         found = _run_widths(case, engine, options.counting_from(len(tried)), widths, margin)
         tried = pd.concat([tried, found], ignore_index=True).sort_values("width_m")
-        stood = tried["status"].isin(_USABLE) & ~tried["outcome"].isin(_FALLEN)
+        stood = tried["status"].isin(USABLE_NAMES) & ~tried["outcome"].isin(FALLEN_NAMES)
         at, fell = tried["width_m"].to_numpy(), np.flatnonzero(~stood.to_numpy())
         if not len(fell):
             return Widths(own, np.nan, own, tried)

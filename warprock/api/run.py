@@ -196,8 +196,8 @@ class Run(Found):
         besides = {LIMIT_ANALYSIS: facts[LIMIT_ANALYSIS]} if LIMIT_ANALYSIS in facts else {}
         return write_run(self.found, folder, histories, besides=besides)
 
-    def scenes(self) -> Mapping[str, Any]:
-        """Lanes to play on the page."""
+    def scenes(self) -> Mapping[str, Any] | None:
+        """Lanes to play on the page; None where it plays none."""
         from warprock.report.scenes import scenes_of
 
         return scenes_of(self.found)

@@ -13,7 +13,10 @@ import click
 from warprock.errors import InputError, one_line, shorten
 from warprock.running.waiting import saying_what_takes_long
 
-EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_RESUMABLE, EXIT_INTERRUPTED = 1, 2, 3, 75, 130
+EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_BAD_LANES = 1, 2, 3, 4
+EXIT_RESUMABLE, EXIT_INTERRUPTED = 75, 130
+"""Something failed; bad input; a check that does not hold; more bad lanes than `--max-bad` allows;
+a sweep that goes on where it stopped; Ctrl-C."""
 
 ASKED = "warprock.asked"
 """What a context keeps the arguments of the whole command under."""

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from warprock.running.engine_choice import EngineChoice
     from warprock.running.options import RunOptions
 
-EXIT_BAD_LANES = 4
-"""Exit code where more lanes are bad than `--max-bad` allows."""
-
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 

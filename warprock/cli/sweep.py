@@ -10,9 +10,8 @@ from typing import Any, TypeVar
 
 import click
 
-from warprock.cli.exits import EXIT_RESUMABLE
+from warprock.cli.exits import EXIT_BAD_LANES, EXIT_RESUMABLE
 from warprock.cli.options import (
-    EXIT_BAD_LANES,
     asked_options,
     case_argument,
     device_options,

@@ -5,11 +5,12 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from types import ModuleType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
+from warprock.engines import assembly_solids
 from warprock.engines.assembly_packs import (
     LARGE,
     WIDEST,
@@ -40,13 +41,14 @@ from warprock.engines.decoding import (
 )
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.errors import InputError
-from warprock.kernels import assembly
+from warprock.kernels import assembly, assembly_space
 from warprock.kernels.lane.modes import OVERTURNED
 from warprock.kernels.launch.instance import LANE_WIDTH, kernel_module
 from warprock.model.assembly import Assemblies
 from warprock.model.assembly import Assembly as Laid
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
+from warprock.model.pose import product
 from warprock.model.response import (
     JointState,
     Response,
@@ -108,6 +110,8 @@ class Assembly(KernelEngine):
     settings_type: ClassVar[type[Any]] = AssemblySettings
     order: ClassVar[int | None] = 1
     assemblies: ClassVar[bool] = True
+    spatial: ClassVar[bool] = True
+    solids: ClassVar[bool] = True
     on_springs: ClassVar[bool] = False
     """Whether contacts are springs."""
 
@@ -136,6 +140,8 @@ class Assembly(KernelEngine):
             joints = scene.contact_point_count // 2
             large, bonded, trees = joints > LARGE, scene.bonded, False
         packed = self.target.kernel_form is Form.PACKED
+        if scene.spatial:
+            return Kernel(assembly_space, "assembly_run")
         if large and not self.on_springs:
             return Kernel(assembly, "team_run", lanes=LANE_WIDTH if packed else 1)
         room = room_for(min(joints, LARGE))
@@ -154,6 +160,9 @@ class Assembly(KernelEngine):
     def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         """The instance of that kernel's file for lanes and motions."""
         kernel = self.kernel_of(lanes)
+        if lanes.spatial:
+            own = {"precision": self.target.precision, "motion": motions.kind.value, "lanes": 1}
+            return cast(ModuleType, kernel_module(kernel.file, **own))
         module: ModuleType = kernel_module(
             kernel.file,
             precision=self.target.precision,
@@ -170,6 +179,9 @@ class Assembly(KernelEngine):
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels of small lanes and of large ones."""
+        if lanes.spatial:
+            super().warm_up(lanes, motions)
+            return
         large = _large(lanes)
         for some in (np.flatnonzero(~large), np.flatnonzero(large)):
             if len(some):
@@ -177,10 +189,14 @@ class Assembly(KernelEngine):
 
     def shares(self, lanes: Lanes) -> bool:
         """Whether half of the lanes or more are large ones."""
+        if lanes.spatial:
+            return False
         return 2 * int(_large(lanes).sum()) >= lanes.lane_count
 
     def alike_order(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.intp] | None:
         """By how hard their bases pull: lanes that move alike need as many sweeps."""
+        if lanes.spatial:
+            return None
         pull = motions.components[0].strongest_pull()
         return np.asarray(np.lexsort((pull, sorts_of(_of(lanes)))))
 
@@ -188,6 +204,8 @@ class Assembly(KernelEngine):
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
         """What the kernel takes, of lanes in packs; see `KernelEngine.inputs`."""
+        if lanes.spatial:
+            return self._spatial_inputs(module, lanes, self.longest_step(lanes, motions))
         own, joints, steps = _of(lanes), module.POINTS // 2, self.longest_step(lanes, motions)
         knobs = self._pace(module, steps[:: module.LANES])
         blocks, touching = self.columns(lanes, module.BLOCKS, joints)
@@ -197,6 +215,46 @@ class Assembly(KernelEngine):
             "joints": touching,
             "laid": self._laid(module, own, joints, module.BLOCKS),
             "knobs": knobs,
+        }
+
+    def _spatial_inputs(self, module: Any, lanes: Lanes, steps: Array) -> dict[str, Any]:
+        """What the kernel in space takes."""
+        import warp as wp
+
+        own, device, count = _of(lanes), self.target.device, lanes.lane_count
+        laid, kept = module.Laid(), module.Kept()
+        types = {name: field.type.dtype for name, field in module.Laid.vars.items()}
+        rows = assembly_solids.rows_of(own, types)
+        for name, values in rows.items():
+            setattr(laid, name, wp.array(values, dtype=types[name], device=device))
+        contacts = 2 * assembly_solids.room_for_contacts(own)
+        rooms = {
+            "hefts": own.most_parts + 1,
+            "moves": own.most_parts + 1,
+            "spots": rows["corners"].shape[1],
+            "joined": own.most_joints,
+            "pairs": 2 * assembly_solids.room_for_pairs(own),
+            "contacts": contacts,
+            "impulses": contacts,
+            "marks": contacts,
+            "order": contacts // 2,
+            "swept": contacts // 2,
+            "pressed": contacts // 2,
+            "scratch": 4 * assembly_solids.MOST_CORNERS,
+        }
+        for name, room in rooms.items():
+            setattr(laid, name, wp.zeros((count, room), dtype=types[name], device=device))
+        for name, field in module.Kept.vars.items():
+            values = wp.zeros((count, own.most_parts), dtype=field.type.dtype, device=device)
+            setattr(kept, name, values)
+        columns = assembly_solids.block_columns(own)
+        calm = np.repeat(self.calm(lanes, steps)[:, None], own.most_parts, axis=1)
+        return {
+            "blocks": columns | {"calm": calm},
+            "joints": {"friction": np.zeros((count, own.most_joints))},
+            "laid": laid,
+            "kept": kept,
+            "knobs": self._pace(module, steps),
         }
 
     def _pace(self, module: Any, steps: Array) -> Any:
@@ -258,6 +316,12 @@ class Assembly(KernelEngine):
 
         See `AbstractEngine.run`.
         """
+        if lanes.spatial:
+            module = self.module_of(lanes, motions)
+            inputs = self.inputs(module, lanes, motions, times)
+            found = launch(module, self.target, motions, times, **inputs)
+            fields = dict(self.fields(lanes, motions, times, found))
+            return respond(self.name, lanes, fields | _histories(lanes, found), times)
         large = _large(lanes)
         if self.on_springs and large.any():
             lane = int(np.argmax(large))
@@ -419,15 +483,29 @@ def _histories(lanes: Lanes, found: Found) -> dict[str, npt.NDArray[Any]]:
         free = np.flatnonzero(~kind.fixed)
         row[: len(free)] = free
     places = moves[own.lane]
-    taken, there = np.maximum(places, 0)[..., None], (places >= 0)[..., None]
+    taken, there = np.maximum(places, 0), places >= 0
 
     def of(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        return np.where(there, np.take_along_axis(values, taken, axis=1), 0.0)
+        every = (..., *(None for _ in values.shape[2:]))
+        chosen = np.take_along_axis(values, taken[every], axis=1)
+        return np.where(there[every], chosen, 0.0)
 
-    turn = -of(found.history)
+    if lanes.spatial:
+        # How blocks have turned since the start.
+        starts = of(assembly_solids.turns_back(own))
+        attitude = product(of(found.history), starts[:, :, None])
+        turn = 2.0 * np.arctan2(
+            np.linalg.norm(attitude[..., :3], axis=-1), np.abs(attitude[..., 3])
+        )
+    else:
+        turn = -of(found.history)
     most = np.clip(np.abs(turn), 0.0, 0.5 * np.pi)
     fields = {"rotation": most.max(axis=1, keepdims=True)}
     if found.places is not None:
-        x, z = (of(found.places[..., axis]) for axis in (0, 1))
-        fields |= {"x": x, "z": z, "turn": turn}
+        axes = "xyz" if lanes.spatial else "xz"
+        fields |= {axis: of(found.places[..., k]) for k, axis in enumerate(axes)}
+        if lanes.spatial:
+            fields |= {f"attitude_{part}": attitude[..., k] for k, part in enumerate("xyzw")}
+        else:
+            fields["turn"] = turn
     return fields

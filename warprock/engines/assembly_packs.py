@@ -197,7 +197,7 @@ def _blocks(kind: Assembly, room: int) -> dict[str, Array]:
         "x": kind.centre[:, 0],
         "z": kind.centre[:, 1],
         "theta": np.zeros(kind.count),
-        "reach": _reach(kind),
+        "reach": reach_of(kind),
         "fall": falls_by(kind),
     }
     return {name: _padded(each, room) for name, each in columns.items()}
@@ -345,7 +345,7 @@ def body_rows(assemblies: Assemblies, struct: Any) -> Rows:
         row["first"][:count] = np.cumsum(own) - own
         below = kind.fixed & (kind.corners[..., 1].max(axis=1) <= kind.ground + _flush(kind))
         row["count"][:count] = np.where(below, 0, own)
-        row["reach"][:count] = _reach(kind)
+        row["reach"][:count] = reach_of(kind)
         row["mass"]["m"][:count] = ~kind.fixed / kind.mass
         row["mass"]["j"][:count] = ~kind.fixed / (kind.mass * kind.gyration)
         row["pose"]["z"][count] = kind.ground
@@ -355,14 +355,14 @@ def body_rows(assemblies: Assemblies, struct: Any) -> Rows:
 
 def least_reach(kind: Assembly) -> float:
     """Half diagonal of the smallest block that can move [m]: of its farthest corner."""
-    return float(_reach(kind)[~kind.fixed].min())
+    return float(reach_of(kind)[~kind.fixed].min())
 
 
 @functools.lru_cache(maxsize=64)
-def _reach(kind: Assembly) -> Array:
+def reach_of(kind: Assembly) -> Array:
     """Distance of the farthest corner of a block from its centre [m], shape [block]."""
-    offset = kind.corners - kind.centre[:, None]
-    return np.asarray(np.hypot(offset[..., 0], offset[..., 1]).max(axis=1))
+    offset = np.moveaxis(kind.corners - kind.centre[:, None], -1, 0)
+    return np.asarray(functools.reduce(np.hypot, offset).max(axis=1))
 
 
 def _flush(kind: Assembly) -> float:

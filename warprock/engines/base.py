@@ -95,8 +95,8 @@ class AbstractEngine(abc.ABC):
         """Why the engine cannot run a scene; None if it can."""
         if scene.assembly and scene.spatial and not cls.solids:
             return (
-                f"no engine runs assemblies in space yet, and the case {scene.spatial_because}; "
-                "warprock limit takes it"
+                f"{cls.name} runs no assemblies in space, and the case {scene.spatial_because}; "
+                "assembly runs it"
             )
         if scene.assembly and cls.drums and scene.no_column:
             return (

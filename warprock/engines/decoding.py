@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
@@ -121,15 +122,20 @@ def lane_fields(
 def collapse_loads(motions: GroundMotions, still: Rows, fell: Mask) -> Array:
     """Acceleration of the base / g when the blocks of assemblies last were still before a collapse.
 
+    In space its level part.
+
     Args:
         motions: Ground motions of the lanes.
         still: When they last were still [s], shape [lane].
         fell: Which lanes collapsed, shape [lane]; NaN for the others.
     """
     found = np.full(len(fell), np.nan)
+    parts = zip(motions.axes, motions.components, strict=True)
+    level = [part for axis, part in parts if axis != "z"]
     for lane in np.flatnonzero(fell):
         at = np.array([still[lane]], dtype=np.float64)
-        found[lane] = abs(float(motions.components[0].acceleration(at, int(lane))[0])) / GRAVITY
+        pulls = [float(part.acceleration(at, int(lane))[0]) for part in level]
+        found[lane] = math.hypot(*pulls) / GRAVITY
     return found
 
 
@@ -218,6 +224,10 @@ def histories(
     return fields
 
 
+PLACES = ("x", "y", "z", "turn")
+"""Histories that say where a block is."""
+
+
 def respond(engine: str, lanes: Lanes, columns: Mapping[str, Rows], times: SampleTimes) -> Response:
     """A response from its fields: every lane field must be there, others that an engine has may be.
 
@@ -238,7 +248,8 @@ def respond(engine: str, lanes: Lanes, columns: Mapping[str, Rows], times: Sampl
     for name in names:
         values = np.asarray(columns[name], np.int64 if name in INTEGER_FIELDS else np.float64)
         # Of an assembly places are those of all its blocks, and all else is told of it as a whole.
-        several = lanes.stacked or (lanes.assembly is not None and name in ("x", "z", "turn"))
+        placed = name in PLACES or name.startswith("attitude")
+        several = lanes.stacked or (lanes.assembly is not None and placed)
         alone = FIELDS[name].per_block and not several
         fields[name] = values[:, 0] if alone else values
     status = fields["status"]

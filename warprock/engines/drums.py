@@ -14,7 +14,7 @@ from warprock.engines.launching import Found
 from warprock.model.drums import drums_of, joints_below
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
-from warprock.model.response import JointState, Outcome
+from warprock.model.response import FALLEN, JointState
 
 Fields = dict[str, npt.NDArray[Any]]
 
@@ -56,7 +56,7 @@ def column_fields(
     width = np.stack([kind.joints.lengths[joints_below(kind)] for kind in own.kinds])[own.lane]
     opened = drums["opening"] > NOTABLE * width
     slid = of_stacks["peak_slide"] > NOTABLE * width
-    fell = np.isin(of_stacks["outcome"], (Outcome.OVERTURNED, Outcome.SLID_OFF))
+    fell = np.isin(of_stacks["outcome"], FALLEN)
     state = np.zeros_like(opened, dtype=np.int64)
     places = np.stack([joints_below(kind) for kind in own.kinds])[own.lane]
     flags = JointState.OPENED * opened + JointState.SLID * slid

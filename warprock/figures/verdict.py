@@ -11,15 +11,13 @@ from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLACK, BLUE, FALLEN, GREY
 from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, legend_below, style, subplots
-from warprock.model.response import USABLE
+from warprock.model.response import FALLEN_NAMES, USABLE_NAMES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 FALLEN_AT = 1.15
 """Where runs that fell are marked, above all that stood."""
-_USABLE = [status.name.lower() for status in USABLE]
-_FALLEN = ("overturned", "slid_off")
 
 
 def draw_verdict(found: Verdict, title: str) -> list[Drawing]:
@@ -57,8 +55,8 @@ def plot_verdict(axes: Axes, found: Verdict, group: int = 0) -> None:
         (found.neighbours, "motion_factor", GREY, "o", 2.5, "a neighbour"),
         (curves.sort_values("factor"), "factor", BLUE, "o", 4.0, "the block"),
     ):
-        usable = table["status"].isin(_USABLE)
-        fell = usable & table["outcome"].isin(_FALLEN)
+        usable = table["status"].isin(USABLE_NAMES)
+        fell = usable & table["outcome"].isin(FALLEN_NAMES)
         stood = table[usable & ~fell]
         line = "-" if table is not found.neighbours else ""
         axes.plot(

@@ -15,12 +15,10 @@ from warprock.findings import asked
 from warprock.findings.digits import DIGITS
 from warprock.findings.numbers import three
 from warprock.findings.sheets import ROWS, Heading, Sheet, heading
-from warprock.model.response import USABLE
+from warprock.model.response import FALLEN_NAMES, USABLE_NAMES
 from warprock.running.lane_table import JOINT_COLUMNS, PEAK_RATIO
 from warprock.units import ending, split_unit
 
-USABLE_NAMES = [code.name.lower() for code in USABLE]
-"""Statuses with which the numbers of a lane may be used."""
 TIES = ("peak_tie_force_N", "broken_ties", "tie_break_time_s", "tie_energy_lost_J")
 """Results of a lane with ties."""
 JOINTS = (
@@ -71,7 +69,7 @@ def standing(table: Table) -> npt.NDArray[np.bool_]:
 
     A block that was beyond `FAR` when its run ended was falling.
     """
-    up = ~among(table, "outcome", ["overturned", "slid_off"])
+    up = ~among(table, "outcome", FALLEN_NAMES)
     return up & among(table, "status", USABLE_NAMES) & (peak_ratio(table) <= FAR)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from warprock.findings.digits import number_of, quantity_of, value_of
 from warprock.findings.numbers import counted, three
-from warprock.model.response import SOUND
+from warprock.model.response import SOUND_NAMES
 from warprock.running.refinement import (
     FIRST_STEPS,
     MET,
@@ -23,7 +23,6 @@ from warprock.settings.engines import SETTINGS, has_time_step
 
 FINER = 2
 """Halvings of the step that the advice is of."""
-_SOUND = [code.name.lower() for code in SOUND]
 
 
 def refinement_sentences(
@@ -45,7 +44,7 @@ def refinement_sentences(
     elif counts:
         advice = f"{mend} {smaller_step(facts['engine'])}".strip()
         found += _counted(counts, facts, advice, finest_step)
-    bad = {word: n for word, n in facts["status"].items() if n and word not in _SOUND}
+    bad = {word: n for word, n in facts["status"].items() if n and word not in SOUND_NAMES}
     bad.pop("sensitive", None)
     if bad:
         parts = [f"{n:,} {word.replace('_', ' ')}" for word, n in bad.items()]

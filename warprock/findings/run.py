@@ -13,7 +13,6 @@ from warprock.findings import asked
 from warprock.findings.digits import quantity_of
 from warprock.findings.finding import Facts, Finding
 from warprock.findings.lanes import (
-    USABLE_NAMES,
     among,
     falling,
     lane_name,
@@ -25,6 +24,7 @@ from warprock.findings.lanes import (
 from warprock.findings.numbers import counted, three
 from warprock.findings.refinement import bad_sentences, refinement_sentences
 from warprock.findings.sheets import sheet_of
+from warprock.model.response import USABLE_NAMES
 from warprock.model.words import ASSEMBLY, BLOCK
 from warprock.running.case_run import CaseRun
 from warprock.running.lane_table import APART, LANE_TABLE, run_columns
@@ -146,7 +146,7 @@ def assembly_sentences(facts: Facts, table: Table) -> list[str]:
     if len(up):
         top = int(up[np.argmax(moved[up])])
         where = "" if alone else f", in {lane_name(facts, table, top)}"
-        what = "a block" if alone else "a block of an assembly that stood"
+        what = "a block" if alone else "a block of an assembly that did not collapse"
         far, median = (
             quantity_of("peak_displacement_m", value)
             for value in (moved[top], np.median(moved[up]))

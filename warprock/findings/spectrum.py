@@ -15,7 +15,7 @@ from warprock.findings.lanes import lane_sheet
 from warprock.findings.numbers import counted, even_selection, listed, three
 from warprock.findings.refinement import refinement_sentences
 from warprock.findings.sheets import Heading, Sheet, declared
-from warprock.model.response import USABLE
+from warprock.model.response import USABLE_NAMES
 from warprock.model.undecided import UNDECIDED
 from warprock.running.lane_table import PEAK_RATIO, lane_table
 from warprock.running.provenance import provenance
@@ -27,7 +27,6 @@ FELL, NOTHING = "fell", "-"
 PERIOD = {"period_s": ("s", "2 pi / frequency parameter")}
 CURVE = "slenderness"
 """Label of the lane table that tells the curves apart."""
-_USABLE = [code.name.lower() for code in USABLE]
 
 
 def spectrum_facts(found: Spectrum) -> dict[str, Any]:
@@ -88,7 +87,7 @@ def _sentences(facts: Facts, table: pd.DataFrame) -> list[str]:
             stood = [name for name in facts["curves"] if name not in longest.index]
             none = f"; none falls at {listed(stood)}" if stood else ""
             found.append(f"By slenderness angle, the largest that falls: {listed(texts)}{none}.")
-    up = table[~fell & table[PEAK_RATIO].notna() & table["status"].isin(_USABLE)]
+    up = table[~fell & table[PEAK_RATIO].notna() & table["status"].isin(USABLE_NAMES)]
     if len(up):
         top = up.iloc[int(up[PEAK_RATIO].argmax())]
         found.append(
@@ -123,7 +122,7 @@ def _curve_sheet(group: str, table: pd.DataFrame, curves: list[str]) -> Sheet:
 
 
 def _cell(lane: pd.Series[Any]) -> str:
-    usable, ratio = lane["status"] in _USABLE, float(lane[PEAK_RATIO])
+    usable, ratio = lane["status"] in USABLE_NAMES, float(lane[PEAK_RATIO])
     if usable and lane["outcome"] == "overturned":
         return FELL
     return number_of(PEAK_RATIO, ratio) if usable and not np.isnan(ratio) else NOTHING

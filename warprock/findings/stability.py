@@ -13,7 +13,7 @@ from warprock.findings.numbers import counted
 from warprock.findings.plain import plain
 from warprock.findings.sheets import Heading, Sheet
 from warprock.measure.atlas_summary import BOUNDS, explain_words, summarise
-from warprock.model.response import USABLE
+from warprock.model.response import USABLE_NAMES
 from warprock.running.run_file import COUNTS, ROWS
 
 TABLE, SUMMARY = "stability.csv", "summary.md"
@@ -87,7 +87,7 @@ STABILITY = Kind(
 
 def _count(entry: Mapping[str, Any]) -> dict[str, Any]:
     """What became of the lanes of an engine and precision."""
-    passed = {status.name.lower() for status in USABLE}
+    passed = set(USABLE_NAMES)
     refused = sum(count for name, count in entry["status"].items() if name not in passed)
     counts = {name: entry[name] for name in ("grew", "absurd", "compared", *_WITHIN)}
     named = {name: entry[name] for name in ("engine", "precision", "lanes")}

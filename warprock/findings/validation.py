@@ -19,7 +19,7 @@ from warprock.findings.numbers import listed, three
 from warprock.findings.plain import plain
 from warprock.findings.sheets import heading, sheet_of
 from warprock.findings.validation_sheets import counts_sentence, left_out, markdown_lines, sections
-from warprock.model.response import USABLE
+from warprock.model.response import USABLE_NAMES
 from warprock.running.provenance import case_facts, duration_facts, surroundings
 from warprock.running.run_file import CASE, COUNTS, with_band
 from warprock.verification.measured import (
@@ -235,7 +235,7 @@ def _engine_facts(found: Validation, engine: Judged) -> dict[str, Any]:
     """An engine: its settings, and the lanes that gave no number."""
     assert engine.table is not None
     status = engine.table["status"].astype(str).value_counts()
-    usable = {each.name.lower() for each in USABLE}
+    usable = set(USABLE_NAMES)
     return {
         "name": engine.name,
         "settings": dataclasses.asdict(engine.settings),

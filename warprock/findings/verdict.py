@@ -13,7 +13,7 @@ from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.measures import measure
 from warprock.findings.numbers import counted, three
 from warprock.findings.sheets import Heading, Sheet, sheet_of
-from warprock.model.response import USABLE
+from warprock.model.response import FALLEN_NAMES, USABLE_NAMES
 from warprock.running.provenance import case_facts, surroundings
 from warprock.running.run_file import CASE, ENGINE
 
@@ -21,8 +21,6 @@ LADDER = "verdict-factors"
 NEIGHBOURS = "verdict-neighbours"
 WIDTHS = "verdict-widths"
 
-_USABLE = [status.name.lower() for status in USABLE]
-_FALLEN = ("overturned", "slid_off")
 _NUMBER = (float, None)
 
 
@@ -156,12 +154,12 @@ VERDICT = Kind(
 
 def fell(answers: Facts) -> bool:
     """Whether the block fell under the motion as it is."""
-    return answers["outcome"] in _FALLEN
+    return answers["outcome"] in FALLEN_NAMES
 
 
 def _stands(answers: Facts) -> str:
     """Whether it stands, and how far it rocked."""
-    if answers["status"] not in _USABLE:
+    if answers["status"] not in USABLE_NAMES:
         return f"There is no verdict: the numbers of the run cannot be used ({answers['status']})."
     if fell(answers):
         what = "overturns" if answers["outcome"] == "overturned" else "slides off"
@@ -259,7 +257,7 @@ def _width(answers: Facts) -> list[str]:
 def _unsure(answers: Facts) -> list[str]:
     """What is to be known of these answers."""
     found = []
-    if answers["status"] in _USABLE and answers["status"] != "ok":
+    if answers["status"] in USABLE_NAMES and answers["status"] != "ok":
         found.append(f"Note: the status of the run is {answers['status'].replace('_', ' ')}.")
     if answers["unusable"]:
         runs = counted(answers["unusable"], "run")

@@ -29,7 +29,7 @@ from warprock.engines.launching import Target
 from warprock.engines.soundness import energy_gained, find_exploded
 from warprock.measure.atlas_lanes import AtlasSize, LaneGrid
 from warprock.measure.atlas_maps import MAPS, AtlasMap, Launch
-from warprock.model.response import SOUND, USABLE, Outcome, Response, SampleTimes, Status
+from warprock.model.response import SOUND, USABLE, Outcome, Response, SampleTimes, Status, names_of
 from warprock.model.scene import scene_kind
 from warprock.running.batch import run_batch
 from warprock.running.case_run import PRECISIONS
@@ -223,8 +223,8 @@ def measure(
     angle = _by_block(grid.lanes.slenderness_angle)
     tallest = _by_block(grid.lanes.height).max(axis=1)
     return {
-        "status": [Status(int(code)).name.lower() for code in status],
-        "outcome": [Outcome(int(code)).name.lower() for code in response["outcome"]],
+        "status": names_of(Status, status),
+        "outcome": names_of(Outcome, response["outcome"]),
         "usable": usable,
         "finite": finite,
         "growth": growth,

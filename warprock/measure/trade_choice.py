@@ -23,7 +23,7 @@ from warprock.engines import engine_class
 from warprock.errors import InputError
 from warprock.measure.trade import CSV, cheapest, settings_text
 from warprock.measure.trade_scenes import SAMPLE_INTERVAL, TRADE_SCENES, scene_class
-from warprock.model.response import SOUND, Outcome, SampleTimes, Status
+from warprock.model.response import FALLEN, SOUND, SampleTimes, Status
 from warprock.running.batch import run_batch
 from warprock.running.engine_choice import lanes_to_try, outside_model
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
@@ -44,8 +44,6 @@ nearly all lanes are."""
 
 TRIALS = 6
 """Settings tested at most; if none of them passes, the case has lanes that no step will tame."""
-
-FALLEN = (Outcome.OVERTURNED, Outcome.SLID_OFF)
 
 
 @dataclasses.dataclass(frozen=True)

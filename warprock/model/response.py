@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import enum
 import numbers
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -77,6 +77,26 @@ SOUND: tuple[Status, ...] = (Status.OK, Status.AMBIGUOUS)
 """Statuses of lanes whose run is as good as its engine: nothing speaks against its step."""
 USABLE: tuple[Status, ...] = (*SOUND, Status.SENSITIVE, Status.OUTSIDE_MODEL)
 """Statuses whose numbers are the engine's answer, if with a reservation; the others have none."""
+FALLEN: tuple[Outcome, ...] = (Outcome.OVERTURNED, Outcome.SLID_OFF)
+"""Outcomes of a lane that fell: a block that slid off what it stood on has fallen, too."""
+
+
+def names_of(kind: type[enum.IntEnum], codes: Iterable[int]) -> list[str]:
+    """Codes as tables write them.
+
+    >>> names_of(Outcome, [0, 3])
+    ['at_rest', 'slid_off']
+
+    Args:
+        kind: `Status` or `Outcome`.
+        codes: The codes.
+    """
+    return [kind(int(code)).name.lower() for code in codes]
+
+
+SOUND_NAMES, USABLE_NAMES = names_of(Status, SOUND), names_of(Status, USABLE)
+FALLEN_NAMES = names_of(Outcome, FALLEN)
+"""`SOUND`, `USABLE` and `FALLEN` as tables write them."""
 
 
 class JointState(enum.IntFlag):

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock.model.response import SOUND, Outcome, Status
+from warprock.model.response import FALLEN, SOUND, Outcome, Status, names_of
 from warprock.paper.conflicts_stack import (
     CEILING,
     OVERTURNED,
@@ -65,7 +65,7 @@ def peak_table(runs: PaperRuns, name: str, *overrides: str) -> pd.DataFrame:
     parts = []
     for engine in STACK_ENGINES:
         response = responses[engine]
-        outcome = [Outcome(int(code)).name.lower() for code in response["outcome"]]
+        outcome = names_of(Outcome, response["outcome"])
         parts += [
             inputs.assign(
                 block=block,
@@ -111,7 +111,7 @@ class Cells:
     @property
     def fell(self) -> npt.NDArray[np.bool_]:
         """Whether a block overturned or slid off, shape [cell, member]."""
-        return np.isin(self.outcome, (Outcome.OVERTURNED, Outcome.SLID_OFF))
+        return np.isin(self.outcome, FALLEN)
 
     @property
     def usable(self) -> npt.NDArray[np.bool_]:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from warprock.errors import InputError
-from warprock.model.response import USABLE, Outcome, Status
+from warprock.model.response import USABLE_NAMES, Outcome, Status
 from warprock.quantity import Said
 from warprock.running.lane_table import LANE_TABLE, PEAK_RATIO
 from warprock.running.results import CELL_TABLE
@@ -18,7 +18,6 @@ TEXT, NUMBER, FLAG = "text", "numbers", "true or false"
 LANE = "*"
 """Stands for the columns that every table of lanes has."""
 
-_USABLE = [code.name.lower() for code in USABLE]
 _WORDS = {"outcome": Outcome, "status": Status}
 _MEASURED = (*ENDINGS.values(), "_ratio")
 """Ends of names of columns that hold numbers."""
@@ -120,7 +119,7 @@ def _require_lanes(table: pd.DataFrame, source: str) -> None:
     lane = table["lane"].to_numpy(dtype=float)
     whole = np.isfinite(lane) & (np.abs(lane) < 1e15)
     _require(table, "lane", whole, "must be the number of a lane", source)
-    usable = table["status"].isin(_USABLE).to_numpy()
+    usable = table["status"].isin(USABLE_NAMES).to_numpy()
     for name in ratios:
         good = ~usable | (table[name].to_numpy(dtype=float) >= 0.0)
         allowed = "must be a number from 0 up where the status says that it may be used"

@@ -19,6 +19,7 @@ from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.errors import InputError
 from warprock.findings.kinds import shapes
 from warprock.findings.lanes import lane_name, needed, peak_ratio, standing
+from warprock.model.response import FALLEN_NAMES
 from warprock.report.folder import ResultFolder
 from warprock.report.scenes import SOME, choose, outlines_of, sampled, scene, surroundings_of
 from warprock.running.case_run import run_lane_set
@@ -164,7 +165,7 @@ def telling(table: pd.DataFrame, intensity: str) -> list[tuple[int, str]]:
         Row and why.
     """
     up, measure = np.flatnonzero(standing(table)), table[intensity].to_numpy(dtype=float)
-    fell = np.flatnonzero((table["outcome"].isin(["overturned", "slid_off"])).to_numpy())
+    fell = np.flatnonzero((table["outcome"].isin(FALLEN_NAMES)).to_numpy())
     found: dict[int, str] = {}
     if len(up):
         far = int(up[np.argmax(peak_ratio(table)[up])])

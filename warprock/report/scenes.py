@@ -17,7 +17,7 @@ from warprock.findings.lanes import lane_name, peak_ratio
 from warprock.findings.lanes import standing as upright
 from warprock.model.base_path import base_places
 from warprock.model.lanes import Lanes, as_stacks
-from warprock.model.response import Response
+from warprock.model.response import FALLEN_NAMES, Response
 from warprock.model.tie_states import TieState
 from warprock.model.words import ASSEMBLY, BLOCK
 from warprock.running.case_run import CaseRun, run_lanes
@@ -46,15 +46,18 @@ INTERVAL = 0.01
 """Time between samples where the case says nothing of it [s]."""
 
 
-def scenes_of(run: CaseRun) -> dict[str, Any]:
+def scenes_of(run: CaseRun) -> dict[str, Any] | None:
     """The lanes of a run that a page plays, run again with histories.
 
     Args:
         run: The run.
 
     Returns:
-        `note`, which lanes these are and why, and `lanes`, ready for JSON.
+        `note`, which lanes these are and why, and `lanes`, ready for JSON; None of assemblies in
+        space, which no page plays.
     """
+    if run.lane_set.scene.assembly and run.lane_set.scene.spatial:
+        return None
     table, facts = lane_table(run.lane_set, run.response), provenance(run)
     shown = dataclasses.replace(run, case=sampled(run.case))
     chosen = choose(table, _most(shown.case))
@@ -245,7 +248,7 @@ def scene(
     if stride > 1:
         about += f" One in {stride} samples of its history is kept here."
     times = shown["time_s"].to_numpy()
-    fell = len(parts) > 1 and row["outcome"] in ("overturned", "slid_off")
+    fell = len(parts) > 1 and row["outcome"] in FALLEN_NAMES
     end = float(times[last_move(np.stack([part["r"] for part in parts]))]) if fell else None
     collapse = row.get("collapse_time_s", math.nan)
     if end is not None and collapse == collapse:

@@ -18,14 +18,14 @@ import numpy.typing as npt
 
 from warprock.case.lanes import LaneSet
 from warprock.model.ratios import peak_ratio
-from warprock.model.response import USABLE, Outcome, Response
+from warprock.model.response import FALLEN, USABLE, Response
+from warprock.running.lane_table import PEAK_RATIO
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Array = npt.NDArray[np.float64]
 
-PEAK_RATIO = "peak_rotation_ratio"
 QUANTILES: dict[str, float] = {
     "q05": 0.05,
     "q25": 0.25,
@@ -46,7 +46,6 @@ _FEW = 200
 """Number of members below which the exact p value is computed."""
 _NORMAL_95 = 1.959963984540054
 """Quantile 0.975 of the standard normal distribution."""
-_FALLEN = (int(Outcome.OVERTURNED), int(Outcome.SLID_OFF))
 
 
 def cell_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
@@ -71,7 +70,7 @@ def cell_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     """
     table = _cell_inputs(lane_set)
     usable = _in_cells(lane_set, np.isin(response["status"], USABLE))
-    fallen = _in_cells(lane_set, np.isin(response["outcome"], _FALLEN)) & usable
+    fallen = _in_cells(lane_set, np.isin(response["outcome"], FALLEN)) & usable
     count, overturned = usable.sum(axis=1), fallen.sum(axis=1)
     low, high = wilson_interval(overturned, count)
     columns: dict[str, Any] = {
@@ -102,7 +101,7 @@ def percentile_of(values: Array, outcomes: npt.NDArray[np.integer[Any]], printed
         Its mid-rank, 0 to 1: the share of members below it and half of the share equal to it; NaN
         without a member.
     """
-    ranked = np.where(np.isin(outcomes, _FALLEN), np.inf, np.asarray(values, dtype=np.float64))
+    ranked = np.where(np.isin(outcomes, FALLEN), np.inf, np.asarray(values, dtype=np.float64))
     ranked = ranked[~(np.isnan(values) | np.isnan(ranked))]
     if not len(ranked):
         return float("nan")
@@ -205,7 +204,7 @@ def _peak_ratios(lane_set: LaneSet, response: Response) -> dict[str, Array]:
     +infinity where a lane overturned or slid off, NaN where its numbers may not be used.
     """
     ratios = peak_ratio(response, lane_set.lanes)
-    fallen = np.isin(response["outcome"], _FALLEN)
+    fallen = np.isin(response["outcome"], FALLEN)
     usable = np.isin(response["status"], USABLE)
     stacked = lane_set.lanes.stacked
     of_blocks = {f"_{k + 1}": ratios[:, k] for k in range(ratios.shape[1])} if stacked else {}

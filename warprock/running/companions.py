@@ -17,8 +17,8 @@ from warprock.engines.workload import FINEST_STEPS, MOST_STEPS
 from warprock.model.lanes import Lanes
 from warprock.model.motion import ComposedMotions, GroundMotions, RecordMotions, UprightMotions
 from warprock.model.response import (
+    FALLEN,
     USABLE,
-    Outcome,
     Response,
     SampleTimes,
     join_responses,
@@ -336,7 +336,7 @@ def halve_step(settings: Any, count: int) -> Any:
 
 def find_fallen(response: Response) -> Mask:
     """Lanes that overturned or slid off, shape [lane]."""
-    return np.asarray(np.isin(response["outcome"], (Outcome.OVERTURNED, Outcome.SLID_OFF)))
+    return np.asarray(np.isin(response["outcome"], FALLEN))
 
 
 def usable(response: Response) -> Mask:

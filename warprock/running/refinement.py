@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.case.lanes import LaneSet
-from warprock.model.response import USABLE, Response, Status
+from warprock.model.response import USABLE, USABLE_NAMES, Response, Status
 
 MET, MISSED, SENSITIVE, REFINED = "met", "missed", "sensitive", "refined"
 FIRST_STEPS, TOTAL_STEPS = "first_step_count", "total_step_count"
@@ -86,5 +86,5 @@ def count_bad(status: Mapping[str, int], refinement: Mapping[str, int]) -> int:
 
 def unusable_lanes(status: Mapping[str, int]) -> int:
     """Lanes whose numbers may not be used, from the counts of their statuses."""
-    usable = {each.name.lower() for each in USABLE}
+    usable = set(USABLE_NAMES)
     return sum(count for word, count in status.items() if word not in usable)

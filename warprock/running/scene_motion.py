@@ -285,6 +285,9 @@ def _assembly_motion(run: CaseRun, case: Case, lane: int, response: Response) ->
     """The motion of an assembly: blocks that can move first, as histories have them."""
     assert run.lane_set.lanes.assembly is not None
     kind = run.lane_set.lanes.assembly.of(lane)
+    if run.lane_set.scene.spatial:
+        allowed = "must be in the plane: no pictures move blocks of an assembly in space yet"
+        raise InputError(case.name, "assembly", "blocks in space", allowed)
     free, fixed = np.flatnonzero(~kind.fixed), np.flatnonzero(kind.fixed)
     order = np.concatenate([free, fixed])
     base = base_places(run.lane_set.motions, lane, response.times)

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from warprock.case.lanes import LaneSet
-from warprock.model.response import Outcome, Response, Status
+from warprock.model.response import Outcome, Response, Status, names_of
 
 
 def compare_assemblies(lane_set: LaneSet, response: Response, reference: Response) -> pd.DataFrame:
@@ -39,8 +39,8 @@ def compare_assemblies(lane_set: LaneSet, response: Response, reference: Respons
         lane_number=np.arange(lanes.lane_count),
         engine=response.engine,
         reference=reference.engine,
-        status=[Status(int(code)).name.lower() for code in response["status"]],
-        outcome=[Outcome(int(code)).name.lower() for code in response["outcome"]],
+        status=names_of(Status, response["status"]),
+        outcome=names_of(Outcome, response["outcome"]),
         fell_at_s=response["collapse_time"],
         moved_mm=1e3 * response["peak_displacement"],
         reference_moved_mm=1e3 * reference["peak_displacement"],

@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case.lanes import LaneSet
-from warprock.model.response import Outcome, Response, Status
+from warprock.model.response import Outcome, Response, Status, names_of
 from warprock.verification.housner import EARLY_TIME
 
 Array = npt.NDArray[np.float64]
@@ -44,8 +44,8 @@ def compare_blocks(lane_set: LaneSet, response: Response, reference: Response) -
         engine=response.engine,
         reference=reference.engine,
         block=np.tile(np.arange(1, count + 1), lanes.lane_count),
-        status=np.repeat([Status(int(c)).name.lower() for c in response["status"]], count),
-        outcome=np.repeat([Outcome(int(c)).name.lower() for c in response["outcome"]], count),
+        status=np.repeat(names_of(Status, response["status"]), count),
+        outcome=np.repeat(names_of(Outcome, response["outcome"]), count),
         peak_rotation_ratio=response["peak_rotation"].ravel() / slenderness.ravel(),
         reference_peak_rotation_ratio=reference["peak_rotation"].ravel() / slenderness.ravel(),
         difference_5s_ratio=early.ravel(),

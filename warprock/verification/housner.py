@@ -15,7 +15,7 @@ import pandas as pd
 from warprock.case.lanes import LaneSet
 from warprock.engines import reference_engine
 from warprock.model.ratios import peak_ratio
-from warprock.model.response import Outcome, Response, Status
+from warprock.model.response import Outcome, Response, Status, names_of
 
 Array = npt.NDArray[np.float64]
 
@@ -134,10 +134,8 @@ def compare_with_housner(
         holds=[not why for why in reasons],
         why=reasons,
         friction_needed=_friction_needed(reference_response),
-        outcome=[Outcome(int(code)).name.lower() for code in response["outcome"]],
-        reference_outcome=[
-            Outcome(int(code)).name.lower() for code in reference_response["outcome"]
-        ],
+        outcome=names_of(Outcome, response["outcome"]),
+        reference_outcome=names_of(Outcome, reference_response["outcome"]),
         peak_rotation_ratio=peak,
         reference_peak_rotation_ratio=reference_peak,
         error_5s_ratio=early,

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.analysis.scores import rank_correlation
-from warprock.model.response import FIELDS, USABLE
+from warprock.model.response import FIELDS, USABLE_NAMES
 from warprock.verification.validation import Judged, Validation
 
 Array = npt.NDArray[np.float64]
@@ -18,7 +18,6 @@ Array = npt.NDArray[np.float64]
 _BLOCK = re.compile(r"_[1-9]$")
 """How the name of a quantity ends that is of one block of a stack."""
 _STOOD = ["at_rest", "rocking"]
-_USABLE = [status.name.lower() for status in USABLE]
 
 
 def unit_of(what: str) -> str:
@@ -43,7 +42,7 @@ def predict_largest(engine: Judged, what: str, members: int) -> Array:
     pattern = re.compile(rf"{what}{block}_{unit_of(what)}")
     columns = [name for name in map(str, table.columns) if pattern.fullmatch(name)]
     values = table[columns].to_numpy(dtype=np.float64).max(axis=1)
-    stood = (table["outcome"].isin(_STOOD) & table["status"].isin(_USABLE)).to_numpy()
+    stood = (table["outcome"].isin(_STOOD) & table["status"].isin(USABLE_NAMES)).to_numpy()
     values = np.where(stood, values, np.nan).reshape(-1, members)[engine.tests]
     found = np.full(len(values), np.nan)
     there = np.isfinite(values).any(axis=1)

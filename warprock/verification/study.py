@@ -24,7 +24,7 @@ from warprock.engines import engine_class, reference_engine
 from warprock.engines.launching import Form, Target
 from warprock.errors import InputError
 from warprock.model.ratios import rotation_ratio
-from warprock.model.response import Response, Status
+from warprock.model.response import Response, Status, names_of
 from warprock.running.batch import run_batch
 from warprock.running.case_run import require_options, require_support
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
@@ -280,7 +280,7 @@ def _table(
         unit=variation.unit,
         baseline=variation.baseline,
         time_step_s=float(getattr(variation.settings, "time_step", np.nan)),
-        status=[Status(int(code)).name.lower() for code in response["status"]],
+        status=names_of(Status, response["status"]),
         baseline_difference_ratio=difference.max(axis=1),
         rest_time_s=response["rest_time"],
         step_count=response["step_count"],

@@ -31,7 +31,7 @@ from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.engines import ENGINES
 from warprock.errors import InputError, list_allowed
-from warprock.model.response import USABLE, Response
+from warprock.model.response import USABLE_NAMES, Response
 from warprock.programs.table import PROGRAMS
 from warprock.running.case_run import require_options, run_lane_set
 from warprock.running.lane_table import lane_table
@@ -50,7 +50,6 @@ HALF = 0.5
 """Probability from which on a test is said to overturn."""
 
 _FALL = Limit(OVERTURNING)
-_USABLE = [status.name.lower() for status in USABLE]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -233,7 +232,7 @@ def judge(
     count, members = tests.lanes.shape
     table = lane_table(lane_set, response).iloc[tests.lanes.ravel()].reset_index(drop=True)
     table[RECORD] = np.repeat(records, members)
-    usable = table["status"].isin(_USABLE).to_numpy().reshape(count, members)
+    usable = table["status"].isin(USABLE_NAMES).to_numpy().reshape(count, members)
     fell = find_reached(table, _FALL).reshape(count, members) & usable
     said = np.flatnonzero(usable.any(axis=1))
     if not len(said):
@@ -323,7 +322,7 @@ def status_rows(found: Validation) -> list[dict[str, Any]]:
         for status in engine.table["status"].cat.categories:
             mine = (engine.table["status"] == status).to_numpy()
             if mine.any():
-                share = float(right[mine].mean()) if status in _USABLE else np.nan
+                share = float(right[mine].mean()) if status in USABLE_NAMES else np.nan
                 row = {"engine": engine.name, "status": status, "lanes": int(mine.sum())}
                 rows.append(row | {"right": share})
     return rows

@@ -1,0 +1,346 @@
+"""Runs of assemblies of blocks in space with dry joints, one lane a thread on any device.
+
+The same scheme as in the plane (assembly/assembly_run.py): a run begins with SETTLING solves at the
+start, from velocities of zero; a step moves the blocks by the velocities that its solve found, and
+a lane of which a solve does not settle ends there.
+"""
+
+import warp as wp
+
+from warprock.kernels.algebra.vectors import Vector
+from warprock.kernels.assembly.block import start_seen
+from warprock.kernels.assembly.found import (
+    FIRST,
+    ROOM,
+    SAME,
+    SETTLING,
+    ContactResult,
+    Knobs,
+    Result,
+)
+from warprock.kernels.assembly.meeting import NONE, Near, is_old, look_out, observe_free
+from warprock.kernels.assembly.solve import Leap, Solve, decide, start_solve
+from warprock.kernels.assembly_space.block import (
+    Block,
+    Peak,
+    Trail,
+    add_energy,
+    extrapolate,
+    heft_of,
+    inertia,
+    integrate,
+    observe_block,
+    start_place,
+    turned,
+)
+from warprock.kernels.assembly_space.contact import (
+    Heft,
+    Move,
+    inner,
+    moved,
+    push,
+    sweep_contact,
+    times,
+)
+from warprock.kernels.assembly_space.finding import find_joint, find_pairs, list_pairs
+from warprock.kernels.assembly_space.meeting import Laid, Step, slip_of_joint
+from warprock.kernels.lane.account import Account, keep_account
+from warprock.kernels.lane.modes import OVERTURNED, RUNNING, UNSOLVED
+from warprock.kernels.launch.instance import BRANCHES
+from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
+
+wp.set_module_options(BRANCHES)
+
+LANES = 1
+"""Lanes that a thread runs."""
+
+
+@wp.struct
+class BlockResult:
+    """What a block leaves behind: its largest turn [rad] and displacement [m], its last one."""
+
+    turn: real
+    moved: real
+    last: real
+
+
+@wp.struct
+class Joint:
+    """A joint as a launch gives it: its friction coefficient; the rest is in `Laid`."""
+
+    friction: real
+
+
+@wp.struct
+class Kept:
+    """What a lane keeps of its blocks from step to step, shape [lane, block] each.
+
+    Attributes:
+        before: Velocities before the step.
+        trails: See `Trail`.
+        peaks: See `Peak`.
+    """
+
+    before: wp.array2d(dtype=Move)
+    trails: wp.array2d(dtype=Trail)
+    peaks: wp.array2d(dtype=Peak)
+
+
+@wp.struct
+class Found:
+    """Where the kernel leaves what it finds.
+
+    Attributes:
+        results: Of every lane, shape [lane].
+        blocks: Of every block, shape [block, lane].
+        contacts: Two rows a joint, of which the first one tells, shape [2 joints, lane].
+        attitudes: Quaternions at the samples, shape [sample, block, 4, lane]; empty if not asked
+            for.
+        places: Centres of mass at the samples [m], shape [sample, block, 3, lane]; likewise.
+    """
+
+    results: wp.array(dtype=Result)
+    blocks: wp.array2d(dtype=BlockResult)
+    contacts: wp.array2d(dtype=ContactResult)
+    attitudes: wp.array4d(dtype=real)
+    places: wp.array4d(dtype=real)
+
+
+@wp.func
+def set_place(laid: Laid, lane: int, k: int, block: Block):
+    """Brings what follows from the place of a block up to date."""
+    place = laid.places[lane, k]
+    laid.hefts[lane, k] = heft_of(block, place.r)
+    solid = laid.solids[lane, k]
+    for i in range(solid.corners):
+        spot = times(place.r, laid.corners[lane, solid.corner + i])
+        laid.spots[lane, solid.corner + i] = place.at + spot
+
+
+@wp.func
+def sweep(laid: Laid, lane: int, step: Step, solve: wp.ref[Solve]):
+    """Takes all contacts of a lane, one after the other."""
+    for q in range(step.total):
+        at = laid.swept[lane, q]
+        held = laid.pressed[lane, q]
+        va = laid.moves[lane, at.a]
+        vb = laid.moves[lane, at.b]
+        sweep_contact(
+            solve, at, laid.hefts[lane, at.a], laid.hefts[lane, at.b], held, va, vb
+        )  # fmt: skip
+        laid.pressed[lane, q] = held
+        laid.moves[lane, at.a] = va
+        laid.moves[lane, at.b] = vb
+
+
+@wp.func
+def across(turn: int, count: int) -> int:
+    """The corner of a polygon that comes at a turn: every second one, then the others."""
+    half = (count + 1) / 2
+    return wp.where(turn < half, 2 * turn, 2 * (turn - half) + 1)
+
+
+@wp.func
+def press_again(laid: Laid, lane: int, place: int, turn: int):
+    """Takes a contact into the list of a sweep, and adds what it bore in the last step.
+
+    Args:
+        laid: Where the blocks are.
+        lane: The lane.
+        place: The contact.
+        turn: Its place in the sweep.
+    """
+    at = laid.contacts[lane, place]
+    held = laid.impulses[lane, place]
+    laid.order[lane, turn] = place
+    laid.swept[lane, turn] = at
+    laid.pressed[lane, turn] = held
+    va = laid.moves[lane, at.a]
+    vb = laid.moves[lane, at.b]
+    p = held.n * at.n + held.t * at.t + held.s * at.s
+    push(at, p, laid.hefts[lane, at.a], laid.hefts[lane, at.b], va, vb)
+    laid.moves[lane, at.a] = va
+    laid.moves[lane, at.b] = vb
+
+
+@wp.func
+def line_up(laid: Laid, lane: int, near: Near, step: Step):
+    """Puts the contacts of a step in the order in which a sweep takes them.
+
+    First one of every joint and pair, then the next one of each, opposite corners first: so a sweep
+    comes to the neighbours of a block before it comes back to it, and takes fewer turns.
+    """
+    done, turn = int(0), int(0)
+    while done < step.total:
+        for joint in range(laid.sizes[lane, 1]):
+            own = laid.joined[lane, joint]
+            if turn < own.count:
+                press_again(laid, lane, step.half + own.first + across(turn, own.count), done)
+                done += 1
+        for p in range(near.pairs):
+            pair = laid.pairs[lane, near.half + p]
+            if turn < pair.count:
+                press_again(laid, lane, step.half + pair.first + across(turn, pair.count), done)
+                done += 1
+        turn += 1
+
+
+@wp.kernel
+def run_lanes(
+    blocks: wp.array2d(dtype=Block), laid: Laid, kept: Kept, motions: wp.array2d(dtype=Motion),
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+):  # fmt: skip
+    """Runs one lane a thread."""
+    lane, _one = wp.tid()
+    dt, zero = real(knobs.time_steps[lane]), real(0.0)
+    rate = real(1.0) / dt
+    count = int(laid.sizes[lane, 0])
+    joints = int(laid.sizes[lane, 1])
+    room = laid.contacts.shape[1] // 2
+    samples = sample_times.shape[0]
+    end = sample_times[samples - 1]
+    seen, account, near, none = start_seen(), Account(), Near(), Leap()
+    step = Step()
+    step.dt = dt
+    step.gravity = knobs.gravity
+    step.half = room
+    base, gain = Vector(), Vector()
+    near.pairs = NONE
+    sample = int(0)
+    for k in range(count):
+        laid.places[lane, k] = start_place(blocks[k, lane])
+        laid.moves[lane, k] = Move()
+        kept.peaks[lane, k] = Peak()
+        set_place(laid, lane, k, blocks[k, lane])
+    laid.hefts[lane, count] = Heft()
+    laid.moves[lane, count] = Move()
+    number = int(-SETTLING)
+    time = real(number) * dt
+    last = end
+    while seen.mode == RUNNING and time < last:
+        live = wp.where(number >= 0, 1, 0)
+        half = larger((real(number) + HALF) * dt, HALF * dt)
+        for d in range(3):
+            way = motions[d, lane]
+            line = sample_index(way, sample_segment(way, half))
+            rides = base_velocity(way, half, pool[2, line], pool[0, line], pool[1, line])
+            gain[d] = wp.where(live > 0, rides - base[d], zero)
+            base[d] = base[d] + gain[d]
+        pull = Vector(-gain[0], -gain[1], -gain[2] - dt * knobs.gravity)
+        near = look_out(laid.scale[lane], dt, knobs.gravity, seen.speed, near)
+        if is_old(near):
+            near = list_pairs(laid, lane, near)
+        near.deepest = zero
+        near.landed = 0
+        near.carries = 0
+        step.old = step.half
+        step.half = room - step.half
+        step.total = 0
+        step.live = live
+        step.time = time
+        for joint in range(joints):
+            find_joint(laid, lane, joint, step, seen, near)
+        find_pairs(laid, lane, step, seen, near)
+        near.full = wp.max(near.full, step.full)
+        observe_free(live > 0, True, near, seen)
+        for k in range(count):
+            v = laid.moves[lane, k]
+            if number <= 0:
+                v = Move()
+            kept.before[lane, k] = v
+            if blocks[k, lane].light > zero:
+                v.v = v.v + pull
+            laid.moves[lane, k] = v
+        line_up(laid, lane, near, step)
+        for k in range(count):
+            trail = Trail()
+            trail.v = laid.moves[lane, k].v
+            trail.o = laid.moves[lane, k].o
+            kept.trails[lane, k] = trail
+        solve = start_solve(real(1.0), knobs.settled, seen.speed)
+        most = wp.where(number < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
+        while solve.on > zero:
+            sweep(laid, lane, step, solve)
+            decide(knobs.settled, most, False, solve, none)
+            for k in range(count):
+                v = laid.moves[lane, k]
+                trail = kept.trails[lane, k]
+                extrapolate(solve.beta, v, trail)
+                laid.moves[lane, k] = v
+                kept.trails[lane, k] = trail
+        for turn in range(step.total):
+            laid.impulses[lane, laid.order[lane, turn]] = laid.pressed[lane, turn]
+        seen.sweeps = seen.sweeps + solve.sweeps
+        seen.residual = larger(solve.left, seen.residual)
+        if solve.left > solve.loose:
+            seen.mode = UNSOLVED
+        number += 1
+        time = real(number) * dt
+        if live > 0:
+            seen.steps += 1
+            seen.speed = zero
+            for joint in range(joints):
+                joined = laid.joined[lane, joint]
+                if seen.collapse_time >= NEVER:
+                    slip = slip_of_joint(laid, lane, step.half, joined)
+                    joined.slide = moved(dt, slip, joined.slide)
+                    joined.most = larger(wp.sqrt(inner(joined.slide, joined.slide)), joined.most)
+                    laid.joined[lane, joint] = joined
+            for k in range(count):
+                block = blocks[k, lane]
+                place = laid.places[lane, k]
+                v = laid.moves[lane, k]
+                if block.light > zero:
+                    add_energy(pull, gain, block, place, kept.before[lane, k], v, account)
+                    integrate(dt, block, v, place)
+                    laid.moves[lane, k] = v
+                    laid.places[lane, k] = place
+                    set_place(laid, lane, k, block)
+                    peak = kept.peaks[lane, k]
+                    observe_block(time, block, place, v, peak, seen)
+                    kept.peaks[lane, k] = peak
+            account = keep_account(wp.sqrt(inner(gain, gain)), account)
+            seen.still = wp.where(seen.speed <= blocks[0, lane].calm, time, seen.still)
+            last = smaller(end, seen.collapse_time + knobs.after_collapse)
+        if found.attitudes.shape[0] > 0 and number >= 0:
+            passed = time + SAME * dt
+            while sample < samples and sample_times[sample] <= passed:
+                back = wp.where(live > 0, larger(passed - sample_times[sample], zero), zero)
+                for k in range(count):
+                    block = blocks[k, lane]
+                    q = laid.places[lane, k].q
+                    v = laid.moves[lane, k]
+                    if block.light > zero:
+                        spin = times(inertia(block, laid.places[lane, k].r), v.o)
+                        q = turned(block, q, spin, -back)
+                    at = moved(-back, v.v, laid.places[lane, k].at)
+                    for i in range(4):
+                        found.attitudes[sample, k, i, lane] = q[i]
+                    if found.places.shape[0] > 0:
+                        for i in range(3):
+                            found.places[sample, k, i, lane] = at[i]
+                sample += 1
+    if found.attitudes.shape[0] > 0:
+        for late in range(sample, samples):
+            for k in range(count):
+                for i in range(4):
+                    found.attitudes[late, k, i, lane] = laid.places[lane, k].q[i]
+                if found.places.shape[0] > 0:
+                    for i in range(3):
+                        found.places[late, k, i, lane] = laid.places[lane, k].at[i]
+    if seen.mode == RUNNING and seen.collapse_time < NEVER:
+        seen.mode = OVERTURNED
+    found.results[lane] = Result(
+        seen.mode, seen.steps, seen.impacts, seen.sweeps, seen.astray, seen.uplift_time,
+        seen.moved, seen.deepest, seen.peak, seen.peak_time, seen.collapse_time, seen.still,
+        seen.residual, account.loss, account.supplied, account.returned,
+    )  # fmt: skip
+    for k in range(count):
+        away = laid.places[lane, k].at - start_place(blocks[k, lane]).at
+        peak = kept.peaks[lane, k]
+        found.blocks[k, lane] = BlockResult(peak.turn, peak.moved, wp.sqrt(inner(away, away)))
+    for joint in range(joints):
+        joined = laid.joined[lane, joint]
+        slide = wp.sqrt(inner(joined.slide, joined.slide))
+        row = 2 * laid.links[lane, joint].number
+        found.contacts[row, lane] = ContactResult(joined.opening, joined.most, slide)

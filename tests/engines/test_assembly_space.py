@@ -1,0 +1,209 @@
+"""Assemblies in space, held to closed forms, to the plane and to symmetries."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from scipy.integrate import quad
+
+from tests.shared.assemblies import assembly_lanes, built
+from warprock.engines.assembly import Assembly
+from warprock.errors import InputError
+from warprock.model import patterns
+from warprock.model.assembly import Assemblies, Piece
+from warprock.model.lanes import SpatialLanes
+from warprock.model.motion import SpatialMotions, no_motion
+from warprock.model.response import JointState, Outcome, Response, SampleTimes, Status
+from warprock.model.solids import SpatialAssembly, assemble_solids
+from warprock.model.tilt import steady, tilt_motions
+from warprock.model.turning import rotate
+from warprock.settings.engines import AssemblySettings
+from warprock.units import GRAVITY
+
+Array = npt.NDArray[np.float64]
+
+RATE = 10.0
+"""How fast tables tilt [deg/s]: what stands follows a load that grows so slowly by its statics, but
+for the fall, which takes some .2 s longer than the load takes to come to its limit."""
+
+
+def box(name: str, low: Sequence[float], high: Sequence[float], *, fixed: bool = False) -> Piece:
+    corners = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), axis=-1)
+    return Piece(name, corners.reshape(-1, 3), fixed)
+
+
+def bricks(across: int, courses: int) -> list[Piece]:
+    """A wall of bricks of .2 x .1 x .06 m in half bond, 0 to 1 m along x, on a slab."""
+    found = [box("ground", (-0.5, -0.5, -0.1), (across * 0.2 + 0.5, 0.6, 0.0), fixed=True)]
+    for course in range(courses):
+        ends = np.arange(across + 1) * 0.2
+        if course % 2:
+            ends = np.unique([0.0, *(ends[:-1] + 0.1), across * 0.2])
+        for left, right in itertools.pairwise(ends):
+            low, high = course * 0.06, (course + 1) * 0.06
+            found.append(box(f"{course}.{left:.1f}", (left, 0.0, low), (right, 0.1, high)))
+    return found
+
+
+def turned(pieces: list[Piece], angle: float) -> list[Piece]:
+    """The same about the vertical by an angle [rad]."""
+    attitude = np.array([0.0, 0.0, np.sin(0.5 * angle), np.cos(0.5 * angle)])
+    return [piece._replace(corners=rotate(attitude, piece.corners)) for piece in pieces]
+
+
+def solids(pieces: list[Piece], friction: float = 0.7) -> SpatialAssembly:
+    return assemble_solids(pieces, density=2000.0, friction=friction)
+
+
+def extruded(pieces: list[Piece], depth: float) -> list[Piece]:
+    """Blocks of the plane with a depth."""
+    sides = (-0.5 * depth, 0.5 * depth)
+    return [
+        piece._replace(corners=np.concatenate([np.insert(piece.corners, 1, y, 1) for y in sides]))
+        for piece in pieces
+    ]
+
+
+def lanes_of(kinds: list[SpatialAssembly]) -> SpatialLanes:
+    one, nothing = np.ones(len(kinds)), np.zeros(len(kinds))
+    names = [field.name for field in dataclasses.fields(SpatialLanes)]
+    start = {n: nothing for n in names if n.endswith(("start", "across")) or "offset" in n}
+    sizes = ("width", "height", "depth", "density", "friction", "angular_restitution")
+    return SpatialLanes(
+        **{**dict.fromkeys(sizes, one), "chamfer": nothing, **start},
+        assembly=Assemblies(tuple(kinds), np.arange(len(kinds))),
+    )
+
+
+def tilting(directions: Sequence[float], end: float) -> SpatialMotions:
+    """Tables of which the sides at some angles from +x sink [rad]."""
+    count = len(directions)
+    table = tilt_motions(
+        steady(np.full(count, np.radians(RATE)), np.zeros(count)), np.full(count, end)
+    )
+    angle = np.asarray(directions)
+    return SpatialMotions(
+        table.scaled(np.cos(angle)), table.scaled(np.sin(angle)), no_motion(table)
+    )
+
+
+def run(
+    kinds: list[SpatialAssembly],
+    directions: Sequence[float],
+    end: float,
+    interval: float | None = None,
+    **settings: Any,
+) -> Response:
+    engine = Assembly(AssemblySettings(**settings))
+    times = SampleTimes(end, interval, places=interval is not None)
+    return engine.run(lanes_of(kinds), tilting(directions, end), times)
+
+
+ACROSS = 0.5 * np.pi
+"""The direction across a wall [rad]."""
+
+
+@pytest.fixture(scope="module")
+def fallen() -> Response:
+    """A wall that falls out of its plane, mirrored, turned about the vertical, and another."""
+    wall, turn = bricks(2, 3), 0.7
+    walls = [solids(wall), solids(wall), solids(turned(wall, turn)), solids(bricks(2, 4))]
+    return run(walls, [ACROSS, -ACROSS, ACROSS + turn, ACROSS], 3.8, 0.2, after_collapse=9.0)
+
+
+def test_a_wall_falls_over_its_edge_at_its_thickness_over_its_height(fallen: Response) -> None:
+    # t / H of three and of four courses: what tilts is no longer still once it has reached that.
+    limit = np.array([0.1 / 0.18] * 3 + [0.1 / 0.24])
+    assert (fallen["status"] == Status.OK).all()
+    assert (fallen["outcome"] == Outcome.OVERTURNED).all()
+    # It creeps off at the last, by .1 g dt where it counts as moving.
+    np.testing.assert_allclose(fallen["collapse_load"], limit, rtol=0.03)
+
+
+def test_the_joint_that_opens_is_the_lowest_bed(fallen: Response) -> None:
+    # A wall that falls as one body turns about the edge of the slab: the two joints with it open
+    # first, by what the thickness turns.
+    wall = solids(bricks(2, 3))
+    on_slab = wall.fixed[wall.joints.blocks].any(axis=1)
+    opened = fallen["joint_state"][:3, : wall.joints.count] & JointState.OPENED > 0
+    assert on_slab.sum() == 2
+    assert opened[:, on_slab].all()
+
+
+def test_what_falls_is_the_same_in_a_mirror_and_turned_about_the_vertical(
+    fallen: Response,
+) -> None:
+    # The order of blocks in a sweep is none of a mirror: solves end with other rests.
+    times = fallen["collapse_time"][:3]
+    assert np.ptp(times) < 0.02
+
+
+def test_the_heap_lies_on_the_ground_and_has_lost_energy(fallen: Response) -> None:
+    heights = fallen["z"][:3, :7, -1]
+    assert (heights > 0.02).all()  # half of the least side of a brick, less what it sinks in
+    assert (fallen["energy_lost"] > 0.0).all()
+    assert (fallen["peak_penetration"] < 0.02 * 0.1).all()
+    attitude = np.stack([fallen[f"attitude_{part}"] for part in "xyzw"], axis=-1)
+    np.testing.assert_allclose((attitude[:3, :7] ** 2).sum(axis=-1), 1.0, atol=1e-12)
+
+
+def test_a_lane_is_the_same_alone() -> None:
+    pair, ways = [solids(bricks(2, 2)), solids(bricks(2, 3))], (ACROSS, 0.3)
+    both = run(pair, ways, 0.5)
+    for lane in (0, 1):
+        alone = run([pair[lane]], [ways[lane]], 0.5)
+        for name in ("peak_rotation", "peak_slide", "energy_lost", "solver_residual"):
+            assert alone[name][0] == both[name][lane]
+
+
+def test_a_block_slides_as_its_friction_lets_it() -> None:
+    friction, end = 0.2, 2.0
+    block = [
+        box("ground", (-2.0, -2.0, -0.2), (3.0, 3.0, 0.0), fixed=True),
+        box("block", (0.0, 0.0, 0.0), (0.4, 0.4, 0.3)),
+    ]
+    found = run([solids(block, friction)], [0.3], end)
+
+    def acceleration(time: float) -> float:
+        return float(GRAVITY * (np.tan(np.radians(RATE * time)) - friction))
+
+    start = float(np.degrees(np.arctan(friction))) / RATE
+    way = quad(lambda time: (end - time) * acceleration(time), start, end)[0]
+    # Of first order in the step of 1 ms over the 2 s in which it slides.
+    assert found["peak_slide"][0] == pytest.approx(way, rel=2e-3)
+    assert found["opened_joints"][0] == 0
+
+
+@pytest.mark.thorough
+def test_what_moves_in_a_plane_moves_as_in_the_plane() -> None:
+    for pieces, end in (
+        (patterns.arch(5.0, 0.8, np.pi, 7), 2.4),
+        (patterns.column(1, 0.5, 6), 2.4),
+    ):
+        table = tilt_motions(steady(np.full(1, np.radians(RATE)), np.zeros(1)), np.full(1, end))
+        plane = Assembly(AssemblySettings()).run(
+            assembly_lanes([built(pieces, 0.7)]), table, SampleTimes(end)
+        )
+        space = run([solids(extruded(pieces, 3.0))], [0.0], end)
+        np.testing.assert_array_equal(space["outcome"], plane["outcome"])
+        np.testing.assert_array_equal(space["opened_joints"], plane["opened_joints"])
+        # Both settle a step to 1e-3 g dt, in another order.
+        np.testing.assert_allclose(space["peak_rotation"], plane["peak_rotation"], rtol=2e-3)
+        np.testing.assert_allclose(space["collapse_time"], plane["collapse_time"], atol=2e-3)
+
+
+def test_a_face_with_more_corners_than_there_is_room_for_is_refused() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 14)[:-1]
+    drum = np.stack([np.cos(angle), np.sin(angle), np.zeros(13)], axis=-1)
+    pieces = [
+        box("ground", (-2.0, -2.0, -0.2), (2.0, 2.0, 0.0), fixed=True),
+        Piece("drum", np.concatenate([drum, drum + np.array([0.0, 0.0, 1.0])])),
+    ]
+    with pytest.raises(InputError, match="block drum: got 13, must have faces of at most 12 cor"):
+        run([solids(pieces)], [0.0], 0.1)
