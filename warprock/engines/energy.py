@@ -181,8 +181,9 @@ TILTS, DIRECTIONS = 12, 96
 def energy_to_tilt_bodies(body: Bodies, tilt: Array, start: Array) -> Array:
     """Least energy above the flat state of bodies whose axes lean by an angle [J], shape [lane].
 
-    On its way there from the start the axis passes all tilts between. At each of them the lowest point of the body
-    says how high its centre of mass is at least, in the direction in which that is least.
+    On its way there from the start the axis passes all tilts between. At each of them the lowest
+    point of the body says how high its centre of mass is at least, in the direction in which that
+    is least.
     """
     points, rest = body.points_in_block_axes, body.centre_height
     lean, needed = np.minimum(np.abs(tilt), 0.5 * np.pi), np.zeros_like(rest)
