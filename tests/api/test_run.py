@@ -128,6 +128,7 @@ def test_an_ensemble_has_cells_and_another_run_says_that_it_has_none(run):
         _ = run.cells
 
 
+@pytest.mark.thorough
 def test_the_cheapest_engine_is_picked_and_says_why():
     run = wr.run("free-b0", cheapest=True, overrides={"run.duration": "2 s"}, progress=False)
     assert run.cheapest is not None
@@ -138,6 +139,7 @@ def test_the_cheapest_engine_is_picked_and_says_why():
     assert wr.run("free-b0", "housner", progress=False).cheapest is None
 
 
+@pytest.mark.thorough
 def test_the_cheapest_keeps_a_precision_that_is_named():
     """A precision that was named is not one that was left out, which `cheapest` may choose."""
     ask = functools.partial(wr.run, "free-b0", overrides={"run.duration": "2 s"}, progress=False)

@@ -84,6 +84,31 @@ def test_single_joints_have_a_friction_of_their_own():
 WEAK = {"assembly.weak_friction": [0.2, 0.4]}
 
 
+def test_geometry_and_single_joints_are_sampled_and_spread():
+    """A sample draws them anew for every lane, an ensemble about those of its case."""
+    arch = {**ARCH, "weak_joints": ["left abutment / 1"], "weak_friction": 0.3}
+    drawn = {"distribution": "uniform", "from": "0.7 m", "to": "0.9 m"}
+    joint = {"distribution": "uniform", "from": 0.2, "to": 0.4}
+    sample = {"lanes": 8, "over": {"assembly.thickness": drawn, "assembly.weak_friction": joint}}
+    ensemble = {
+        "members": 8,
+        "spread": {"assembly.thickness": "5 %", "assembly.weak_friction": "20 %"},
+    }
+    bounds = {"thickness_m": (0.7, 0.9), "weak_friction": (0.2, 0.4)}
+    for more in ({"sample": sample}, {"ensemble": ensemble}):
+        found = wr.expand_lanes(case(arch, motion=_motion(), **more))
+        kinds = found.lanes.assembly
+        assert len(kinds.kinds) == 8
+        for column, (low, high) in bounds.items():
+            values = found.table.columns[column]
+            assert len(set(values.tolist())) == 8
+            assert low <= values.min() < values.max() <= high
+        for lane in range(8):
+            joints = kinds.of(lane).joints
+            assert joints.friction.min() == found.table.columns["weak_friction"][lane]
+            assert joints.lengths == pytest.approx(found.table.columns["thickness_m"][lane])
+
+
 def test_walls_of_dry_stone_are_drawn_from_their_seed():
     seeds = [{"assembly.seed": {"from": 1, "to": 20, "count": 20}}]
     kinds = wr.expand_lanes(case(DRY, sweep=seeds)).lanes.assembly.kinds

@@ -82,7 +82,6 @@ def refused(result: Result, *words: str) -> None:
     ("does", "needs"),
     [
         ("", set()),
-        ("main(['keys', 'contact'], standalone_mode=False)", {"rich", "pydantic", "numpy"}),
         ("main(['list'], standalone_mode=False)", {"rich", "numpy"}),
         ("main(['explain', 'space-free'], standalone_mode=False)", {"rich", "pydantic", "numpy"}),
         (
@@ -92,7 +91,7 @@ def refused(result: Result, *words: str) -> None:
         ("import warprock; warprock.Case; warprock.run", {"pydantic", "numpy"}),
         ("import warprock.paper.reproduce", {"rich", "pydantic", "numpy", "pandas", "pyarrow"}),
     ],
-    ids=["help", "keys", "list", "explain", "run", "import", "reproduce"],
+    ids=["help", "list", "explain", "run", "import", "reproduce"],
 )
 def test_the_command_line_starts_without_anything_heavy(does: str, needs: set[str], python: Python):
     used = f"print('uses:', *(set({HEAVY!r}) & sys.modules.keys()))"

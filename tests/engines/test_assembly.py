@@ -181,6 +181,7 @@ def upright(
     return times[last] - rotation[last] / change[last] * np.diff(times)[last]
 
 
+@pytest.mark.thorough
 def test_a_rocking_frame_is_that_of_makris_and_vassiliou():
     """Two columns and a beam of their joint mass rock as one: Makris and Vassiliou (2013).
 

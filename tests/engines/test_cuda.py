@@ -22,14 +22,13 @@ from warprock.model.response import Response, SampleTimes, take_lanes
 from warprock.running.batch import run_batch
 from warprock.running.devices import device_names
 
-ORDINARY = [("impulse: block, record", "float64")]
 THOROUGH = [
+    ("impulse: block, record", "float64"),
     ("dem: block, record", "float32"),
-    ("event: block in space, record", "float32"),
+    ("impulse: block in space, record", "float32"),
 ]
-"""Kernels and precisions that the ordinary run builds, and longer ones that `thorough` builds. All
-that there are on a record are marked `gpu`; `python -m tests.shared.device_scenes` builds those of
-every other motion, too."""
+"""Kernels and precisions that `thorough` builds. All that there are on a record are marked `gpu`;
+`python -m tests.shared.device_scenes` builds those of every other motion, too."""
 
 IN_A_POWER = {"two-block": {"rcp.approx.ftz"}}
 """What else the code of an engine has that takes a power: `two-block`, for its step."""
@@ -40,9 +39,7 @@ COPIES = 50
 TIMES = SampleTimes(1.0, 0.1, places=True)
 
 
-def mark_of(name: str, precision: str) -> pytest.MarkDecorator | tuple[()]:
-    if (name, precision) in ORDINARY:
-        return ()
+def mark_of(name: str, precision: str) -> pytest.MarkDecorator:
     return pytest.mark.thorough if (name, precision) in THOROUGH else pytest.mark.gpu
 
 

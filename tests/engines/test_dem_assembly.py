@@ -92,6 +92,7 @@ def test_no_lane_depends_on_its_neighbours_and_each_has_its_own_step():
         assert_same(alone, take_lanes(together, places))
 
 
+@pytest.mark.thorough
 def test_a_lane_whose_blocks_meet_where_no_joint_has_springs_says_so():
     """Of two towers .1 m apart the slender one leans on the other; apart by 2 m it does not."""
     ground = patterns.Piece("ground", patterns.rectangle(-1.0, -0.5, 6.0, 0.0), fixed=True)

@@ -25,6 +25,8 @@ from warprock.model.motion import GroundMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.settings.engines import DemSettings
 
+pytestmark = pytest.mark.thorough
+
 STIFF = DemSettings(subcontacts=2, normal_stiffness=1e10, shear_stiffness=4e9)
 """Springs at the ends of faces alone, as under bodies."""
 TIMES = SampleTimes(1.0, 0.01, places=True)
@@ -36,7 +38,6 @@ def run(lanes: Lanes, motions: GroundMotions, settings: DemSettings = STIFF) -> 
     return response
 
 
-@pytest.mark.thorough
 def test_boxes_as_bodies_are_the_stack_of_boxes() -> None:
     lanes, motions = random_pairs(8, 0.8), shaken(EIGHT)
     boxes, bodies = run(lanes, motions), run(as_bodies(lanes), motions)
@@ -70,7 +71,6 @@ def test_a_stack_that_stands_stays_where_it_is(block: int) -> None:
     assert np.abs(moved).max() < 1e-4 * np.abs(response["rotation"][0]).max()
 
 
-@pytest.mark.thorough
 def test_a_stack_of_one_is_the_single_body() -> None:
     lanes = body_lanes(((-0.3, -0.46), (-0.2, -0.5), (0.15, -0.5), (0.25, -0.48)),
                        (0.08, 0.03, -0.1, -0.15, 0.05, 0.0, 0.0, 0.0))  # fmt: skip

@@ -82,6 +82,7 @@ def test_continuous_sines_follow_the_oracle() -> None:
     assert_follows_oracle(lanes, motions, times, response, AGREEMENT)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("control", list(Control))
 def test_ricker_pulses_follow_the_oracle(control: Control) -> None:
     frequency = np.array([1.0, 1.5])

@@ -16,6 +16,8 @@ from warprock.model.response import Response, SampleTimes, Status
 from warprock.running.batch import run_batch
 from warprock.units import GRAVITY
 
+pytestmark = pytest.mark.thorough
+
 OFF = 1e-6
 """Relative change of widths, some ten round-offs of float32."""
 PARTS = (0.5, 0.75, 0.9, 0.95)
@@ -70,16 +72,11 @@ def both(lanes: Lanes, motions: GroundMotions, duration: float) -> tuple[Respons
     ("kind", "moves"),
     [
         ("free", "pulse"),
-        *(
-            pytest.param(*each, marks=pytest.mark.thorough)
-            for each in (
-                ("wall", "record"),
-                ("wall", "pulse"),
-                ("ties", "pulse"),
-                ("ties", "record"),
-                ("free", "record"),
-            )
-        ),
+        ("wall", "record"),
+        ("wall", "pulse"),
+        ("ties", "pulse"),
+        ("ties", "record"),
+        ("free", "record"),
     ],
 )
 def test_float32_errs_less_than_a_width_off_by_some_round_offs(kind, moves):
@@ -93,7 +90,6 @@ def test_float32_errs_less_than_a_width_off_by_some_round_offs(kind, moves):
     assert np.all(np.less(off(lanes, single, double), off(lanes, other, double)))
 
 
-@pytest.mark.thorough
 def test_no_strip_stalls_in_float32():
     lanes, pulses = lanes_of("strip", 100, 3)
     both(lanes, pulses, 4.0)

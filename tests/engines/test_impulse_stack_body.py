@@ -26,6 +26,8 @@ from warprock.model.stacking import uplift_ratio
 from warprock.settings.engines import ImpulseSettings
 from warprock.units import GRAVITY
 
+pytestmark = pytest.mark.thorough
+
 PLAIN = Target(form=Form.PLAIN)
 """Compiled in a third of the time of the packed form."""
 TIMES = SampleTimes(1.0, 0.01, places=True)
@@ -37,7 +39,6 @@ def run(lanes: Lanes, motions: GroundMotions, times: SampleTimes = TIMES) -> Res
     return response
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize("friction", [0.3, 0.8])
 def test_boxes_as_bodies_are_the_stack_of_boxes(friction: float) -> None:
     lanes, motions = random_pairs(8, friction), shaken(EIGHT)
@@ -50,7 +51,6 @@ def test_boxes_as_bodies_are_the_stack_of_boxes(friction: float) -> None:
         assert typical <= 1e-8, name
 
 
-@pytest.mark.thorough
 def test_a_stack_of_one_is_the_single_body() -> None:
     lanes = body_lanes(((-0.3, -0.46), (-0.2, -0.5), (0.15, -0.5), (0.25, -0.48)),
                        (0.08, 0.03, -0.1, -0.15, 0.05, 0.0, 0.0, 0.0), friction=0.4)  # fmt: skip
@@ -106,7 +106,6 @@ def test_an_end_of_the_top_below_carries_a_wider_base() -> None:
     np.testing.assert_array_equal(np.isfinite(response["uplift_time"]), [False, True])
 
 
-@pytest.mark.thorough
 def test_many_lanes_side_by_side_move_as_each_alone() -> None:
     lanes, motions = with_body(random_pairs(8, 0.5), 1), shaken(EIGHT)
     settings = ImpulseSettings(substeps=20)

@@ -78,6 +78,7 @@ def test_a_landing_corner_is_through_by_no_more_than_a_step_of_its_way(engine: s
     assert np.all(found <= speed * step + 2.0 * GRAVITY * step**2)
 
 
+@pytest.mark.thorough
 def test_what_event_puts_back_is_of_third_order_in_the_step():
     lanes, found = free_lanes(), []
     # Steps of a box whose corner sticks put nothing back; those of bodies do.

@@ -67,6 +67,7 @@ def module_of(tmp_path, name, more=""):
     return module
 
 
+@pytest.mark.thorough
 def test_rows_hold_a_struct_a_lane(tmp_path):
     module = module_of(tmp_path, "rows_of_lanes")
     found = wp.zeros((4, 4), dtype=wp.float64, device="cpu")

@@ -297,6 +297,7 @@ def test_engines_without_an_order_run_once() -> None:
         run_case(load_case("free-b0"), "event", RunOptions(tolerance=1.0))
 
 
+@pytest.mark.thorough
 def test_the_history_of_a_refined_lane_is_that_of_its_numbers() -> None:
     run = run_case(_record_case(), "event", histories=False)
     lane = int(np.argmin(run.response["time_step"]))
@@ -311,6 +312,7 @@ def invoke(*arguments: object) -> Result:
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
+@pytest.mark.thorough
 def test_the_command_says_what_missed_the_tolerance_and_what_to_do(cabinet: pathlib.Path) -> None:
     some = ("-s", SOME, "-s", "run.duration=40 s", "-e", "event")
     shown = invoke("run", cabinet, *some, "--tolerance", 1e-5)

@@ -114,7 +114,8 @@ def test_compare_prints_what_each_setting_comes_to() -> None:
     rows = json.loads(invoke(*command, "--json").stdout)["rows"]
     for place, name in enumerate(DIFFERENCES):
         worst = max(row[name] for row in rows if row["engine"] == "impulse")
-        assert lines["impulse"][place] == format(worst, ".1e")
+        shown = np.degrees(worst) if name.endswith("_rad") else worst
+        assert lines["impulse"][place] == format(shown, ".1e")
     assert {row["reference"] for row in rows} == {fine}
 
 

@@ -150,7 +150,7 @@ def _after_run(
     if folder is None:
         return f"{asked_command()} -o results"
     from warprock.analysis.bands import LEAST_RECORDS
-    from warprock.analysis.fragility import INTENSITY
+    from warprock.analysis.fragility import INTENSITY, MOST_DOUBT
     from warprock.analysis.groups import record_numbers
     from warprock.model.response import Outcome
     from warprock.running.engine_choice import another_engine
@@ -159,7 +159,8 @@ def _after_run(
     fell = int((case_run.response["outcome"] == Outcome.OVERTURNED).sum())
     if 0 < fell < case_run.response.lane_count and case_run.case.tables.motion is not None:
         inputs = case_run.lane_set.inputs
-        if int(record_numbers(inputs).max()) + 1 >= LEAST_RECORDS:
+        enough = int(record_numbers(inputs).max()) + 1 >= LEAST_RECORDS
+        if enough and _doubted(case_run) <= MOST_DOUBT:
             return shlex.join(["warprock", "fragility", str(folder)])
         if (inputs[INTENSITY] > 0.0).all():
             return on_case("ida", case_name, overrides, "-e", ran, "-o", f"{folder}-ida")
@@ -167,6 +168,19 @@ def _after_run(
     if case_run.case.sample_times.interval is not None or another is None:
         return shlex.join(["warprock", "animate", str(folder), "--lane", "0"])
     return on_case("compare", case_name, overrides, "-e", ran, "-e", another)
+
+
+def _doubted(case_run: CaseRun) -> float:
+    """Share of the lanes of which a fragility function would be in doubt."""
+    from warprock.model.response import SOUND
+    from warprock.model.undecided import undecided
+    from warprock.settings.engines import on_springs
+
+    lane_set, response = case_run.lane_set, case_run.response
+    springs = on_springs(response.engine)
+    goes_on = undecided(response, lane_set.lanes, lane_set.motions, lane_set.ends, springs=springs)
+    unsound = [int(status) not in map(int, SOUND) for status in response["status"]]
+    return float((goes_on | unsound).mean())
 
 
 def _end(ctx: click.Context, case_run: CaseRun, max_bad: float | None) -> None:

@@ -252,7 +252,8 @@ class _Curves:
     def limits(self, panel: int) -> Window:
         """Limits of the rotation ratio of a panel."""
         limit = 1.1 * float(self.largest[panel] if self.scaled else self.largest.max())
-        return -limit, limit
+        # Of assemblies it is the largest rotation of any block, to either side.
+        return (-limit if np.nanmin(self.ratios) < 0.0 else -0.05 * limit), limit
 
 
 def _about(run: CaseRun, shown: ShownLanes, curves: _Curves) -> str:

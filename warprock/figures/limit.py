@@ -36,6 +36,8 @@ PANEL = (4.8, 3.6)
 """Width and height of a panel [inch]."""
 STONE = "#F4E8D0"
 """Blocks that can move."""
+PAD = 0.12
+"""Room above and below panels [inch]."""
 MOVED = 0.12
 """Largest displacement of a centre of mass in the drawing, over the size of the assembly."""
 
@@ -230,11 +232,17 @@ def _mark_joints_in_space(
 
 
 def _frame(axes: Axes) -> None:
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.margins(0.04)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
+    # Panels of one scale fill their room, and leave too little below their labels otherwise.
+    layout = axes.figure.get_layout_engine()
+    if isinstance(layout, ConstrainedLayoutEngine):
+        layout.set(h_pad=PAD)
 
 
 def _mark_joints(axes: Axes, collapse: Collapse, scale: float) -> None:

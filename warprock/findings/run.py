@@ -146,7 +146,7 @@ def assembly_sentences(facts: Facts, table: Table) -> list[str]:
     if len(up):
         top = int(up[np.argmax(moved[up])])
         where = "" if alone else f", in {lane_name(facts, table, top)}"
-        what = "a block" if alone else "a block of an assembly that stood"
+        what = "a block" if alone else "a block of an assembly that did not collapse"
         far, median = (
             quantity_of("peak_displacement_m", value)
             for value in (moved[top], np.median(moved[up]))
