@@ -342,4 +342,5 @@ def run_lanes(
     for joint in range(joints):
         joined = laid.joined[lane, joint]
         slide = wp.sqrt(inner(joined.slide, joined.slide))
-        found.contacts[2 * joint, lane] = ContactResult(joined.opening, joined.most, slide)
+        row = 2 * laid.links[lane, joint].number
+        found.contacts[row, lane] = ContactResult(joined.opening, joined.most, slide)

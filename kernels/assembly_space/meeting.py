@@ -105,12 +105,20 @@ class Edge:
 
 @wp.struct
 class Link:
-    """A joint: its blocks, its faces on them, and its friction coefficient."""
+    """A joint of a lane, in the order of the blocks.
+
+    Attributes:
+        a, b: Its blocks.
+        face_a, face_b: Its faces on them.
+        number: Which of the joints of the model it is.
+        friction: Coulomb friction coefficient.
+    """
 
     a: int
     b: int
     face_a: int
     face_b: int
+    number: int
     friction: real
 
 

@@ -19,7 +19,7 @@ from warprock.model import patterns
 from warprock.model.assembly import Assemblies, Piece
 from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import SpatialMotions, no_motion
-from warprock.model.response import Outcome, Response, SampleTimes, Status
+from warprock.model.response import JointState, Outcome, Response, SampleTimes, Status
 from warprock.model.solids import SpatialAssembly, assemble_solids
 from warprock.model.tilt import steady, tilt_motions
 from warprock.model.turning import rotate
@@ -124,6 +124,16 @@ def test_a_wall_falls_over_its_edge_at_its_thickness_over_its_height(fallen: Res
     assert (fallen["outcome"] == Outcome.OVERTURNED).all()
     # It creeps off at the last, by .1 g dt where it counts as moving.
     np.testing.assert_allclose(fallen["collapse_load"], limit, rtol=0.03)
+
+
+def test_the_joint_that_opens_is_the_lowest_bed(fallen: Response) -> None:
+    # A wall that falls as one body turns about the edge of the slab: the two joints with it open
+    # first, by what the thickness turns.
+    wall = solids(bricks(2, 3))
+    on_slab = wall.fixed[wall.joints.blocks].any(axis=1)
+    opened = fallen["joint_state"][:3, : wall.joints.count] & JointState.OPENED > 0
+    assert on_slab.sum() == 2
+    assert opened[:, on_slab].all()
 
 
 def test_what_falls_is_the_same_in_a_mirror_and_turned_about_the_vertical(

@@ -178,18 +178,13 @@ def test_a_form_by_its_name_is_that_form() -> None:
         Target(form="fast")
 
 
-@pytest.mark.parametrize(
-    "engine",
-    [
-        pytest.param(engine, marks=() if engine == "housner" else pytest.mark.thorough)
-        for engine in single_block_engines()
-    ],
-)
+@pytest.mark.thorough
+@every_engine
 def test_single_precision_is_near_double(engine: str) -> None:
     lanes = free_lanes()
     times = SampleTimes(1.0, 0.01)
-    double = run_batch(engine, lanes, StillBase(9), times)
-    single = run_batch(engine, lanes, StillBase(9), times, precision="float32")
+    double = run_batch(engine, lanes, at_rest(9), times)
+    single = run_batch(engine, lanes, at_rest(9), times, precision="float32")
     error = np.abs(single["rotation"] - double["rotation"]).max(axis=1) / lanes.slenderness_angle
     # float32 has 1.2e-7; a run from 0.99 alpha magnifies it a hundredfold, 200 steps of the event
     # engine add up as many roundings, and so do 5000 of the impulse engine.

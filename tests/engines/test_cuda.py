@@ -25,7 +25,7 @@ from warprock.running.devices import device_names
 THOROUGH = [
     ("impulse: block, record", "float64"),
     ("dem: block, record", "float32"),
-    ("event: block in space, record", "float32"),
+    ("impulse: block in space, record", "float32"),
 ]
 """Kernels and precisions that `thorough` builds. All that there are on a record are marked `gpu`;
 `python -m tests.shared.device_scenes` builds those of every other motion, too."""

@@ -28,11 +28,10 @@ PLAIN = Target(form=Form.PLAIN)
 """Compiled in a third of the time of the packed form."""
 
 
-def stacks(count: int, blocks: int = 2, friction: float = 10.0) -> Lanes:
-    """Stacks of unlike blocks, each turned against the one below."""
-    lane, block = np.arange(count)[:, None], np.arange(blocks)[None]
-    lean = np.where(lane % 2 == 0, 1.0, -1.0) * np.where(block == blocks - 1, 0.1, 0.04)
-    width = np.linspace(0.35, 0.5, count)[:, None] * np.linspace(1.0, 0.8, blocks)
+def stacks(count: int, friction: float = 10.0) -> Lanes:
+    """Pairs of unlike blocks, the upper one turned against the lower one."""
+    lean = np.where(np.arange(count)[:, None] % 2 == 0, 1.0, -1.0) * np.array([0.04, 0.1])
+    width = np.linspace(0.35, 0.5, count)[:, None] * np.array([1.0, 0.8])
     height = np.linspace(0.8, 1.1, count)[:, None]
     return make_stacks(width, height, rotation=lean, friction=friction)
 
@@ -92,9 +91,8 @@ def test_a_pair_lifts_where_the_weight_that_it_has_then_lets_it() -> None:
     np.testing.assert_allclose(found["uplift_time"], lifts, rtol=1e-13)
 
 
-@pytest.mark.parametrize("blocks", [2, 3])
-def test_event_follows_a_rising_base_at_second_order(blocks: int) -> None:
-    lanes, motions = stacks(6, blocks), shaken(6, 8.0, 0.8)
+def test_event_follows_a_rising_base_at_second_order() -> None:
+    lanes, motions = stacks(6), shaken(6, 8.0, 0.8)
     times = SampleTimes(0.8, 0.01)
     found = [event_at(step, lanes, motions, times) for step in (2e-3, 1e-3, 5e-4)]
     assert found[0]["impact_count"].min() > 0

@@ -13,8 +13,9 @@ from warprock.api.names import python_names
 from warprock.api.values import Angle, Density, Length, Mass
 from warprock.arguments import at_the_door
 from warprock.bodies.body import Asked, Body, Texts, find_body, read_asked
-from warprock.bodies.case_text import CASE_FILE, case_of
+from warprock.bodies.case_text import case_of
 from warprock.case.template import Start
+from warprock.case.text import CASE_FILE
 from warprock.figures.body import draw_body
 from warprock.findings.body import find_body as find_told
 from warprock.running.catalogue import write_case

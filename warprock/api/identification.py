@@ -12,7 +12,7 @@ import pandas as pd
 from warprock.analysis.identification import FITS, FREQUENCY, SLENDERNESS, identify_block
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.api.values import Angle, Column, Length
+from warprock.api.values import Angle, Column, Frequency, Length
 from warprock.arguments import at_the_door, several
 from warprock.errors import InputError, list_allowed
 from warprock.figures.identification import draw_identified
@@ -20,9 +20,6 @@ from warprock.findings.identification import find_identified
 from warprock.model import rocking
 from warprock.quantity import NOTHING, NumberKey, Said
 from warprock.recordings.rotation_file import Rotations, read_rotations
-
-Frequency = str
-"""A text with a unit. The name of such an alias is the placeholder of the option."""
 
 _READ = {
     "width": NumberKey("the width of the block", "1 mm to 1 km"),

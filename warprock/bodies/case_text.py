@@ -9,11 +9,9 @@ import numpy as np
 from warprock.bodies.body import Body
 from warprock.case.load import build_case
 from warprock.case.template import Start, TakenRecord, take_record
-from warprock.case.text import parse_case
+from warprock.case.text import CASE_FILE, parse_case
 from warprock.case.writing import toml_text
 from warprock.errors import is_plain, shorten
-
-CASE_FILE = "case.toml"
 
 PULSE = 2.0
 """Circular frequency of the pulse over the body's frequency parameter: about where pulses of one

@@ -41,7 +41,8 @@ def body(
     """
     from warprock.api.body import BodyFound
     from warprock.bodies.body import Asked, Texts, find_body, read_asked
-    from warprock.bodies.case_text import CASE_FILE, case_of
+    from warprock.bodies.case_text import case_of
+    from warprock.case.text import CASE_FILE
     from warprock.running.catalogue import write_case
 
     texts = Texts(density, mass, tolerance, direction)

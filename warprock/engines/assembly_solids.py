@@ -177,8 +177,8 @@ def _blocks(kind: SpatialAssembly, room: int) -> dict[str, Array]:
 
 
 @functools.lru_cache(maxsize=64)
-def _links(kind: SpatialAssembly, struct: Any) -> tuple[Rows, Places]:
-    """Rows of the struct `Link`, in the order of their blocks, and which joint each of them is."""
+def _links(kind: SpatialAssembly, struct: Any) -> Rows:
+    """Rows of the struct `Link`, in the order of their blocks."""
     shapes, ground = shapes_of(kind), below_ground(kind)
     rows = np.zeros(kind.joints.count, dtype=struct.numpy_dtype())
     first, second = kind.joints.blocks.T
@@ -190,9 +190,8 @@ def _links(kind: SpatialAssembly, struct: Any) -> tuple[Rows, Places]:
         for joint, place in enumerate(block):
             if not ground[place]:
                 rows[f"face_{name}"][joint] = _face_along(kind, shapes, int(place), normals[joint])
-    rows["friction"] = kind.joints.friction
-    order = np.lexsort((rows["b"], rows["a"]))
-    return rows[order], order
+    rows["friction"], rows["number"] = kind.joints.friction, np.arange(kind.joints.count)
+    return rows[np.lexsort((rows["b"], rows["a"]))]
 
 
 def _face_along(kind: SpatialAssembly, shapes: Shapes, block: int, normal: Array) -> int:
@@ -255,7 +254,7 @@ def _rows(kind: SpatialAssembly, structs: dict[str, Any]) -> dict[str, npt.NDArr
         "rings": shapes.rings,
         "lines": shapes.lines,
         "edges": edges,
-        "links": _links(kind, structs["links"])[0],
+        "links": _links(kind, structs["links"]),
         "places": places,
     }
 

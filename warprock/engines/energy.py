@@ -152,11 +152,14 @@ def energy_to_tilt(lanes: Lanes, tilt: Array) -> Array:
     """Least energy above the flat state of single blocks whose axes lean by an angle [J], [lane].
 
     That is a turn about the nearest edge of the face; beyond where it overturns, what that takes.
+    What starts beyond that falls, and needs no more than it has there.
     """
+    axis = start_poses(cast(SpatialLanes, lanes))[1]
+    start = np.arccos(np.clip(1.0 - 2.0 * (axis[:, 0] ** 2 + axis[:, 1] ** 2), -1.0, 1.0))
     if lanes.body is not None:
-        return energy_to_tilt_bodies(lanes.body, tilt)
+        return energy_to_tilt_bodies(lanes.body, tilt, start)
     arm, half = nearest_edge(lanes), 0.5 * lanes.height
-    turned = np.minimum(np.abs(tilt), np.arctan2(arm, half))
+    turned = np.maximum(np.minimum(np.abs(tilt), np.arctan2(arm, half)), start)
     rise = arm * np.sin(turned) + half * (np.cos(turned) - 1.0)
     return np.asarray(GRAVITY * lanes.mass * rise)
 
@@ -175,18 +178,20 @@ TILTS, DIRECTIONS = 12, 96
 """Tilts, and directions of them, at which the height of a centre of mass is looked up."""
 
 
-def energy_to_tilt_bodies(body: Bodies, tilt: Array) -> Array:
+def energy_to_tilt_bodies(body: Bodies, tilt: Array, start: Array) -> Array:
     """Least energy above the flat state of bodies whose axes lean by an angle [J], shape [lane].
 
-    On its way there the axis passes all smaller tilts. At each of them the lowest point of the body
-    says how high its centre of mass is at least, in the direction in which that is least.
+    On its way there from the start the axis passes all tilts between. At each of them the lowest
+    point of the body says how high its centre of mass is at least, in the direction in which that
+    is least.
     """
     points, rest = body.points_in_block_axes, body.centre_height
     lean, needed = np.minimum(np.abs(tilt), 0.5 * np.pi), np.zeros_like(rest)
     along = _along(points)
     for part in np.arange(1, TILTS + 1) / TILTS:
-        up = np.cos(part * lean)[:, None] * points[..., 2]
-        aside, lowest = np.sin(part * lean)[:, None], np.full_like(along[:, 0], np.inf)
+        turned = start + part * (np.maximum(lean, start) - start)
+        up = np.cos(turned)[:, None] * points[..., 2]
+        aside, lowest = np.sin(turned)[:, None], np.full_like(along[:, 0], np.inf)
         # One point after the other: all at once would not fit into the cache.
         for point in range(body.most_points):
             np.minimum(lowest, up[:, point, None] - aside * along[:, point], out=lowest)

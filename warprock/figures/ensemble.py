@@ -15,7 +15,8 @@ from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLACK, BLUE, GREEN, ORANGE, VERMILION
 from warprock.figures.sheet import headline, style, subplots
 from warprock.running.case_run import CaseRun
-from warprock.running.cells import PEAK_RATIO, QUANTILES, cell_table
+from warprock.running.cells import QUANTILES, cell_table
+from warprock.running.lane_table import PEAK_RATIO
 from warprock.tables.cells import block_suffixes, value_name
 from warprock.tables.swept import swept_axes
 

@@ -16,6 +16,7 @@ from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, VIOLET
 from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, style, subplots
+from warprock.findings.fits import WHY_NONE
 from warprock.findings.measures import Measure, measure
 
 if TYPE_CHECKING:
@@ -32,12 +33,6 @@ COLUMNS = 4
 POINTS = 200
 LETTERS = 12.0
 """Letters of a label that fit in an inch."""
-WHY_NONE = {
-    "separated": "the data are parted",
-    "none reached": "no lane reached it",
-    "all reached": "every lane reached it",
-}
-"""Why there is no function, in words."""
 
 
 def draw_curves(curves: Sequence[Curve], intensity: str, title: str) -> list[Drawing]:

@@ -18,11 +18,13 @@ MOST_FITS = 4
 """Fits that are told in sentences."""
 
 
-_WHY_NONE = {
+WHY_NONE = {
     "separated": "the data are parted",
     "none reached": "no lane reached it",
     "all reached": "every lane reached it",
+    "falling": "fewer lanes reach it at a greater intensity",
 }
+"""Why there is no function, in words."""
 
 
 def fit_sentences(rows: pd.DataFrame, groups: Sequence[str], intensity: str) -> list[str]:
@@ -64,7 +66,7 @@ def fits_headline(rows: pd.DataFrame, groups: Sequence[str], intensity: str) -> 
         return f"Half of the lanes reach {at}." if fitted_alone else _fit_text(row, [], measured)
     what, fitted = _reached(mine.iloc[0]), mine[mine["verdict"] == FITTED].sort_values("median")
     if fitted.empty:
-        reasons = sorted({_WHY_NONE.get(verdict, "fewer reach it at a greater intensity")
+        reasons = sorted({WHY_NONE.get(verdict, "fewer reach it at a greater intensity")
                           for verdict in mine["verdict"]})  # fmt: skip
         none = f"In none of {len(mine):,} groups a function of {what} could be fitted"
         return f"{none}: {' or '.join(reasons)}."

@@ -18,7 +18,7 @@ from warprock.analysis.risk import (
 )
 from warprock.findings.digits import number_of, quantity_of, value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
-from warprock.findings.fits import FITTED, LIMIT, MOST_FITS, worst_limit
+from warprock.findings.fits import FITTED, LIMIT, MOST_FITS, WHY_NONE, worst_limit
 from warprock.findings.measures import measure
 from warprock.findings.numbers import three
 from warprock.findings.sheets import Heading, Sheet, sheet_of
@@ -29,12 +29,6 @@ PARTS = "risk-contributions.csv"
 HAZARD = "risk-hazard.csv"
 ALLOWED = "risk-allowed.csv"
 """Rates of exceedance that an object which still stands allows."""
-
-_WHY_NONE = {
-    "none reached": "no lane reached it",
-    "all reached": "every lane reached it",
-    "falling": "fewer lanes reach it at a greater intensity",
-}
 
 
 def find_risk(
@@ -239,7 +233,7 @@ def _headline(rows: pd.DataFrame, chances: pd.DataFrame, names: Sequence[str]) -
     known = mine[mine["rate_per_year"] > 0.0].sort_values("rate_per_year")
     what = _comes(str(mine[LIMIT].iloc[0]))
     if known.empty:
-        reasons = {_WHY_NONE.get(verdict, "there is no function") for verdict in mine["verdict"]}
+        reasons = {WHY_NONE.get(verdict, "there is no function") for verdict in mine["verdict"]}
         return f"{what} has no yearly rate: {' or '.join(sorted(reasons))}."
     often = known.iloc[-1]
     if len(known) > 1:
@@ -267,7 +261,7 @@ def _sentences(rows: pd.DataFrame, names: Sequence[str], intensity: str) -> list
     for _, row in rows.head(MOST_FITS).iterrows():
         name = f"{_name(row, names)}: " if names else ""
         if not row["rate_per_year"] > 0.0:
-            why = _WHY_NONE.get(row["verdict"], "there is no function")
+            why = WHY_NONE.get(row["verdict"], "there is no function")
             found.append(f"{name}{_comes(row[LIMIT])} has no yearly rate: {why}.")
             continue
         ends = [measured.text(row[f"intensity_p{percent:02d}"]) for percent in (5, 95)]

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from warprock.case.assembly import MOST_BLOCKS
 from warprock.engines.assembly import Assembly
 from warprock.errors import InputError
 from warprock.model import patterns
@@ -22,7 +23,6 @@ from warprock.units import GRAVITY
 BLOCKS = (10, 30, 100, 300, 1_000, 3_000, 10_000)
 """Blocks of the walls, about: as many courses as blocks in a course."""
 
-MOST_BLOCKS = 20_000
 
 LENGTH, HEIGHT, FRICTION = 0.4, 0.2, 0.6
 """Of a block [m], and of its joints."""

@@ -19,7 +19,7 @@ import pandas as pd
 from warprock.engines import ENGINES, engine_class
 from warprock.errors import InputError
 from warprock.measure.price import LEVELS
-from warprock.measure.trade_knobs import PRECISIONS, TRADE_KNOBS, Settings
+from warprock.measure.trade_knobs import TRADE_KNOBS, Settings
 from warprock.measure.trade_scenes import TRADE_SCENES, TradeScene, lane_errors
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
@@ -28,7 +28,7 @@ from warprock.model.scene import scene_kind
 from warprock.quantity import Said
 from warprock.running import machine
 from warprock.running.batch import LANE_QUANTUM, run_batch
-from warprock.running.case_run import require_choice
+from warprock.running.case_run import PRECISIONS, require_choice
 from warprock.running.files import replacing
 from warprock.running.lane_table import arrow_table
 from warprock.running.parts import State, find_part, read_part, write_part

@@ -62,6 +62,3 @@ TRADE_KNOBS: dict[str, tuple[Settings, ...]] = {
 }
 """Engine -> fields of its settings that differ from their defaults, from coarse to fine. An engine
 without a row is measured with its defaults."""
-
-PRECISIONS = ("float64", "float32")
-"""Every setting is measured in both."""

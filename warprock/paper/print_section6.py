@@ -9,6 +9,7 @@ from typing import Any
 from rich.console import Console
 
 from warprock.paper.printed import PAPER_NAMES, REFERENCE_DEGREES
+from warprock.paper.stack_runs import GEOMETRIES
 from warprock.tables.terminal import number, plain_table, print_table
 
 Row = Mapping[str, Any]
@@ -30,7 +31,6 @@ OURS = (
 )
 """Heading, then source, reading and geometry of a column, with chamfers."""
 ENSEMBLE = "event-ensemble"
-GEOMETRIES = ("printed", "low-top")
 CONTACT = ("bullet", "vortex", "dem")
 NOTES = (
     "two-block: acceleration drive, equal depths, no sliding. The others: displacement drive, "

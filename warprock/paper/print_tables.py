@@ -9,6 +9,7 @@ from rich.console import Console
 
 from warprock.findings.digits import cell_of, short_heading
 from warprock.paper.printed import PAPER_NAMES, READING_NAMES
+from warprock.paper.runs import ENGINES
 from warprock.tables.compare import COMPARED_COLUMNS, HOLDS, Reasons
 from warprock.tables.terminal import (
     Row,
@@ -125,9 +126,6 @@ def _value(rows: Sequence[Row], key: Input, source: str, reading: str, column: s
         ),
         None,
     )
-
-
-ENGINES = ("housner", "impulse")
 
 
 OURS = (*ENGINES, "oracle")

@@ -19,13 +19,13 @@ import numpy.typing as npt
 from warprock.case.lanes import LaneSet
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import FALLEN, USABLE, Response
+from warprock.running.lane_table import PEAK_RATIO
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Array = npt.NDArray[np.float64]
 
-PEAK_RATIO = "peak_rotation_ratio"
 QUANTILES: dict[str, float] = {
     "q05": 0.05,
     "q25": 0.25,

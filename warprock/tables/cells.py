@@ -15,7 +15,8 @@ from warprock.findings.numbers import MISSING
 from warprock.model.undecided import cut_text
 from warprock.model.words import lane_count_text
 from warprock.running.case_run import CaseRun
-from warprock.running.cells import PEAK_RATIO, QUANTILES, cell_table
+from warprock.running.cells import QUANTILES, cell_table
+from warprock.running.lane_table import PEAK_RATIO
 from warprock.settings.engines import has_time_step
 from warprock.tables.swept import SweptAxis, swept_axes
 from warprock.tables.terminal import plain_table, print_table, stdout

@@ -23,6 +23,7 @@ from warprock.analysis.risk_functions import (
     is_component_table,
     read_components,
 )
+from warprock.api.analyses.fragility import Table
 from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.values import Age, Column, Length, Quantity, Share
@@ -32,8 +33,6 @@ from warprock.errors import InputError
 from warprock.figures.risk import draw_risk, plot_risk
 from warprock.findings.risk import find_risk
 
-Table = pd.DataFrame | Found | str | os.PathLike[str]
-"""A lane table, what an analysis found, or the path of a Parquet file or of a folder."""
 File = pd.DataFrame | str | os.PathLike[str]
 """The path of a file, or its table."""
 
