@@ -280,6 +280,9 @@ def test_an_override_changes_the_run(case: pathlib.Path):
 
 
 def test_init_writes_a_case_and_never_overwrites(tmp_path: pathlib.Path):
+    named = re.search(r"KIND is ([^.]*)\.", invoke("init", "--help").output)
+    assert named is not None
+    assert sorted(re.split(r", +| +or +", " ".join(named[1].split()))) == sorted(template_kinds())
     for kind in template_kinds():
         file = tmp_path / kind / "case.toml"
         result = invoke("init", kind, file)

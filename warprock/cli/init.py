@@ -50,7 +50,7 @@ def init(
     For a body of any shape, from its mesh: warprock body.
 
     KIND is free, pulse, record, facade, parapet, strap, isolator, strip, stack, spatial, arch,
-    wall, dry-stone, column, frame, sweep, sample, ensemble, map, spectrum or study.
+    wall, dry-stone, column, frame, corner, vault, sweep, sample, ensemble, map, spectrum or study.
 
     For example: warprock init record mine/case.toml --body cabinet --record quake.csv --unit g
     --sweep motion.target_pga="0.1 g to 1 g, 10"

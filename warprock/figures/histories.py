@@ -253,7 +253,7 @@ class _Curves:
         """Limits of the rotation ratio of a panel."""
         limit = 1.1 * float(self.largest[panel] if self.scaled else self.largest.max())
         # Of assemblies it is the largest rotation of any block, to either side.
-        return (-limit if np.nanmin(self.ratios) < 0.0 else -0.05 * limit), limit
+        return (-limit if np.any(self.ratios < 0.0) else -0.05 * limit), limit
 
 
 def _about(run: CaseRun, shown: ShownLanes, curves: _Curves) -> str:

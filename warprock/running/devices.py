@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import functools
+import hashlib
 import os
 import pathlib
 import sys
@@ -77,15 +78,18 @@ def keep_headers() -> None:
 
     Warp precompiles it in every process and thread anew, for each set of compiler flags: 2 s before
     the first kernel of each. The compiler refuses a header that it did not make for these flags and
-    this processor, and compiles without it. Warp 1.19 has no setting for this; where it changes,
-    its own way stays.
+    this processor, and compiles without it; of one made of another file it also writes errors by
+    the thousand, so that each installation of Warp has a folder of its own. Warp 1.19 has no
+    setting for this; where it changes, its own way stays.
     """
     import warp as wp
 
     runtime: Any = getattr(getattr(getattr(wp, "_src", None), "context", None), "runtime", None)
     if not hasattr(runtime, "get_clang_pch_dir"):
         return
-    folder = pathlib.Path(str(wp.config.kernel_cache_dir), HEADERS, "-".join(cpu_vector_flags()))
+    made_of = hashlib.sha256(f"{wp.__version__} {pathlib.Path(wp.__file__).resolve()}".encode())
+    name = "-".join((*cpu_vector_flags(), made_of.hexdigest()[:12]))
+    folder = pathlib.Path(str(wp.config.kernel_cache_dir), HEADERS, name)
     with contextlib.suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
         runtime.get_clang_pch_dir = lambda: str(folder)
