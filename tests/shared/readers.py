@@ -12,6 +12,7 @@ The second prints the probabilities that OpenQuake finds at these intensities, i
 from __future__ import annotations
 
 import json
+import os
 import sys
 from typing import Any
 
@@ -36,6 +37,9 @@ def read_pelicun(path: str) -> dict[str, Any]:
 
 def read_openquake(path: str, levels: list[float]) -> dict[str, Any]:
     """Measure and probabilities at some intensities, by function and limit state."""
+    # What it compiles as it is imported takes a minute, and nothing here needs it.
+    os.environ["NUMBA_DISABLE_JIT"] = "1"
+
     from openquake.hazardlib import nrml
     from openquake.risklib import scientific  # noqa: F401  the reader of models, once imported
 
