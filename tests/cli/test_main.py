@@ -57,7 +57,8 @@ RECORD = """
 waveform = "record"
 record = "shake.csv"
 """
-HEAVY = ("warp", "newton", "matplotlib", "pandas", "scipy", "pydantic", "numpy", "pyarrow", "rich")
+HEAVY = ("warp", "newton", "matplotlib", "pandas", "pydantic", "numpy", "pyarrow", "rich")
+HEAVY += ("scipy.integrate", "scipy.optimize", "scipy.sparse", "scipy.special")
 
 
 @pytest.fixture
@@ -89,7 +90,10 @@ def refused(result: Result, *words: str) -> None:
             {"rich", "pydantic", "numpy", "warp"},
         ),
         ("import warprock; warprock.Case; warprock.run", {"pydantic", "numpy"}),
-        ("import warprock.paper.reproduce", {"rich", "pydantic", "numpy", "pandas", "pyarrow"}),
+        (
+            "import warprock.paper.reproduce, warprock.findings.kinds as page; page.kinds()",
+            {"rich", "pydantic", "numpy", "pandas", "pyarrow", "warp"},
+        ),
     ],
     ids=["help", "list", "explain", "run", "import", "reproduce"],
 )
