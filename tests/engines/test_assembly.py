@@ -309,7 +309,9 @@ def mixed(size: str) -> list[Laid]:
     """Lanes of two sorts of joints, of several sizes, in no order; `large` takes another kernel."""
     wall = {
         "large": wall_1,
-        "small": lambda width=0.35: built(patterns.wall(width, 0.175, 2, 3), 0.65),
+        "small": lambda width=0.35: built(
+            patterns.wall(width, 0.175, 2, 3, whole_first=False), 0.65
+        ),
     }[size]
     arches = [
         built(patterns.arch(5.0, thickness, np.pi, 7), 0.8) for thickness in (0.6, 0.7, 0.8, 0.9)
