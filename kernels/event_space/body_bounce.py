@@ -64,7 +64,8 @@ def product(pose: Pose, v: Vector, w: Vector, v1: Vector, w1: Vector) -> real:
 @wp.func
 def keep_energy(pose: Pose, v: Vector, w: Vector, c: Carried, bounced: Carried) -> Carried:
     """An impact by Newton's law that makes no energy, with c the one without rebound."""
-    free, one = bounced, real(1.0)
+    one = real(1.0)
+    free = bounced
     more_v, more_w = free.v - c.v, free.w - c.w
     square = HALF * product(pose, more_v, more_w, more_v, more_w)
     slope = product(pose, c.v, c.w, more_v, more_w)
