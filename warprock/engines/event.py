@@ -42,7 +42,7 @@ from warprock.model.pose import bottom_corners
 from warprock.model.response import Response, SampleTimes, Status, join_responses, take_lanes
 from warprock.model.runnable import MOST_BLOCKS
 from warprock.model.scene import SceneKind
-from warprock.settings.engines import EventSettings
+from warprock.settings.engines import NEWTON, EventSettings
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -397,13 +397,19 @@ class Event(KernelEngine):
         return {"blocks": blocks, "knobs": knobs} | start_columns(lanes)
 
     def _rebound(self, longest_step: Array) -> dict[str, Array]:
-        """How corners bounce: the restitution, and the speed [m/s] up to which they do not.
+        """How corners bounce: restitution by either law, and the speed up to which none is [m/s].
 
         A bounce that would last less than a part of the longest step, 2 e v / g, is left out.
         """
-        kept, shortest = np.full(longest_step.shape, self.settings.restitution), SHORTEST_BOUNCE
+        kept, none = (
+            np.full(longest_step.shape, self.settings.restitution),
+            np.zeros_like(longest_step),
+        )
+        names = ("rebound", "expansion")
+        laws = names if self.settings.restitution_law == NEWTON else names[::-1]
         with np.errstate(divide="ignore"):
-            return {"rebound": kept, "slow": 0.5 * GRAVITY * shortest * longest_step / kept}
+            slow = 0.5 * GRAVITY * SHORTEST_BOUNCE * longest_step / kept
+        return {laws[0]: kept, laws[1]: none, "slow": slow}
 
     def _held_inputs(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes
