@@ -210,10 +210,9 @@ def gone(part: real, a: Drift, b: Drift) -> Drift:
 @wp.func
 def extrapolate(beta: real, y: wp.ref[Drift], trail: wp.ref[Trail]):
     """Moves the drift of a block along p by beta, as its impulses will in the next sweep."""
-    p, before = trail.p, trail.y
-    change = gone(real(-1.0), before, y)
-    after = gone(beta, p, y)
-    trail.p = gone(beta, p, change)
+    change = gone(real(-1.0), trail.y, y)
+    after = gone(beta, trail.p, y)
+    trail.p = gone(beta, trail.p, change)
     trail.y = after
     y.x = after.x
     y.y = after.y

@@ -44,8 +44,7 @@ def across(turn: int, count: int) -> int:
 def colour_of(laid: Laid, lane: int, a: int, b: int) -> int:
     """The first colour that neither of two blocks has, which they have from now on."""
     one, none = wp.int64(1), wp.int64(0)
-    first, second = laid.colours[lane, a], laid.colours[lane, b]
-    left = (first | second) + none
+    left = laid.colours[lane, a] | laid.colours[lane, b]
     colour = int(0)
     while colour < COLOURS and left & one != none:
         left = left >> one
@@ -53,9 +52,9 @@ def colour_of(laid: Laid, lane: int, a: int, b: int) -> int:
     mark = one << wp.int64(colour)
     # What is fixed has no drift: all may touch it side by side.
     if laid.hefts[lane, a].root > real(0.0):
-        laid.colours[lane, a] = first | mark
+        laid.colours[lane, a] = laid.colours[lane, a] | mark
     if laid.hefts[lane, b].root > real(0.0):
-        laid.colours[lane, b] = second | mark
+        laid.colours[lane, b] = laid.colours[lane, b] | mark
     return colour
 
 
@@ -119,48 +118,48 @@ def pack_up(laid: Laid, lane: int, near: Near, step: wp.ref[Step]):
 
 
 @wp.func
-def store_row(rows: wp.array2d(dtype=real), lane: int, at: int, row: Row):
+def store_row(laid: Laid, lane: int, at: int, row: Row):
     """Writes a contact among the numbers of a row."""
-    rows[lane, at] = row.nx
-    rows[lane, at + 1 * WIDTH] = row.ny
-    rows[lane, at + 2 * WIDTH] = row.nz
-    rows[lane, at + 3 * WIDTH] = row.tx
-    rows[lane, at + 4 * WIDTH] = row.ty
-    rows[lane, at + 5 * WIDTH] = row.tz
-    rows[lane, at + 6 * WIDTH] = row.sx
-    rows[lane, at + 7 * WIDTH] = row.sy
-    rows[lane, at + 8 * WIDTH] = row.sz
-    rows[lane, at + 9 * WIDTH] = row.la
-    rows[lane, at + 10 * WIDTH] = row.lb
-    rows[lane, at + 11 * WIDTH] = row.nax
-    rows[lane, at + 12 * WIDTH] = row.nay
-    rows[lane, at + 13 * WIDTH] = row.naz
-    rows[lane, at + 14 * WIDTH] = row.tax
-    rows[lane, at + 15 * WIDTH] = row.tay
-    rows[lane, at + 16 * WIDTH] = row.taz
-    rows[lane, at + 17 * WIDTH] = row.sax
-    rows[lane, at + 18 * WIDTH] = row.say
-    rows[lane, at + 19 * WIDTH] = row.saz
-    rows[lane, at + 20 * WIDTH] = row.nbx
-    rows[lane, at + 21 * WIDTH] = row.nby
-    rows[lane, at + 22 * WIDTH] = row.nbz
-    rows[lane, at + 23 * WIDTH] = row.tbx
-    rows[lane, at + 24 * WIDTH] = row.tby
-    rows[lane, at + 25 * WIDTH] = row.tbz
-    rows[lane, at + 26 * WIDTH] = row.sbx
-    rows[lane, at + 27 * WIDTH] = row.sby
-    rows[lane, at + 28 * WIDTH] = row.sbz
-    rows[lane, at + 29 * WIDTH] = row.kn
-    rows[lane, at + 30 * WIDTH] = row.wn
-    rows[lane, at + 31 * WIDTH] = row.kt
-    rows[lane, at + 32 * WIDTH] = row.wk
-    rows[lane, at + 33 * WIDTH] = row.knt
-    rows[lane, at + 34 * WIDTH] = row.kns
-    rows[lane, at + 35 * WIDTH] = row.wtt
-    rows[lane, at + 36 * WIDTH] = row.wts
-    rows[lane, at + 37 * WIDTH] = row.wss
-    rows[lane, at + 38 * WIDTH] = row.closing
-    rows[lane, at + 39 * WIDTH] = row.friction
+    laid.rows[lane, at] = row.nx
+    laid.rows[lane, at + 1 * WIDTH] = row.ny
+    laid.rows[lane, at + 2 * WIDTH] = row.nz
+    laid.rows[lane, at + 3 * WIDTH] = row.tx
+    laid.rows[lane, at + 4 * WIDTH] = row.ty
+    laid.rows[lane, at + 5 * WIDTH] = row.tz
+    laid.rows[lane, at + 6 * WIDTH] = row.sx
+    laid.rows[lane, at + 7 * WIDTH] = row.sy
+    laid.rows[lane, at + 8 * WIDTH] = row.sz
+    laid.rows[lane, at + 9 * WIDTH] = row.la
+    laid.rows[lane, at + 10 * WIDTH] = row.lb
+    laid.rows[lane, at + 11 * WIDTH] = row.nax
+    laid.rows[lane, at + 12 * WIDTH] = row.nay
+    laid.rows[lane, at + 13 * WIDTH] = row.naz
+    laid.rows[lane, at + 14 * WIDTH] = row.tax
+    laid.rows[lane, at + 15 * WIDTH] = row.tay
+    laid.rows[lane, at + 16 * WIDTH] = row.taz
+    laid.rows[lane, at + 17 * WIDTH] = row.sax
+    laid.rows[lane, at + 18 * WIDTH] = row.say
+    laid.rows[lane, at + 19 * WIDTH] = row.saz
+    laid.rows[lane, at + 20 * WIDTH] = row.nbx
+    laid.rows[lane, at + 21 * WIDTH] = row.nby
+    laid.rows[lane, at + 22 * WIDTH] = row.nbz
+    laid.rows[lane, at + 23 * WIDTH] = row.tbx
+    laid.rows[lane, at + 24 * WIDTH] = row.tby
+    laid.rows[lane, at + 25 * WIDTH] = row.tbz
+    laid.rows[lane, at + 26 * WIDTH] = row.sbx
+    laid.rows[lane, at + 27 * WIDTH] = row.sby
+    laid.rows[lane, at + 28 * WIDTH] = row.sbz
+    laid.rows[lane, at + 29 * WIDTH] = row.kn
+    laid.rows[lane, at + 30 * WIDTH] = row.wn
+    laid.rows[lane, at + 31 * WIDTH] = row.kt
+    laid.rows[lane, at + 32 * WIDTH] = row.wk
+    laid.rows[lane, at + 33 * WIDTH] = row.knt
+    laid.rows[lane, at + 34 * WIDTH] = row.kns
+    laid.rows[lane, at + 35 * WIDTH] = row.wtt
+    laid.rows[lane, at + 36 * WIDTH] = row.wts
+    laid.rows[lane, at + 37 * WIDTH] = row.wss
+    laid.rows[lane, at + 38 * WIDTH] = row.closing
+    laid.rows[lane, at + 39 * WIDTH] = row.friction
 
 
 @wp.func
@@ -175,14 +174,15 @@ def fill_place(laid: Laid, lane: int, place: int, first: int, count: int):
     """
     if place == NONE:
         return
-    pack, own = laid.packs[lane, place // WIDTH], place % WIDTH
+    own = place % WIDTH
+    pack = laid.packs[lane, place // WIDTH]
     for turn in range(wp.min(count, pack.depth)):
         listed = first + across(turn, count)
         at = laid.contacts[lane, listed]
         held = laid.impulses[lane, listed]
         row = row_of(at, laid.hefts[lane, at.a], laid.hefts[lane, at.b])
         begins = (pack.first + turn) * NUMBERS + own
-        store_row(laid.rows, lane, begins, row)
+        store_row(laid, lane, begins, row)
         laid.rows[lane, begins + CONTACT * WIDTH] = held.n
         laid.rows[lane, begins + (CONTACT + 1) * WIDTH] = held.t
         laid.rows[lane, begins + (CONTACT + 2) * WIDTH] = held.s
