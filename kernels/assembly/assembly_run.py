@@ -53,12 +53,14 @@ from warprock.kernels.assembly.joint import (
     slip,
 )
 from warprock.kernels.assembly.landing import (
+    FAST,
     LANDS,
     LEAVES,
     STRIKES,
     Borne,
     landing_part,
     leaves_by,
+    may_land,
 )
 from warprock.kernels.assembly.meeting import (
     NONE,
@@ -183,24 +185,32 @@ def run_lanes(
                 edges = joints[q // 2, first + i]
                 spring[q, i].u = wp.where(q % 2 == 0, edges.first, edges.second)
     lost, busy, crowded = int(0), int(1), int(0)
+    striking, landing, struck = int(0), int(0), int(0)
     while busy > 0:
-        busy, waiting, landing = int(0), int(0), int(0)
+        busy, waiting = int(0), int(0)
         for i in range(LANES):
             time = real(clock[i].count) * dt
             last = smaller(end, seen[i].collapse_time + knobs.after_collapse)
             runs = wp.where(seen[i].mode == RUNNING and time < last, 1, 0)
             waits = wp.where(solve[i].on > real(0.0), 0, runs)
-            # A solve that fails is the last one of its lane.
-            lands = waits > 0 and clock[i].phase > 0 and clock[i].phase < LEAVES
-            lands = lands and solve[i].left <= solve[i].loose
-            clock[i].strikes = wp.where(lands, 1, 0)
-            clock[i].goes = wp.where(lands, 0, waits)
+            clock[i].goes = waits
             busy = busy + runs
-            waiting = waiting + clock[i].goes
-            landing = landing + clock[i].strikes
+            waiting = waiting + waits
+        if striking > 0:
+            striking, landing, waiting = int(0), int(0), int(0)
+            for i in range(LANES):
+                # A solve that fails is the last one of its lane.
+                lands = clock[i].goes > 0 and clock[i].phase > 0 and clock[i].phase < LEAVES
+                lands = lands and solve[i].left <= solve[i].loose
+                clock[i].strikes = wp.where(lands, 1, 0)
+                clock[i].goes = wp.where(lands, 0, clock[i].goes)
+                waiting = waiting + clock[i].goes
+                landing = landing + clock[i].strikes
+                striking = striking + clock[i].phase
         lost = lost + waiting
         if landing > 0:
             # The next solve of a step in which a corner lands, see landing.py.
+            landing = int(0)
             for i in range(LANES):
                 clock[i].phase = clock[i].phase + clock[i].strikes
             for q in range(contact_count):
@@ -252,20 +262,17 @@ def run_lanes(
                 solve[i] = wp.where(strikes, again, solve[i])
         if busy > 0 and (waiting == busy or lost > PATIENCE * busy):
             lost = int(0)
-            struck = int(0)
-            for i in range(LANES):
-                struck = struck + clock[i].goes * clock[i].phase
-            if struck > 0:
+            if striking > 0:
                 for q in range(contact_count):
                     for i in range(LANES):
                         adds = clock[i].goes > 0 and clock[i].phase > LANDS
                         n, t = impulse[q, i].n + borne[q, i].n, impulse[q, i].t + borne[q, i].t
                         impulse[q, i].n = wp.where(adds, n, impulse[q, i].n)
                         impulse[q, i].t = wp.where(adds, t, impulse[q, i].t)
+                for i in range(LANES):
+                    clock[i].phase = wp.where(clock[i].goes > 0, 0, clock[i].phase)
             for i in range(LANES):
                 begins = clock[i].goes
-                clock[i].phase = wp.where(begins > 0, 0, clock[i].phase)
-                clock[i].part = wp.where(begins > 0, real(1.0), clock[i].part)
                 started = wp.where(clock[i].count < -SETTLING, 0, begins)
                 over = solve[i].left > solve[i].loose and started > 0
                 clock[i].ended = started
@@ -434,15 +441,6 @@ def run_lanes(
                         # Bonds set once the weight is borne: they begin without stress.
                         holds = bond[joint, i].holds > 0 and clock[i].count >= 0
                         impulse[q, i].hold = wp.where(holds, NEVER, real(0.0))
-                    if SPRINGS:
-                        pass
-                    else:
-                        part = landing_part(at, weighs, impulse[q, i], old[a, i], old[b, i])
-                        lands = goes and clock[i].count > 0 and part < real(1.5)
-                        clock[i].part = wp.where(lands, smaller(part, clock[i].part), clock[i].part)
-                        clock[i].phase = wp.where(lands, LANDS, clock[i].phase)
-                        contact[q, i].wn = wp.where(lands, real(0.0), contact[q, i].wn)
-                        contact[q, i].wt = wp.where(lands, real(0.0), contact[q, i].wt)
                     there = wp.where(gap < NEVER, real(1.0), real(0.0))
                     n = wp.where(goes, there * impulse[q, i].n, real(0.0))
                     t = wp.where(goes, there * impulse[q, i].t, real(0.0))
@@ -463,8 +461,32 @@ def run_lanes(
                     new[a, i] = va
                     new[b, i] = vb
                     way[q, i] = wp.where(goes, Way(), way[q, i])
+            quick = int(0)
             for i in range(LANES):
                 crowded = crowded + near[i].touching
+                lively = clock[i].goes > 0 and seen[i].speed > HALF * FAST * weighs
+                quick = quick + wp.where(lively, 1, 0)
+            striking = int(0)
+            if quick > 0 and not SPRINGS:
+                for i in range(LANES):
+                    clock[i].part = wp.where(clock[i].goes > 0, real(1.0), clock[i].part)
+                for q in range(contact_count):
+                    a, b = (
+                        int(laid.graph[pack, 2 + 2 * (q // 2)]),
+                        int(laid.graph[pack, 3 + 2 * (q // 2)]),
+                    )
+                    for i in range(LANES):
+                        opening = approach(contact[q, i], old[a, i], old[b, i])
+                        lands = may_land(weighs, contact[q, i].b, impulse[q, i].n, opening)
+                        lands = lands and clock[i].goes > 0 and clock[i].count > 0
+                        part = landing_part(contact[q, i].b, opening)
+                        part = wp.where(lands, smaller(part, clock[i].part), clock[i].part)
+                        clock[i].part = part
+                        clock[i].phase = wp.where(lands, LANDS, clock[i].phase)
+                        contact[q, i].wn = wp.where(lands, real(0.0), contact[q, i].wn)
+                        contact[q, i].wt = wp.where(lands, real(0.0), contact[q, i].wt)
+            for i in range(LANES):
+                striking = striking + clock[i].phase
             if crowded > 0:
                 for i in range(LANES):
                     for q in range(wp.where(clock[i].goes > 0, near[i].touching, 0)):

@@ -18,7 +18,7 @@ Of several corners the first one counts. What touches where no joint has it land
 
 import warp as wp
 
-from warprock.kernels.assembly.joint import Contact, Impulse, Velocity, approach
+from warprock.kernels.assembly.joint import Impulse
 
 LANDS, STRIKES, LEAVES = 1, 2, 3
 """The solves of a step in which a corner lands; 0 is that of any other step."""
@@ -37,23 +37,23 @@ class Borne:
 
 
 @wp.func
-def landing_part(at: Contact, weighs: real, impulse: Impulse, va: Velocity, vb: Velocity) -> real:
-    """The part of a step after which a contact lands, by the velocities before the step.
+def may_land(weighs: real, b: real, carried: real, opening: real) -> bool:
+    """Whether a contact may land in a step, by the velocities before it.
 
     Args:
-        at: The contact.
         weighs: Gravity times step [m/s]; what lands that much late may land within the step.
-        impulse: What it carried in the last step.
-        va, vb: Velocities of its blocks.
-
-    Returns:
-        The part, at most 1; 2 where it does not land.
+        b: Velocity b of the contact [m/s].
+        carried: Its normal impulse in the last step [N s].
+        opening: Its velocity u_n before the step [m/s].
     """
-    one = real(1.0)
-    closing = -approach(at, va, vb)
-    may = at.b > real(0.0) and impulse.n == real(0.0) and closing > FAST * weighs
-    lands = may and at.b < closing + weighs
-    return wp.where(lands, smaller(at.b / wp.where(may, closing, one), one), one + one)
+    parted = b > real(0.0) and carried == real(0.0)
+    return parted and -opening > FAST * weighs and b < weighs - opening
+
+
+@wp.func
+def landing_part(b: real, opening: real) -> real:
+    """The part of a step after which a contact lands, at most 1, by b and u_n before the step."""
+    return smaller(b / larger(-opening, b), real(1.0))
 
 
 @wp.func
