@@ -28,6 +28,9 @@ FRICTION_IN_SPACE = SettingKey(
 )
 """The law of friction of engines whose blocks slide in two directions."""
 
+NEWTON = 0
+"""The `restitution_law` of `event` that is Newton's."""
+
 
 @dataclasses.dataclass(frozen=True)
 class FramedSettings:
@@ -174,6 +177,15 @@ class EventSettings:
             1.0,
         ),
     ] = 0.0
+    restitution_law: Annotated[
+        int,
+        SettingKey(
+            "0: Newton's, restitution is a ratio of normal velocities; 1: Poisson's, it is one of "
+            "normal impulses; they differ where friction stops a corner that slides",
+            0,
+            1,
+        ),
+    ] = NEWTON
     friction_box: Annotated[int, FRICTION_IN_SPACE] = 0
 
     def halved(self) -> Self:
