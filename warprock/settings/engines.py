@@ -180,8 +180,9 @@ class EventSettings:
     restitution_law: Annotated[
         int,
         SettingKey(
-            "0: Newton's, restitution is a ratio of normal velocities; 1: Poisson's, not of stacks, "
-            "it is one of normal impulses; they differ where friction stops a corner that slides",
+            "0: Newton's, restitution is a ratio of normal velocities; 1: Poisson's, not of "
+            "stacks, it is one of normal impulses; they differ where friction stops a corner that "
+            "slides",
             0,
             1,
         ),
