@@ -52,6 +52,9 @@ class Clock:
         keeps: 1 where what it ends is a step of the run; 0 of a solve before it.
         base: Velocity of its base [m/s].
         gain: What that gained in the step.
+        phase: Which solve of a step it is in, see landing.py.
+        strikes: 1 where the next one of a step in which a corner lands begins, else 0.
+        part: The part of the step after which the first corner lands.
     """
 
     count: int
@@ -61,6 +64,9 @@ class Clock:
     keeps: int
     base: real
     gain: real
+    phase: int
+    strikes: int
+    part: real
 
 
 @wp.struct

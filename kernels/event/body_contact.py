@@ -29,8 +29,9 @@ class Body:
         radius: Of its rounded corners [m].
         restitution: Angular velocity after over that before an impact in which the body rocks over
             the edge that it stands on at first; negative if the law of contact finds it.
-        rebound, slow: Normal restitution of corners that strike the base, and the speed up to which
-            they do not bounce [m/s]: see event/body_bounce.py, which alone reads them.
+        rebound, expansion, slow: Of corners that strike the base: normal restitution by Newton's
+            law and by Poisson's, one of them zero, and the speed up to which they do not bounce
+            [m/s]. See event/body_bounce.py, which alone reads them.
         start, spin: Rotation [rad] and angular velocity [rad/s] at the start.
         rest_rotation: Swing below which the body rests [rad].
         longest_step: Longest step [s].
@@ -43,6 +44,7 @@ class Body:
     radius: real
     restitution: real
     rebound: real
+    expansion: real
     slow: real
     start: real
     spin: real

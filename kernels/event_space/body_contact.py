@@ -26,12 +26,13 @@ class Shape:
     """A body: friction coefficient, inverse moments of inertia, reach [m], and its points.
 
     The points are a row of the points of all lanes; `feet` are those on which it stands at rest.
-    `axis` is the block's axis in the body's axes. Of bodies that bounce, the normal restitution,
-    and the speed up to which a point does not bounce [m/s].
+    `axis` is the block's axis in the body's axes. Of bodies that bounce, the normal restitution by
+    Newton's law and by Poisson's, and the speed up to which a point does not bounce [m/s].
     """
 
     friction: real
     rebound: real
+    expansion: real
     slow: real
     inverse: Vector
     axis: Vector

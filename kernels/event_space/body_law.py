@@ -34,6 +34,7 @@ from warprock.kernels.event_space.body_contact import (
     ALL,
     Carried,
     PointGains,
+    PointNumbers,
     Points,
     Pose,
     Shape,
@@ -52,7 +53,7 @@ from warprock.kernels.event_space.body_face import (
     sticks,
 )
 from warprock.kernels.shape_space.body import APART
-from warprock.kernels.shape_space.contact import gains_of, solve_contact
+from warprock.kernels.shape_space.contact import Gains, drag, gains_of, solve_contact
 from warprock.kernels.shape_space.frame import relative_velocity
 
 if FRICTION == "box":
@@ -213,9 +214,28 @@ def squared_distance(t: Touches, k: int, i: int) -> real:
     return x * x + y * y
 
 
+@wp.func
+def press_point(mu: real, least: real, gains: Gains, e: Matrix, p: Vector, u: Vector) -> Vector:
+    """New impulses of a point that pushes by no less than `least`, see `solve_contact`."""
+    zero = real(0.0)
+    new = solve_contact(mu, zero, zero, gains, e, p, u)
+    if new[2] < least:
+        push = larger(fused_less(gains[0], u[2], p[2]), least)
+        more = push - p[2]
+        slip_x, slip_y = fused(more, gains[10], u[0]), fused(more, gains[11], u[1])
+        fx, fy = drag(mu * push, p[0], p[1], slip_x, slip_y, gains[1], gains[2], gains[3])
+        new = Vector(fx, fy, push)
+    return new
+
+
 @wp.func(inline=False)
-def solve_by_sweeps(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carried:
-    """The motion found point by point, until nothing changes but round-off (Gauss-Seidel)."""
+def solve_by_sweeps(
+    s: Shape, pose: Pose, t: Touches, least: PointNumbers, v: Vector, w: Vector
+) -> Carried:
+    """The motion found point by point, until nothing changes but round-off (Gauss-Seidel).
+
+    Each point pushes by no less than its normal impulse in `least` [m/s], which v and w contain.
+    """
     zero = real(0.0)
     c = Carried()
     c.v = v
@@ -224,6 +244,7 @@ def solve_by_sweeps(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> C
     e, none, total = wp.identity(n=3, dtype=real), Vector(), t.total
     for k in range(total):
         gains[k] = gains_of(real(1.0), e, pose.inverse, Matrix(), t.lever[k], none)
+        p[k] = Vector(zero, zero, least[k])
     norm_sq = wp.length_sq(v) + s.reach * s.reach * wp.length_sq(w)
     change, step = real(norm_sq), int(0)
     while change > SETTLED * SETTLED * norm_sq and step < SWEEPS:
@@ -233,7 +254,7 @@ def solve_by_sweeps(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> C
             k = wp.where(step % 2 == 0, turn, total - 1 - turn)
             r = t.lever[k]
             u = relative_velocity(c.v, c.w, r, none, none, none)
-            new = solve_contact(s.friction, zero, zero, gains[k], e, p[k], u)
+            new = press_point(s.friction, least[k], gains[k], e, p[k], u)
             more = part * (new - p[k])
             p[k] = p[k] + more
             c.v = c.v + more
@@ -283,7 +304,7 @@ def solve(s: Shape, pose: Pose, t: Touches, dust: real, v: Vector, w: Vector) ->
             c.w = w
             c.fits = True
         if not c.fits:
-            c = solve_by_sweeps(s, pose, t, v, w)
+            c = solve_by_sweeps(s, pose, t, PointNumbers(), v, w)
     return c
 
 

@@ -48,6 +48,7 @@ class Lane:
     longest_step: real
     rest_gap: real
     rebound: real
+    expansion: real
     slow: real
     step_limit: int
     frame: Frame
@@ -179,6 +180,7 @@ def run_lanes(
     limits = Limits(knobs.gravity, own.longest_step, own.rest_gap)
     body = shape_of(block, frame)
     body.rebound = own.rebound
+    body.expansion = own.expansion
     body.slow = own.slow
     body.points = points
     body.lane = lane

@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from tests.shared.commands import invoke, succeed
+from tests.shared.marks import first
 from warprock.analysis import boundaries as overturning_boundaries
 from warprock.analysis.boundaries import refine
 from warprock.analysis.overturning import Mode, OverturningMap, modes, run_grid
@@ -187,7 +188,7 @@ def shaken(motions: GroundMotions, times: Array) -> Array:
         'waveform = "record"\nrecord = "ridgecrest-2019-ccc-090"\nscale = {}',
     ],
 )
-@pytest.mark.parametrize("space", [False, True])
+@pytest.mark.parametrize("space", first(1, [False, True]))
 def test_a_scaled_motion_is_the_motion_of_a_scaled_amplitude(
     keys: str, space: bool, tmp_path: pathlib.Path
 ):

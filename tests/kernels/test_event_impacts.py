@@ -185,9 +185,12 @@ def bounced(
     return after, lost, modes
 
 
-def bouncing(count: int, friction: Any, inertia: Any, rebound: Any) -> npt.NDArray[Any]:
+def bouncing(
+    count: int, friction: Any, inertia: Any, restitution: Any, law: str = "rebound"
+) -> npt.NDArray[Any]:
+    """Bodies of Newton's law, whose restitution is `rebound`, or of Poisson's, `expansion`."""
     rows = np.zeros(count, dtype=Body.numpy_dtype())
-    rows["friction"], rows["rebound"], rows["slow"] = friction, rebound, 1e-9
+    rows["friction"], rows[law], rows["slow"] = friction, restitution, 1e-9
     rows["inertia"], rows["inverse_inertia"] = inertia, 1.0 / np.asarray(inertia)
     return rows
 
@@ -236,22 +239,75 @@ def test_corners_that_bounce_obey_newtons_law_and_make_no_energy() -> None:
     assert min((modes == FLYING).sum(), (modes == PIVOTING).sum()) > COUNT // 100
 
 
+def test_corners_that_bounce_obey_poissons_law_and_make_no_energy() -> None:
+    """In two phases, the first of which is the impact without rebound."""
+    random = np.random.default_rng(7)
+    height, friction, before = scenes(random)
+    beside, kept = random.random(COUNT) < 0.7, random.uniform(0.0, 1.0, COUNT)
+    before[:, 2] = np.abs(before[:, 2])
+    level = before[:, 2] == 0.0
+    before[level, 0] = np.abs(before[level, 0])
+    inertia, one = (1.0 + height**2) / 3.0, np.ones(COUNT)
+    scene = (one, -height, -one, beside, before)
+    first, _lost, _modes = bounced(bouncing(COUNT, friction, inertia, 0.0), *scene)
+    after, lost, modes = bounced(bouncing(COUNT, friction, inertia, kept, "expansion"), *scene)
+    dust = 1e-9 * np.abs(before).sum(axis=1) * (1.0 + height)
+
+    def impulses(old: Array, new: Array) -> tuple[Array, Array]:
+        """Along the base, and upwards at either corner."""
+        along, press, _turn = (new - old).T
+        moment = along * -height - inertia * (new[:, 2] - old[:, 2])
+        share = np.where(beside, 0.5 * (moment + press), press)
+        return along, np.stack([share, press - share], axis=1)
+
+    _drag, pressed = impulses(before, first)
+    along, shares = impulses(first, after)
+    excess = shares - kept[:, None] * pressed
+    rise = after[:, 1:2] - after[:, 2:] * np.stack([one, -one], axis=1)
+    touches = np.stack([one, np.where(beside, one, 0.0)], axis=1) > 0.0
+    assert np.all(rise[touches] >= np.repeat(-dust, touches.sum(axis=1)))
+    # What no expansion obeys stays as the compression left it.
+    found = np.abs(along) + np.abs(shares).sum(axis=1) > dust
+    assert np.mean(found) > 0.99
+    assert np.all(excess[found] >= -dust[found, None])
+    gap = np.minimum(np.abs(excess), np.abs(rise))[found]
+    assert np.all(gap[touches[found]] <= np.repeat(dust[found], touches[found].sum(axis=1)))
+    press, slide = shares.sum(axis=1), after[:, 0] - after[:, 2] * height
+    assert np.all(np.abs(along) <= friction * press + dust)
+    drags = found & (np.abs(slide) > dust)
+    assert drags.sum() > COUNT // 10
+    np.testing.assert_allclose(
+        along[drags], (-friction * press * np.sign(slide))[drags], atol=dust.max()
+    )
+    # No impact makes energy, of none had a part to be taken back.
+    held = 0.5 * (before[:, 0] ** 2 + before[:, 1] ** 2 + inertia * before[:, 2] ** 2)
+    assert np.all(lost >= -1e-12 * held)
+    assert min((modes == FLYING).sum(), (modes == PIVOTING).sum()) > COUNT // 100
+
+
 def test_a_free_rectangle_leaves_a_corners_impact_as_closed_forms_say() -> None:
     """Without friction by the mass that the corner feels, stuck by its matrix; flat by e alone."""
     half, height, speed, rebound = 0.03, 0.05, 1.3, 0.4
     inertia = (half**2 + height**2) / 3.0
-    for friction, slides in ((0.0, True), (1e3, False)):
-        rows = bouncing(1, friction, inertia, rebound)
-        before = np.array([[0.2, -speed, 0.0]])
+    along = 0.2
+    before = np.array([[along, -speed, 0.0]])
+    for friction, slides, law in (
+        *((0.0, True, "rebound"), (0.0, True, "expansion")),
+        *((1e3, False, "rebound"), (1e3, False, "expansion")),
+    ):
+        rows = bouncing(1, friction, inertia, rebound, law)
         after, _lost, modes = bounced(rows, [half], np.array([-height]), [0.0], False, before)
         # Of (n, f): what the corner's velocity upwards and along the base answers.
         answer = np.array([[inertia + half**2, half * height],
                            [half * height, inertia + height**2]]) / inertia  # fmt: skip
-        wanted = np.array([(1.0 + rebound) * speed, -0.2])
+        wanted = np.array([(1.0 + rebound) * speed, -along])
+        if law == "expansion" and not slides:
+            # What sticks in both phases gets e n in the second: e (v + K_nt s / K_tt) upwards.
+            wanted[0] += rebound * answer[0, 1] / answer[1, 1] * along
         push = np.linalg.solve(answer, wanted) if not slides else [wanted[0] / answer[0, 0], 0.0]
         turn = (-half * push[0] - height * push[1]) / inertia
-        np.testing.assert_allclose(after[0], [0.2 + push[1], push[0] - speed, turn], rtol=1e-12)
+        np.testing.assert_allclose(after[0], [along + push[1], push[0] - speed, turn], rtol=1e-12)
         assert modes[0] == FLYING
     rows = bouncing(1, 0.0, inertia, rebound)
     after, _lost, _modes = bounced(rows, [half], np.array([-height]), [-half], True, before)
-    np.testing.assert_allclose(after[0], [0.2, rebound * speed, 0.0], atol=1e-15)
+    np.testing.assert_allclose(after[0], [along, rebound * speed, 0.0], atol=1e-15)

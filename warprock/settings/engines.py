@@ -28,6 +28,9 @@ FRICTION_IN_SPACE = SettingKey(
 )
 """The law of friction of engines whose blocks slide in two directions."""
 
+NEWTON = 0
+"""The `restitution_law` of `event` that is Newton's."""
+
 
 @dataclasses.dataclass(frozen=True)
 class FramedSettings:
@@ -167,13 +170,23 @@ class EventSettings:
     restitution: Annotated[
         float,
         SettingKey(
-            "of single blocks and bodies: speed at which a corner that lands leaves the base "
-            "again, as a part of that at which it came; a bounce that would last less than a "
-            "sixteenth of the longest step is left out",
+            "of single blocks and bodies, and of stacks in the plane: speed at which a corner that "
+            "lands leaves again, as a part of that at which it came; a bounce that would last less "
+            "than a sixteenth of the longest step is left out",
             0.0,
             1.0,
         ),
     ] = 0.0
+    restitution_law: Annotated[
+        int,
+        SettingKey(
+            "0: Newton's, restitution is a ratio of normal velocities; 1: Poisson's, not of "
+            "stacks, it is one of normal impulses; they differ where friction stops a corner that "
+            "slides",
+            0,
+            1,
+        ),
+    ] = NEWTON
     friction_box: Annotated[int, FRICTION_IN_SPACE] = 0
 
     def halved(self) -> Self:
