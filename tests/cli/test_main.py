@@ -58,7 +58,8 @@ RECORD = """
 waveform = "record"
 record = "shake.csv"
 """
-HEAVY = ("warp", "newton", "matplotlib", "pandas", "scipy", "pydantic", "numpy", "pyarrow", "rich")
+HEAVY = ("warp", "newton", "matplotlib", "pandas", "pydantic", "numpy", "pyarrow", "rich")
+HEAVY += ("scipy.integrate", "scipy.optimize", "scipy.sparse", "scipy.special")
 
 
 @pytest.fixture
@@ -97,8 +98,8 @@ EXPLAIN = "main(['explain', 'space-free'], standalone_mode=False)"
                 ("main(['list'], standalone_mode=False)", {"rich", "numpy"}),
                 ("import warprock; warprock.Case; warprock.run", {"pydantic", "numpy"}),
                 (
-                    "import warprock.paper.reproduce",
-                    {"rich", "pydantic", "numpy", "pandas", "pyarrow"},
+                    "import warprock.paper.reproduce, warprock.findings.kinds as p; p.kinds()",
+                    {"rich", "pydantic", "numpy", "pandas", "pyarrow", "warp"},
                 ),
             ],
         ),
