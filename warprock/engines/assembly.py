@@ -230,6 +230,8 @@ class Assembly(KernelEngine):
         for name, values in rows.items():
             setattr(laid, name, wp.array(values, dtype=types[name], device=device))
         contacts = 2 * assembly_solids.room_for_contacts(own)
+        own_rows = assembly_solids.room_for_rows(own)
+        packing = kernel_module("assembly_space/packing", precision=self.target.precision)
         rooms = {
             "hefts": own.most_parts + 1,
             "moves": own.most_parts + 1,
@@ -239,9 +241,13 @@ class Assembly(KernelEngine):
             "contacts": contacts,
             "impulses": contacts,
             "marks": contacts,
-            "order": contacts // 2,
-            "swept": contacts // 2,
-            "pressed": contacts // 2,
+            "packs": own_rows,
+            "sides": packing.WIDTH * own_rows,
+            "rows": packing.NUMBERS * own_rows,
+            "order": packing.WIDTH * own_rows,
+            "colours": own.most_parts + 1,
+            "open": packing.COLOURS + 1,
+            "drifts": own.most_parts + 2,
             "scratch": 4 * assembly_solids.MOST_CORNERS,
         }
         for name, room in rooms.items():
