@@ -19,8 +19,8 @@ from warprock.kernels.impulse_space.block import Knobs, side_of, slips
 from warprock.kernels.impulse_space.stack import Pose, Touches, fastest_slip, find_contacts, solve
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
 from warprock.kernels.launch.instance import LOOPS_STAY
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.shape.interface import GROUND_FACE
+from warprock.kernels.motion.kinds import Motion, base_velocity
+from warprock.kernels.shape.interface import GROUND, GROUND_FACE
 from warprock.kernels.shape_space.block import Block, slide_of, turn_freely, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
 from warprock.kernels.shape_space.frame import axis_of, frame, rotate_diagonal, turn_of_matrix
@@ -45,26 +45,23 @@ SETTLING = 20000
 Attitudes = wp.types.matrix(shape=(BLOCKS + 1, 4), dtype=real)
 Kept = wp.types.matrix(shape=(16 * BLOCKS, 3), dtype=real)
 Ints = wp.types.vector(length=BLOCKS + 1, dtype=int)
-Seen = wp.types.vector(length=8, dtype=real)
-"""Observed response of a block: slide along x and y, peaks of `turns_of` (rotation and its time,
-across, tilt, yaw), and the peak of the square of the slide."""
-AllSeen = wp.types.matrix(shape=(BLOCKS + 1, 8), dtype=real)
 
 
 @wp.func
 def observe_block(
-    seen: Seen, time: real, block: Block, q: Quaternion, r: Matrix, m: Matrix, c: Vector
-) -> Seen:
+    seen: BlockResult, time: real, block: Block, q: Quaternion, r: Matrix, m: Matrix, c: Vector
+) -> BlockResult:
     """Observed response of a block after a step.
 
     m and c are as in `shared_corners`, r is its own attitude.
     """
     tan_x, tan_y, tilt, yaw = turns_of(block, r[0, 2], r[1, 2], r[2, 2], q[2], q[3])
     x, y = slide_of(block, c[0], c[1], turn_of_matrix(m))
-    return Seen(
-        x, y, larger(tan_x, seen[2]), wp.where(tan_x > seen[2], time, seen[3]),
-        larger(tan_y, seen[4]), larger(tilt, seen[5]), larger(yaw, seen[6]),
-        larger(x * x + y * y, seen[7]),
+    return BlockResult(
+        q[2], q[3], x, y,
+        larger(tan_x, seen.peak), wp.where(tan_x > seen.peak, time, seen.peak_time),
+        larger(tan_y, seen.peak_across), larger(tilt, seen.peak_tilt), larger(yaw, seen.peak_yaw),
+        larger(x * x + y * y, seen.peak_slide),
     )  # fmt: skip
 
 
@@ -181,7 +178,7 @@ def run_lanes(
     """Runs one lane a thread."""
     lane, dt, zero = wp.tid(), knobs.time_step, real(0.0)
     at, v, spin, u, o, lean = Bodies(), Bodies(), Bodies(), Bodies(), Bodies(), Bodies()
-    attitude, seen, lift, load = Attitudes(), AllSeen(), Bodies(), Numbers()
+    attitude, lift, load = Attitudes(), Bodies(), Numbers()
     pose, t, apart, there = Pose(), Touches(), Ints(), Ints()
     base, dv, hint, p = Vector(), Vector(), Vector(), Points()
     key, kept = PointInts(), Kept()
@@ -190,9 +187,10 @@ def run_lanes(
     time, moved, loss, deepest = -dt, real(0.0), real(0.0), real(0.0)
     for i in range(3):
         pose.axes[i, i] = real(1.0)
-    attitude[0, 3] = real(1.0)
+    attitude[GROUND] = Quaternion(zero, zero, zero, real(1.0))
     for k in range(1, bodies):
         block = blocks[k - 1, lane]
+        found.blocks[k - 1, lane] = BlockResult()
         at[k] = Vector(block.x, block.y, block.z)
         attitude[k] = Quaternion(block.qx, block.qy, block.qz, block.qw)
         pose.light[k] = real(1.0) / block.mass
@@ -208,8 +206,7 @@ def run_lanes(
             half = larger(time - HALF * dt, HALF * dt)
             for d in range(3):
                 way = motions[d, lane]
-                index = sample_index(way, sample_segment(way, half))
-                rides = base_velocity(way, half, pool[2, index], pool[0, index], pool[1, index])
+                rides = base_velocity(way, half, pool)
                 hint[d] = rides - base[d]
                 dv[d] = wp.where(count > 0, hint[d], zero)
                 base[d] = wp.where(count > 0, rides, zero)
@@ -267,7 +264,8 @@ def run_lanes(
                 attitude[k] = after.q
                 r, loss = frame(after.q), loss + took
                 m, c = down * r, down * (after.at - at[k - 1])
-                seen[k] = observe_block(seen[k], time, block, after.q, r, m, c)
+                seen = found.blocks[k - 1, lane]
+                found.blocks[k - 1, lane] = observe_block(seen, time, block, after.q, r, m, c)
                 sums = after.at[0] + after.v[0] + after.v[1] + after.v[2]
                 sums = sums + after.spin[0] + after.spin[1] + after.spin[2]
                 mode = mode_after(mode, sums, there[k], r, m)
@@ -286,8 +284,3 @@ def run_lanes(
                     for i in range(3):
                         found.places[sample, k - 1, i, lane] = spot[i]
     found.results[lane] = Result(uplift_time, moved, loss, deepest, impacts, mode, steps)
-    for k in range(1, bodies):
-        w = seen[k]
-        found.blocks[k - 1, lane] = BlockResult(
-            attitude[k, 2], attitude[k, 3], w[0], w[1], w[2], w[3], w[4], w[5], w[6], w[7]
-        )
