@@ -15,13 +15,14 @@ from warprock.kernels.housner.body import (
 )
 from warprock.kernels.housner.body_series import Foot
 from warprock.kernels.lane.modes import OVERTURNED, RESTING, ROCKING
-from warprock.kernels.launch.instance import TWO_VECTORS
+from warprock.kernels.launch.instance import HALVES_VECTORS, TWO_VECTORS
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import Motion, ground_at, knot_step, knot_time
 from warprock.kernels.shape.above import ALONG, UPWARDS, Above, Motions, above_at
 from warprock.kernels.shape.body_found import TO_LEFT, TO_RIGHT
 
-wp.set_module_options(TWO_VECTORS)
+if not (HALVES_VECTORS and MOTION == "record" and not VERTICAL):
+    wp.set_module_options(TWO_VECTORS)
 
 
 @wp.struct
