@@ -25,11 +25,13 @@ PAGE = ROOT / "docs" / "explanation" / "experiments.md"
 
 EXPERIMENTS = {
     "cube-tosses": (
-        *("event", "event@restitution=0.125", "impulse", "impulse@restitution=0", "dem"),
+        *("event", "event@restitution=0.125", "event@restitution=0.125,restitution_law=1"),
+        *("impulse", "impulse@restitution=0", "dem"),
         *("mujoco", "bullet", "bullet@restitution=0.125"),
     ),
     "square-drops": (
-        *("event", "event@restitution=0", "impulse", "impulse@restitution=0", "dem"),
+        *("event", "event@restitution_law=1", "event@restitution=0"),
+        *("impulse", "impulse@restitution=0", "dem"),
         *("mujoco", "mujoco@contact_time=10,damping_ratio=0.25"),
         *("bullet", "bullet@restitution=0.45"),
     ),

@@ -156,7 +156,7 @@ SETTINGS_TEXTS = {
 
 @pytest.mark.parametrize(
     ("scene", "settings"),
-    first(2, [*((scene, "") for scene in SCENE_TEXTS), *SETTINGS_TEXTS.items()]),
+    first(1, [*((scene, "") for scene in SCENE_TEXTS), *SETTINGS_TEXTS.items()]),
 )
 def test_explain_names_the_kernel_that_is_launched(
     scene: str, settings: str, write: Callable[[str], pathlib.Path], monkeypatch: pytest.MonkeyPatch

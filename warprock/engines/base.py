@@ -247,6 +247,10 @@ class KernelEngine(AbstractEngine):
         `warm_up` and `run` ask here, and so does `warprock explain`.
         """
 
+    def kernel_note(self, scene: SceneKind) -> str:
+        """What is to be said of that kernel, or of another that runs some lanes; empty if none."""
+        return ""
+
     def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         """The instance of that kernel's file for lanes and motions."""
         kernel = self.kernel_of(lanes)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from warprock.engines.base import HELD_IN_PLACE, KernelEngine
 from warprock.engines.blocks import speed_columns, start_columns
 from warprock.engines.bodies import Corners, box_bodies
+from warprock.engines.coplanar import response_in_space
 from warprock.engines.decoding import (
     asked_friction,
     lane_fields,
@@ -34,10 +35,11 @@ from warprock.engines.workload import step_limit
 from warprock.kernels import event, event_space
 from warprock.model import rocking
 from warprock.model.bodies import CORNERS, Bodies, boxes_on_corners
+from warprock.model.coplanar import find_coplanar, in_their_plane
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
-from warprock.model.motion import GroundMotions, RecordMotions, UprightMotions
+from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions, UprightMotions
 from warprock.model.pose import bottom_corners
-from warprock.model.response import SampleTimes, Status
+from warprock.model.response import Response, SampleTimes, Status, join_responses, take_lanes
 from warprock.model.runnable import MOST_BLOCKS
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import NEWTON, EventSettings
@@ -122,9 +124,10 @@ class Event(KernelEngine):
     the nearest that friction allows (`struck_velocity` in kernels/event/body_contact.py).
     `friction_needed` is the friction that such impacts need; a lane with less is OUTSIDE_MODEL.
 
-    With a `restitution` single blocks and bodies bounce, boxes as bodies
-    (kernels/event/body_bounce.py, kernels/event_space/body_bounce.py): second order through all
-    bounces. Those that are left out have heights of second order in the step.
+    With a `restitution` single blocks and bodies bounce, boxes as bodies, and stacks in the plane
+    (kernels/event/body_bounce.py, kernels/event_space/body_bounce.py,
+    kernels/event/stack/bounce.py): second order through all bounces. Those that are left out have
+    heights of second order in the step.
 
     Stacks in the plane (kernels/event/stack/): fifth order while all contacts stick, second where
     something slides or flies. A body in a stack stands on an edge of its chain of corners
@@ -136,7 +139,8 @@ class Event(KernelEngine):
     Blocks in space have four corners (kernels/event_space/block.py), bodies up to 64 points
     (kernels/event_space/body.py). Both are of second order while contacts stick, through impacts,
     too. So are stacks (kernels/event_space/stack.py); they do not locate when an edge lets go of an
-    end, which is of first order.
+    end, which is of first order. A stack that is its own mirror image in a vertical plane, on a
+    base that moves in that plane, runs as a stack in the plane (warprock/model/coplanar.py).
 
     With friction as a box single blocks are of second order through the ends of their slips along x
     and y; the errors of blocks that rock and slide scatter (order 1.4 to 2). Rigid faces do not
@@ -185,18 +189,26 @@ class Event(KernelEngine):
         return None
 
     def refuses(self, scene: SceneKind) -> str | None:
-        """Why its settings are not for a scene: only single free blocks bounce."""
+        """Why its settings are not for a scene: what does not bounce."""
         if not self._bounces:
             return None
+        flat_stack = scene.stacked and not scene.spatial and not scene.held
+        if flat_stack and self.settings.restitution_law != NEWTON:
+            return (
+                "engines.event.restitution_law = 1 is for single free-standing blocks and bodies, "
+                "and the case has a stack, which bounces by Newton's law, 0"
+            )
         why = None
-        if scene.piled or scene.held:
+        if scene.assembly or scene.held:
             table = "assembly" if scene.assembly else next(iter(scene.held), "")
-            why = "the case has " + ("a stack" if scene.stacked else f"[{table}]")
+            why = f"the case has [{table}]"
+        elif scene.stacked and scene.spatial:
+            why = "the case has a stack in space; dem, whose contacts are springs, can do it"
         elif scene.restitution_given:
             why = "the case prescribes contact.angular_restitution"
         return why and (
-            "engines.event.restitution above 0 is for single free-standing blocks and bodies, "
-            f"and {why}"
+            "engines.event.restitution above 0 is for single free-standing blocks and bodies and "
+            f"for stacks in the plane, and {why}"
         )
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
@@ -204,13 +216,15 @@ class Event(KernelEngine):
         if not scene.spatial:
             piled = scene.piled if isinstance(scene, SceneKind) else scene.stacked
             if piled:
-                return Kernel(event, "stack_run")
+                return Kernel(event, "stack_run", bounces=self._bounces)
             if scene.held:
                 return Kernel(event, "held_run")
             cornered = scene.on_points or scene.restitution_given or self._bounces
             name = "body_run" if cornered else "block_run"
             return Kernel(event, name, lanes=self.target.lanes, bounces=self._bounces)
         friction = "box" if self.settings.friction_box else "cone"
+        if isinstance(scene, SceneKind) and scene.coplanar == 1.0:
+            return Kernel(event, "stack_run")
         if scene.stacked:
             return Kernel(event_space, "stack_run", friction=friction)
         if scene.bodies or self._bounces:
@@ -224,9 +238,22 @@ class Event(KernelEngine):
             return Kernel(event_space, "block_pack_run", lanes=PACK)
         return Kernel(event_space, "block_run", friction=friction)
 
+    def kernel_note(self, scene: SceneKind) -> str:
+        """Which stacks in space run in the plane; see `KernelEngine.kernel_note`."""
+        if scene.coplanar == 1.0:
+            return "each stack moves in one vertical plane and runs in it"
+        if scene.coplanar > 0.0:
+            share = f"{scene.coplanar:.0%} of the stacks, which move in one vertical plane"
+            return f"{share}, run in it (kernels/event/stack_run.py)"
+        return ""
+
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step that every lane may take [s]: also cut at the knots of a record."""
-        step = self._own_step(self.kernel_lanes(lanes, motions), motions)
+        step = np.array(self._own_step(self.kernel_lanes(lanes, motions), motions))
+        found = find_coplanar(lanes, motions)
+        for rows in found.lots:
+            parts = in_their_plane(*_in_space(lanes, motions), found, rows)
+            step[rows] = self._own_step(*parts)
         return np.asarray(np.minimum(step, motions.knot_interval))
 
     def step_of_settings(self, lanes: Lanes, motions: GroundMotions) -> float:
@@ -311,6 +338,30 @@ class Event(KernelEngine):
             return None
         first = record.first_above(_hold_acceleration(lanes))
         return np.argsort(np.where(lanes.rotation_start == 0.0, first, 0.0), kind="stable")
+
+    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
+        """Compiles or loads the kernels for lanes and motions, once, on the calling thread."""
+        found = find_coplanar(lanes, motions)
+        for rows in found.lots:
+            super().warm_up(*in_their_plane(*_in_space(lanes, motions), found, rows))
+        if not found.within.all():
+            super().warm_up(lanes, motions)
+
+    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+        """Runs a batch of lanes: stacks in space that move in one vertical plane run there."""
+        found = find_coplanar(lanes, motions)
+        if not found.lots:
+            return super().run(lanes, motions, times)
+        spatial, base = _in_space(lanes, motions)
+        lots, parts = found.lots, []
+        for rows in lots:
+            response = super().run(*in_their_plane(spatial, base, found, rows), times)
+            parts.append(response_in_space(spatial, found, rows, response))
+        rest = np.flatnonzero(~found.within)
+        if len(rest):
+            lots = [*lots, rest]
+            parts.append(super().run(lanes.take(rest), motions.take(rest), times))
+        return take_lanes(join_responses(parts), np.argsort(np.concatenate(lots)))
 
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
@@ -407,6 +458,11 @@ class Event(KernelEngine):
         # Of single blocks in the plane the kernel knows the energy of unit mass.
         mass = 1.0 if lanes.stacked or lanes.spatial else lanes.mass
         return fields | blocks | {"energy_lost": mass * rows["loss"]}
+
+
+def _in_space(lanes: Lanes, motions: GroundMotions) -> tuple[SpatialLanes, SpatialMotions]:
+    """The same lanes and motions, which are of space."""
+    return cast(SpatialLanes, lanes), cast(SpatialMotions, motions)
 
 
 def _hold_acceleration(lanes: Lanes) -> Array:

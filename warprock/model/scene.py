@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 
+from warprock.model.coplanar import find_coplanar
 from warprock.model.drums import no_column
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, MotionKind, UprightMotions
@@ -32,6 +33,7 @@ class SceneKind:
         assembly: Whether a lane is an assembly of many blocks with joints.
         bonded: Whether joints of assemblies have cohesion and tensile strength.
         no_column: Why assemblies are not all columns of as many equal drums; empty where they are.
+        coplanar: Share of the lanes that are stacks in space and move in one vertical plane.
         moving: What starts in motion; empty where blocks are let go from rest.
         spatial_because: What makes a planar model fall short; empty where the scene is planar.
         friction_ratio: Smallest friction coefficient / base acceleration in g that makes the block
@@ -62,6 +64,7 @@ class SceneKind:
     assembly: bool = False
     bonded: bool = False
     no_column: str = ""
+    coplanar: float = 0.0
 
     @property
     def piled(self) -> bool:
@@ -175,4 +178,5 @@ def scene_kind(
         assembly=assembly is not None,
         bonded=assembly is not None and assembly.bonded,
         no_column="" if assembly is None else no_column(assembly),
+        coplanar=float(find_coplanar(lanes, motions).within.mean()),
     )

@@ -255,7 +255,8 @@ def _kernel_text(case: Case, name: str, scene: SceneKind) -> str:
     )
     found = f"kernels/{here.file}.py for a {scene.motion} base"
     if here == there:
-        return f"{found}: one lane a thread on any device"
+        note = engine(settings).kernel_note(scene)
+        return f"{found}: one lane a thread on any device" + (note and f"; {note}")
     if here.file == there.file:
         return f"{found}: `packed` on a CPU, `plain`, one lane a thread, on any other device"
     return f"{found}: `packed` on a CPU; {there.file}.py, one lane a thread, on any other device"
