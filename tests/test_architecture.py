@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import functools
+import gc
 import graphlib
 import pathlib
 import re
@@ -35,6 +36,14 @@ def _room_of(file: str) -> str:
     """The room of a source file: its folder, or its own name at the top of `warprock/`."""
     top, *inner = pathlib.PurePosixPath(file).with_suffix("").parts
     return top if top in MAPPED else inner[0]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def trees_stay() -> Iterator[None]:
+    """A million nodes are made and stay: to look for garbage among them takes as long again."""
+    gc.disable()
+    yield
+    gc.enable()
 
 
 @functools.cache
@@ -272,6 +281,16 @@ def test_funcs_take_few_arguments_and_give_few_values_back():
     assert found == set(WIDE)
 
 
+def test_no_kernel_file_asks_for_an_adjoint():
+    from warprock.kernels.launch import instance
+
+    assert instance.module_options()["enable_backward"] is False
+    for file in KERNEL_FILES:
+        if file != "kernels/launch/instance.py":
+            assert "enable_backward" not in (ROOT / file).read_text(encoding="utf-8"), file
+
+
+@pytest.mark.thorough
 def test_every_kernel_module_is_built_without_its_adjoint():
     """As Warp sees it: the option of each module that holds a kernel, once it is imported."""
     from warprock.kernels.launch.instance import kernel_module

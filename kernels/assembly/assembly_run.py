@@ -23,12 +23,15 @@ from warprock.kernels.assembly.block import (
     Track,
     add_energy,
     integrate,
+    length_of,
     observe_block,
     observe_gap,
+    observe_off,
     observe_slide,
     start_seen,
 )
 from warprock.kernels.assembly.found import (
+    DRIFT,
     FIRST,
     ROOM,
     SAME,
@@ -47,9 +50,21 @@ from warprock.kernels.assembly.joint import (
     Mass,
     Pose,
     Velocity,
+    approach,
     find_contact,
     push,
     slip,
+)
+from warprock.kernels.assembly.landing import (
+    FAST,
+    LANDS,
+    LEAVES,
+    STILL,
+    STRIKES,
+    Borne,
+    landing_part,
+    leaves_by,
+    may_land,
 )
 from warprock.kernels.assembly.meeting import (
     NONE,
@@ -74,7 +89,7 @@ from warprock.kernels.assembly.solve import (
 )
 from warprock.kernels.contact.parting import slack
 from warprock.kernels.lane.account import Account, keep_account
-from warprock.kernels.lane.modes import OVERTURNED, RUNNING, STALLED, UNSOLVED
+from warprock.kernels.lane.modes import OVERTURNED, RUNNING, SLID_OFF, STALLED, UNSOLVED
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
@@ -139,6 +154,8 @@ def run_lanes(
     account = rows(Account)
     seen = rows(Seen)
     near = rows(Near)
+    borne = rows(Borne, POINTS)
+    weighs = knobs.gravity * dt
     if TREES:
         node = rows(Node, BLOCKS)
         leap = rows(Leap)
@@ -172,6 +189,7 @@ def run_lanes(
                 edges = joints[q // 2, first + i]
                 spring[q, i].u = wp.where(q % 2 == 0, edges.first, edges.second)
     lost, busy, crowded = int(0), int(1), int(0)
+    striking, landing, struck = int(0), int(0), int(0)
     while busy > 0:
         busy, waiting = int(0), int(0)
         for i in range(LANES):
@@ -182,13 +200,90 @@ def run_lanes(
             clock[i].goes = waits
             busy = busy + runs
             waiting = waiting + waits
+        if striking > 0:
+            striking, landing, waiting = int(0), int(0), int(0)
+            for i in range(LANES):
+                lands = clock[i].goes > 0 and clock[i].phase > 0 and clock[i].phase < LEAVES
+                clock[i].strikes = wp.where(lands, 1, 0)
+                clock[i].goes = wp.where(lands, 0, clock[i].goes)
+                waiting = waiting + clock[i].goes
+                landing = landing + clock[i].strikes
+                striking = striking + clock[i].phase
         lost = lost + waiting
+        if landing > 0:
+            # The next solve of a step in which a corner lands, see landing.py.
+            landing = int(0)
+            for i in range(LANES):
+                clock[i].phase = clock[i].phase + clock[i].strikes
+            for q in range(contact_count):
+                a, b = (
+                    int(laid.graph[pack, 2 + 2 * (q // 2)]),
+                    int(laid.graph[pack, 3 + 2 * (q // 2)]),
+                )
+                for i in range(LANES):
+                    zero = real(0.0)
+                    hits = clock[i].strikes > 0 and clock[i].phase == STRIKES
+                    leaves = clock[i].strikes > 0 and clock[i].phase == LEAVES
+                    va = new[a, i]
+                    vb = new[b, i]
+                    opening = approach(contact[q, i], va, vb)
+                    leaves = leaves and leaves_by(weighs, borne[q, i], impulse[q, i], opening)
+                    part = wp.where(leaves, clock[i].part - HALF, zero)
+                    n, t = part * borne[q, i].n, part * borne[q, i].t
+                    push(contact[q, i], n, t, mass[a, i], mass[b, i], va, vb)
+                    new[a, i] = va
+                    new[b, i] = vb
+                    borne[q, i].n = wp.where(leaves, zero, borne[q, i].n)
+                    borne[q, i].t = wp.where(leaves, zero, borne[q, i].t)
+                    borne[q, i].n = wp.where(hits, impulse[q, i].n, borne[q, i].n)
+                    borne[q, i].t = wp.where(hits, impulse[q, i].t, borne[q, i].t)
+                    impulse[q, i].n = wp.where(hits, zero, impulse[q, i].n)
+                    impulse[q, i].t = wp.where(hits, zero, impulse[q, i].t)
+                    contact[q, i].wn = wp.where(
+                        hits, real(1.0) / contact[q, i].kn, contact[q, i].wn
+                    )
+                    contact[q, i].wt = wp.where(
+                        hits, real(1.0) / contact[q, i].kt, contact[q, i].wt
+                    )
+                    way[q, i] = wp.where(clock[i].strikes > 0, Way(), way[q, i])
+            for k in range(block_count):
+                for i in range(LANES):
+                    zero = real(0.0)
+                    v = new[k, i]
+                    trail[k, i] = wp.where(
+                        clock[i].strikes > 0, Trail(zero, zero, zero, v.x, v.z, v.omega),
+                        trail[k, i],
+                    )  # fmt: skip
+            for i in range(LANES):
+                strikes = clock[i].strikes > 0
+                seen[i].sweeps = seen[i].sweeps + clock[i].strikes * solve[i].sweeps
+                left = larger(solve[i].left, seen[i].residual)
+                seen[i].residual = wp.where(strikes, left, seen[i].residual)
+                misses = strikes and solve[i].left > solve[i].loose
+                drift = fused(dt, solve[i].left, clock[i].drift)
+                clock[i].drift = wp.where(misses, drift, clock[i].drift)
+                again = start_solve(real(1.0), knobs.settled, real(0.0))
+                again.loose = solve[i].loose
+                solve[i] = wp.where(strikes, again, solve[i])
         if busy > 0 and (waiting == busy or lost > PATIENCE * busy):
-            lost = int(0)
+            lost, gliding = int(0), int(0)
+            if striking > 0:
+                for q in range(contact_count):
+                    for i in range(LANES):
+                        adds = clock[i].goes > 0 and clock[i].phase > LANDS
+                        n, t = impulse[q, i].n + borne[q, i].n, impulse[q, i].t + borne[q, i].t
+                        impulse[q, i].n = wp.where(adds, n, impulse[q, i].n)
+                        impulse[q, i].t = wp.where(adds, t, impulse[q, i].t)
+                for i in range(LANES):
+                    clock[i].phase = wp.where(clock[i].goes > 0, 0, clock[i].phase)
             for i in range(LANES):
                 begins = clock[i].goes
                 started = wp.where(clock[i].count < -SETTLING, 0, begins)
-                over = solve[i].left > solve[i].loose and started > 0
+                misses = solve[i].left > solve[i].loose and started > 0
+                drift = fused(dt, solve[i].left, clock[i].drift)
+                clock[i].drift = wp.where(misses, drift, clock[i].drift)
+                over = clock[i].drift > DRIFT * laid.around[first + i].scale
+                over = over or (misses and clock[i].count < 0)
                 clock[i].ended = started
                 clock[i].count = clock[i].count + begins
                 clock[i].keeps = wp.where(clock[i].count > 0, started, 0)
@@ -198,6 +293,8 @@ def run_lanes(
                 left = larger(solve[i].left, seen[i].residual)
                 seen[i].residual = wp.where(started > 0, left, seen[i].residual)
                 seen[i].mode = wp.where(over, UNSOLVED, seen[i].mode)
+                moves = started > 0 and seen[i].speed > STILL * weighs
+                gliding = gliding + wp.where(moves, 1, 0)
                 seen[i].speed = wp.where(started > 0, real(0.0), seen[i].speed)
                 book = account[i]
                 book = keep_account(wp.where(keeps, clock[i].gain, real(0.0)), book)
@@ -213,6 +310,21 @@ def run_lanes(
                     stands = clock[i].keeps > 0 and seen[i].collapse_time >= NEVER
                     observe_slide(stands, dt, glides, impulse[q, i].n, tracks)
                     track[q, i] = tracks
+            if gliding > 0:
+                for q in range(contact_count):
+                    a, b = (
+                        int(laid.graph[pack, 2 + 2 * (q // 2)]),
+                        int(laid.graph[pack, 3 + 2 * (q // 2)]),
+                    )
+                    for i in range(LANES):
+                        length = smaller(
+                            length_of(blocks[a, first + i]), length_of(blocks[b, first + i])
+                        )
+                        stands = clock[i].keeps > 0 and seen[i].collapse_time >= NEVER
+                        time = real(clock[i].count) * dt
+                        sees = seen[i]
+                        observe_off(stands, time, length, track[q, i], sees)
+                        seen[i] = sees
             if BONDS:
                 for joint in range(contact_count // 2):
                     for i in range(LANES):
@@ -375,8 +487,32 @@ def run_lanes(
                     new[a, i] = va
                     new[b, i] = vb
                     way[q, i] = wp.where(goes, Way(), way[q, i])
+            quick = int(0)
             for i in range(LANES):
                 crowded = crowded + near[i].touching
+                lively = clock[i].goes > 0 and seen[i].speed > HALF * FAST * weighs
+                quick = quick + wp.where(lively, 1, 0)
+            striking = int(0)
+            if quick > 0 and not SPRINGS:
+                for i in range(LANES):
+                    clock[i].part = wp.where(clock[i].goes > 0, real(1.0), clock[i].part)
+                for q in range(contact_count):
+                    a, b = (
+                        int(laid.graph[pack, 2 + 2 * (q // 2)]),
+                        int(laid.graph[pack, 3 + 2 * (q // 2)]),
+                    )
+                    for i in range(LANES):
+                        opening = approach(contact[q, i], old[a, i], old[b, i])
+                        lands = may_land(weighs, contact[q, i].b, impulse[q, i].n, opening)
+                        lands = lands and clock[i].goes > 0 and clock[i].count > 0
+                        part = landing_part(contact[q, i].b, opening)
+                        part = wp.where(lands, smaller(part, clock[i].part), clock[i].part)
+                        clock[i].part = part
+                        clock[i].phase = wp.where(lands, LANDS, clock[i].phase)
+                        contact[q, i].wn = wp.where(lands, real(0.0), contact[q, i].wn)
+                        contact[q, i].wt = wp.where(lands, real(0.0), contact[q, i].wt)
+            for i in range(LANES):
+                striking = striking + clock[i].phase
             if crowded > 0:
                 for i in range(LANES):
                     for q in range(wp.where(clock[i].goes > 0, near[i].touching, 0)):
@@ -596,7 +732,7 @@ def run_lanes(
                         found.places[sample, k, 1, f] = pose[k, i].z
     for i in range(LANES):
         if seen[i].mode == RUNNING and seen[i].collapse_time < NEVER:
-            seen[i].mode = OVERTURNED
+            seen[i].mode = wp.where(seen[i].off > 0, SLID_OFF, OVERTURNED)
         sees = seen[i]
         book = account[i]
         found.results[first + i] = Result(

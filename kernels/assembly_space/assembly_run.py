@@ -2,7 +2,8 @@
 
 The same scheme as in the plane (assembly/assembly_run.py): a run begins with SETTLING solves at the
 start, from velocities of zero; a step moves the blocks by the velocities that its solve found, and
-a lane of which a solve does not settle ends there.
+a lane of which a solve does not settle ends there. A sweep takes contacts side by side, by vector
+code, in the order of packing.py.
 """
 
 import warp as wp
@@ -19,7 +20,7 @@ from warprock.kernels.assembly.found import (
     Result,
 )
 from warprock.kernels.assembly.meeting import NONE, Near, is_old, look_out, observe_free
-from warprock.kernels.assembly.solve import Leap, Solve, decide, start_solve
+from warprock.kernels.assembly.solve import Leap, decide, start_solve
 from warprock.kernels.assembly_space.block import (
     Block,
     Peak,
@@ -34,25 +35,41 @@ from warprock.kernels.assembly_space.block import (
     turned,
 )
 from warprock.kernels.assembly_space.contact import (
+    Drift,
     Heft,
+    Impulse,
     Move,
+    Rest,
+    Row,
+    drift_of,
     inner,
+    move_of,
     moved,
-    push,
     sweep_contact,
     times,
 )
 from warprock.kernels.assembly_space.finding import find_joint, find_pairs, list_pairs
-from warprock.kernels.assembly_space.meeting import Laid, Step, slip_of_joint
+from warprock.kernels.assembly_space.meeting import Laid, Sides, Step, slip_of_joint
+from warprock.kernels.assembly_space.packing import (
+    NUMBERS,
+    WIDTH,
+    fill_packs,
+    keep_impulses,
+    pack_up,
+)
 from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.lane.modes import OVERTURNED, RUNNING, UNSOLVED
-from warprock.kernels.launch.instance import BRANCHES
+from warprock.kernels.launch.instance import VECTORS_INSIDE
+from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
 
-wp.set_module_options(BRANCHES)
+wp.set_module_options(VECTORS_INSIDE)
 
 LANES = 1
 """Lanes that a thread runs."""
+
+BYTES = {"float64": 8, "float32": 4}[PRECISION]
+"""Of a number."""
 
 
 @wp.struct
@@ -118,74 +135,12 @@ def set_place(laid: Laid, lane: int, k: int, block: Block):
 
 
 @wp.func
-def sweep(laid: Laid, lane: int, step: Step, solve: wp.ref[Solve]):
-    """Takes all contacts of a lane, one after the other."""
-    for q in range(step.total):
-        at = laid.swept[lane, q]
-        held = laid.pressed[lane, q]
-        va = laid.moves[lane, at.a]
-        vb = laid.moves[lane, at.b]
-        sweep_contact(
-            solve, at, laid.hefts[lane, at.a], laid.hefts[lane, at.b], held, va, vb
-        )  # fmt: skip
-        laid.pressed[lane, q] = held
-        laid.moves[lane, at.a] = va
-        laid.moves[lane, at.b] = vb
+def numbers_at(start: wp.uint64, number: int) -> wp.uint64:
+    """Address of the numbers of a row, see kernels/assembly/team_run.py."""
+    return start + wp.uint64(number) * wp.uint64(NUMBERS * BYTES)
 
 
-@wp.func
-def across(turn: int, count: int) -> int:
-    """The corner of a polygon that comes at a turn: every second one, then the others."""
-    half = (count + 1) / 2
-    return wp.where(turn < half, 2 * turn, 2 * (turn - half) + 1)
-
-
-@wp.func
-def press_again(laid: Laid, lane: int, place: int, turn: int):
-    """Takes a contact into the list of a sweep, and adds what it bore in the last step.
-
-    Args:
-        laid: Where the blocks are.
-        lane: The lane.
-        place: The contact.
-        turn: Its place in the sweep.
-    """
-    at = laid.contacts[lane, place]
-    held = laid.impulses[lane, place]
-    laid.order[lane, turn] = place
-    laid.swept[lane, turn] = at
-    laid.pressed[lane, turn] = held
-    va = laid.moves[lane, at.a]
-    vb = laid.moves[lane, at.b]
-    p = held.n * at.n + held.t * at.t + held.s * at.s
-    push(at, p, laid.hefts[lane, at.a], laid.hefts[lane, at.b], va, vb)
-    laid.moves[lane, at.a] = va
-    laid.moves[lane, at.b] = vb
-
-
-@wp.func
-def line_up(laid: Laid, lane: int, near: Near, step: Step):
-    """Puts the contacts of a step in the order in which a sweep takes them.
-
-    First one of every joint and pair, then the next one of each, opposite corners first: so a sweep
-    comes to the neighbours of a block before it comes back to it, and takes fewer turns.
-    """
-    done, turn = int(0), int(0)
-    while done < step.total:
-        for joint in range(laid.sizes[lane, 1]):
-            own = laid.joined[lane, joint]
-            if turn < own.count:
-                press_again(laid, lane, step.half + own.first + across(turn, own.count), done)
-                done += 1
-        for p in range(near.pairs):
-            pair = laid.pairs[lane, near.half + p]
-            if turn < pair.count:
-                press_again(laid, lane, step.half + pair.first + across(turn, pair.count), done)
-                done += 1
-        turn += 1
-
-
-@wp.kernel
+@kernel
 def run_lanes(
     blocks: wp.array2d(dtype=Block), laid: Laid, kept: Kept, motions: wp.array2d(dtype=Motion),
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
@@ -200,6 +155,11 @@ def run_lanes(
     samples = sample_times.shape[0]
     end = sample_times[samples - 1]
     seen, account, near, none = start_seen(), Account(), Near(), Leap()
+    sides = rows(Sides, lanes=WIDTH)
+    ya = rows(Drift, lanes=WIDTH)
+    yb = rows(Drift, lanes=WIDTH)
+    one = rows(Impulse, lanes=WIDTH)
+    rest = rows(Rest, lanes=WIDTH)
     step = Step()
     step.dt = dt
     step.gravity = knobs.gravity
@@ -214,6 +174,8 @@ def run_lanes(
         set_place(laid, lane, k, blocks[k, lane])
     laid.hefts[lane, count] = Heft()
     laid.moves[lane, count] = Move()
+    laid.drifts[lane, count] = Drift()
+    laid.drifts[lane, count + 1] = Drift()
     number = int(-SETTLING)
     time = real(number) * dt
     last = end
@@ -241,6 +203,7 @@ def run_lanes(
         for joint in range(joints):
             find_joint(laid, lane, joint, step, seen, near)
         find_pairs(laid, lane, step, seen, near)
+        pack_up(laid, lane, near, step)
         near.full = wp.max(near.full, step.full)
         observe_free(live > 0, True, near, seen)
         for k in range(count):
@@ -250,26 +213,97 @@ def run_lanes(
             kept.before[lane, k] = v
             if blocks[k, lane].light > zero:
                 v.v = v.v + pull
-            laid.moves[lane, k] = v
-        line_up(laid, lane, near, step)
+            laid.drifts[lane, k] = drift_of(laid.hefts[lane, k], v)
+        fill_packs(laid, lane, near, step)
         for k in range(count):
             trail = Trail()
-            trail.v = laid.moves[lane, k].v
-            trail.o = laid.moves[lane, k].o
+            trail.y = laid.drifts[lane, k]
             kept.trails[lane, k] = trail
         solve = start_solve(real(1.0), knobs.settled, seen.speed)
         most = wp.where(number < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
+        own_rows = lane * (laid.order.shape[1] // WIDTH)
         while solve.on > zero:
-            sweep(laid, lane, step, solve)
+            for i in range(WIDTH):
+                rest[i] = Rest()
+            beta = real(solve.beta)
+            for pack in range(step.packs):
+                meets = laid.packs[lane, pack]
+                for i in range(WIDTH):
+                    sides[i] = laid.sides[lane, pack * WIDTH + i]
+                    ya[i] = laid.drifts[lane, sides[i].a]
+                    yb[i] = laid.drifts[lane, sides[i].b]
+                for turn in range(meets.depth):
+                    held = wp.array(
+                        ptr=numbers_at(laid.rows.ptr, own_rows + meets.first + turn),
+                        shape=(NUMBERS,),
+                        dtype=real,
+                    )
+                    if solve.sweeps == 0:
+                        for i in range(WIDTH):
+                            held[i + 43 * WIDTH] = zero
+                            held[i + 44 * WIDTH] = zero
+                            held[i + 45 * WIDTH] = zero
+                            held[i + 46 * WIDTH] = zero
+                            held[i + 47 * WIDTH] = zero
+                            held[i + 48 * WIDTH] = zero
+                    for i in range(WIDTH):
+                        one[i] = Impulse(
+                            held[i + 40 * WIDTH], held[i + 41 * WIDTH], held[i + 42 * WIDTH],
+                            held[i + 43 * WIDTH], held[i + 44 * WIDTH], held[i + 45 * WIDTH],
+                            held[i + 46 * WIDTH], held[i + 47 * WIDTH], held[i + 48 * WIDTH],
+                        )  # fmt: skip
+                    for i in range(WIDTH):
+                        contact = Row(
+                            held[i], held[i + 1 * WIDTH], held[i + 2 * WIDTH], held[i + 3 * WIDTH],
+                            held[i + 4 * WIDTH], held[i + 5 * WIDTH], held[i + 6 * WIDTH],
+                            held[i + 7 * WIDTH], held[i + 8 * WIDTH], held[i + 9 * WIDTH],
+                            held[i + 10 * WIDTH], held[i + 11 * WIDTH], held[i + 12 * WIDTH],
+                            held[i + 13 * WIDTH], held[i + 14 * WIDTH], held[i + 15 * WIDTH],
+                            held[i + 16 * WIDTH], held[i + 17 * WIDTH], held[i + 18 * WIDTH],
+                            held[i + 19 * WIDTH], held[i + 20 * WIDTH], held[i + 21 * WIDTH],
+                            held[i + 22 * WIDTH], held[i + 23 * WIDTH], held[i + 24 * WIDTH],
+                            held[i + 25 * WIDTH], held[i + 26 * WIDTH], held[i + 27 * WIDTH],
+                            held[i + 28 * WIDTH], held[i + 29 * WIDTH], held[i + 30 * WIDTH],
+                            held[i + 31 * WIDTH], held[i + 32 * WIDTH], held[i + 33 * WIDTH],
+                            held[i + 34 * WIDTH], held[i + 35 * WIDTH], held[i + 36 * WIDTH],
+                            held[i + 37 * WIDTH], held[i + 38 * WIDTH], held[i + 39 * WIDTH],
+                        )  # fmt: skip
+                        left = rest[i]
+                        bears = one[i]
+                        first_y = ya[i]
+                        second_y = yb[i]
+                        sweep_contact(left, beta, contact, bears, first_y, second_y)
+                        rest[i] = left
+                        one[i] = bears
+                        ya[i] = first_y
+                        yb[i] = second_y
+                    for i in range(WIDTH):
+                        held[i + 40 * WIDTH] = one[i].n
+                        held[i + 41 * WIDTH] = one[i].t
+                        held[i + 42 * WIDTH] = one[i].s
+                        held[i + 43 * WIDTH] = one[i].pn
+                        held[i + 44 * WIDTH] = one[i].pt
+                        held[i + 45 * WIDTH] = one[i].ps
+                        held[i + 46 * WIDTH] = one[i].dn
+                        held[i + 47 * WIDTH] = one[i].dt
+                        held[i + 48 * WIDTH] = one[i].ds
+                for i in range(WIDTH):
+                    laid.drifts[lane, sides[i].a] = ya[i]
+                    laid.drifts[lane, sides[i].b] = yb[i]
+            for i in range(WIDTH):
+                solve.square = solve.square + rest[i].square
+                solve.worst = larger(wp.sqrt(rest[i].worst), solve.worst)
             decide(knobs.settled, most, False, solve, none)
             for k in range(count):
-                v = laid.moves[lane, k]
+                y = laid.drifts[lane, k]
                 trail = kept.trails[lane, k]
-                extrapolate(solve.beta, v, trail)
-                laid.moves[lane, k] = v
+                extrapolate(solve.beta, y, trail)
+                laid.drifts[lane, k] = y
                 kept.trails[lane, k] = trail
-        for turn in range(step.total):
-            laid.impulses[lane, laid.order[lane, turn]] = laid.pressed[lane, turn]
+        keep_impulses(laid, lane, step)
+        for k in range(count):
+            if blocks[k, lane].light > zero:
+                laid.moves[lane, k] = move_of(laid.hefts[lane, k], laid.drifts[lane, k])
         seen.sweeps = seen.sweeps + solve.sweeps
         seen.residual = larger(solve.left, seen.residual)
         if solve.left > solve.loose:

@@ -16,7 +16,7 @@ import warp as wp
 
 from warprock.kernels.algebra.vectors import Matrix, Quaternion, Vector
 from warprock.kernels.assembly.block import Seen
-from warprock.kernels.assembly_space.contact import Heft, Move, inner, moved, times
+from warprock.kernels.assembly_space.contact import Drift, Heft, Move, inner, moved, times
 from warprock.kernels.lane.account import Account
 from warprock.kernels.lane.modes import BROKEN
 from warprock.kernels.shape_space.block import turn_freely
@@ -71,12 +71,10 @@ class Place:
 
 @wp.struct
 class Trail:
-    """What the impulses along p do to the velocities of a block, and these a sweep ago."""
+    """What the impulses along p do to the drift of a block, and its drift a sweep ago."""
 
-    pv: Vector
-    po: Vector
-    v: Vector
-    o: Vector
+    p: Drift
+    y: Drift
 
 
 @wp.struct
@@ -96,9 +94,15 @@ def start_place(block: Block) -> Place:
 
 @wp.func
 def heft_of(block: Block, r: Matrix) -> Heft:
-    """Inverse masses of a block at an attitude."""
-    turns = rotate_diagonal(r, block.inverse_x, block.inverse_y, block.inverse_z)
-    return Heft(block.light, turns)
+    """What turns velocities of a block into its drift, at an attitude."""
+    x, y, z = wp.sqrt(block.inverse_x), wp.sqrt(block.inverse_y), wp.sqrt(block.inverse_z)
+    return Heft(
+        wp.sqrt(block.light),
+        Matrix(
+            x * r[0, 0], x * r[1, 0], x * r[2, 0], y * r[0, 1], y * r[1, 1], y * r[2, 1],
+            z * r[0, 2], z * r[1, 2], z * r[2, 2],
+        ),
+    )  # fmt: skip
 
 
 @wp.func
@@ -195,12 +199,24 @@ def observe_block(
 
 
 @wp.func
-def extrapolate(beta: real, v: wp.ref[Move], trail: wp.ref[Trail]):
-    """Moves the velocities of a block along p by beta, as its impulses will in the next sweep."""
-    dv, do = v.v - trail.v, v.o - trail.o
-    v.v = moved(beta, trail.pv, v.v)
-    v.o = moved(beta, trail.po, v.o)
-    trail.pv = moved(beta, trail.pv, dv)
-    trail.po = moved(beta, trail.po, do)
-    trail.v = v.v
-    trail.o = v.o
+def gone(part: real, a: Drift, b: Drift) -> Drift:
+    """The sum of a part of a and of b."""
+    return Drift(
+        fused(part, a.x, b.x), fused(part, a.y, b.y), fused(part, a.z, b.z),
+        fused(part, a.ox, b.ox), fused(part, a.oy, b.oy), fused(part, a.oz, b.oz),
+    )  # fmt: skip
+
+
+@wp.func
+def extrapolate(beta: real, y: wp.ref[Drift], trail: wp.ref[Trail]):
+    """Moves the drift of a block along p by beta, as its impulses will in the next sweep."""
+    change = gone(real(-1.0), trail.y, y)
+    after = gone(beta, trail.p, y)
+    trail.p = gone(beta, trail.p, change)
+    trail.y = after
+    y.x = after.x
+    y.y = after.y
+    y.z = after.z
+    y.ox = after.ox
+    y.oy = after.oy
+    y.oz = after.oz

@@ -15,19 +15,30 @@ A sweep takes the contacts one after the other. It sets N as in the plane, and t
 stops the contact, -W^-1 (u_t, u_s) with W the 2 x 2 matrix of what tangential impulses do. Where
 that is outside the circle, it takes the nearest to (T, S) - (u_t, u_s) / k within the circle, k the
 larger eigenvalue of W. Only the latter has its rest where friction acts against the slip.
+
+In a sweep the motion of a block is its drift: velocities times the root of what they weigh,
+
+    y = (v sqrt(m), D^-1/2 R^T o),      R the attitude, D the inverse moments of inertia
+
+so that an impulse along n adds to y the same numbers that u_n reads from it, n sqrt(1 / m) and
+D^1/2 R^T (r x n).
 """
 
 import warp as wp
 
 from warprock.kernels.algebra.vectors import Matrix, Vector
-from warprock.kernels.assembly.solve import Solve
 
 
 @wp.struct
 class Heft:
-    """Inverse mass [1/kg] and inverse inertia in the axes of the base; zero of what is fixed."""
+    """What turns velocities of a block into its drift; zero of what is fixed.
 
-    light: real
+    Attributes:
+        root: Root of the inverse mass [kg^-1/2].
+        turns: D^1/2 R^T [kg^-1/2 m^-1].
+    """
+
+    root: real
     turns: Matrix
 
 
@@ -40,6 +51,18 @@ class Move:
 
 
 @wp.struct
+class Drift:
+    """The drift of a block [J^1/2]: of its centre, and of its turning about its own axes."""
+
+    x: real
+    y: real
+    z: real
+    ox: real
+    oy: real
+    oz: real
+
+
+@wp.struct
 class Contact:
     """A contact in a step; symbols as at the head of the file.
 
@@ -47,9 +70,6 @@ class Contact:
         a, b: The blocks A and B.
         n, t, s: Normal and tangents.
         ra, rb: Levers [m].
-        kn, kt: What N does to u_n, and the larger eigenvalue k [1/kg].
-        knt, kns: What N does to u_t and to u_s [1/kg].
-        wtt, wts, wss: W^-1 [kg].
         closing: Velocity b [m/s].
         friction: Coulomb friction coefficient.
     """
@@ -61,8 +81,59 @@ class Contact:
     s: Vector
     ra: Vector
     rb: Vector
+    closing: real
+    friction: real
+
+
+@wp.struct
+class Row:
+    """A contact as a sweep takes it, by plain numbers: a loop over those becomes vector code.
+
+    Attributes:
+        nx to sz: n, t and s.
+        la, lb: Roots of the inverse masses of A and, negative, of B [kg^-1/2].
+        nax to saz: What impulses along n, t and s do to the drift of A by turning it [kg^-1/2].
+        nbx to sbz: Likewise, of B.
+        kn, wn: What N does to u_n [1/kg], and its reciprocal.
+        kt, wk: The larger eigenvalue k [1/kg], and its reciprocal.
+        knt, kns: What N does to u_t and to u_s [1/kg].
+        wtt, wts, wss: W^-1 [kg].
+        closing, friction: As in `Contact`.
+    """
+
+    nx: real
+    ny: real
+    nz: real
+    tx: real
+    ty: real
+    tz: real
+    sx: real
+    sy: real
+    sz: real
+    la: real
+    lb: real
+    nax: real
+    nay: real
+    naz: real
+    tax: real
+    tay: real
+    taz: real
+    sax: real
+    say: real
+    saz: real
+    nbx: real
+    nby: real
+    nbz: real
+    tbx: real
+    tby: real
+    tbz: real
+    sbx: real
+    sby: real
+    sbz: real
     kn: real
+    wn: real
     kt: real
+    wk: real
     knt: real
     kns: real
     wtt: real
@@ -85,6 +156,20 @@ class Impulse:
     dn: real
     dt: real
     ds: real
+
+
+@wp.struct
+class Rest:
+    """What a sweep leaves, see `Solve`.
+
+    Attributes:
+        square: |d|^2 [J].
+        worst: Square of the largest change of a velocity [m^2/s^2]: a root a contact would take as
+            long as half of the rest.
+    """
+
+    square: real
+    worst: real
 
 
 @wp.func
@@ -129,29 +214,30 @@ def tangent_of(n: Vector) -> Vector:
 
 
 @wp.func
-def yields(j: Matrix, r: Vector, along: Vector) -> Vector:
-    """What a unit impulse along a direction at the lever r does there by turning a block."""
-    return outer(times(j, outer(r, along)), r)
+def drift_of(m: Heft, v: Move) -> Drift:
+    """The drift of a block that moves at some velocities; none of what is fixed."""
+    over = wp.where(m.root > real(0.0), real(1.0) / larger(m.root, TINY), real(0.0))
+    # Rows of `turns` have the lengths of the roots in D.
+    e = times(m.turns, v.o)
+    return Drift(
+        over * v.v[0], over * v.v[1], over * v.v[2],
+        e[0] / larger(square_of_row(m.turns, 0), TINY),
+        e[1] / larger(square_of_row(m.turns, 1), TINY),
+        e[2] / larger(square_of_row(m.turns, 2), TINY),
+    )  # fmt: skip
 
 
 @wp.func
-def set_masses(at: wp.ref[Contact], ma: Heft, mb: Heft):
-    """What impulses do to the velocities of a contact whose levers and directions are known."""
-    n, t, s = Vector(at.n), Vector(at.t), Vector(at.s)
-    light = ma.light + mb.light
-    by_n = moved(light, n, yields(ma.turns, at.ra, n) + yields(mb.turns, at.rb, n))
-    by_t = moved(light, t, yields(ma.turns, at.ra, t) + yields(mb.turns, at.rb, t))
-    by_s = moved(light, s, yields(ma.turns, at.ra, s) + yields(mb.turns, at.rb, s))
-    tt, ts, ss = inner(t, by_t), inner(t, by_s), inner(s, by_s)
-    over = real(1.0) / fused_less(ts, ts, tt * ss)
-    apart = HALF * (tt - ss)
-    at.kn = inner(n, by_n)
-    at.knt = inner(t, by_n)
-    at.kns = inner(s, by_n)
-    at.kt = HALF * (tt + ss) + wp.sqrt(fused(apart, apart, ts * ts))
-    at.wtt = over * ss
-    at.wts = -over * ts
-    at.wss = over * tt
+def square_of_row(m: Matrix, i: int) -> real:
+    """Square of the length of a row of a matrix."""
+    return fused(m[i, 2], m[i, 2], fused(m[i, 1], m[i, 1], m[i, 0] * m[i, 0]))
+
+
+@wp.func
+def move_of(m: Heft, y: Drift) -> Move:
+    """The velocities of a block by its drift."""
+    o = wp.transpose(m.turns) * Vector(y.ox, y.oy, y.oz)
+    return Move(Vector(m.root * y.x, m.root * y.y, m.root * y.z), o)
 
 
 @wp.func
@@ -161,51 +247,111 @@ def relative(at: Contact, va: Move, vb: Move) -> Vector:
 
 
 @wp.func
-def push(at: Contact, p: Vector, ma: Heft, mb: Heft, va: wp.ref[Move], vb: wp.ref[Move]):
-    """Adds an impulse p on the first block, and -p on the second one, to their velocities."""
-    va.v = moved(ma.light, p, va.v)
-    va.o = va.o + times(ma.turns, outer(at.ra, p))
-    vb.v = moved(-mb.light, p, vb.v)
-    vb.o = vb.o - times(mb.turns, outer(at.rb, p))
+def row_of(at: Contact, ma: Heft, mb: Heft) -> Row:
+    """A contact as a sweep takes it."""
+    n, t, s = at.n, at.t, at.s
+    an, at_, as_ = (
+        times(ma.turns, outer(at.ra, n)),
+        times(ma.turns, outer(at.ra, t)),
+        times(ma.turns, outer(at.ra, s)),
+    )
+    bn, bt, bs = (
+        -times(mb.turns, outer(at.rb, n)),
+        -times(mb.turns, outer(at.rb, t)),
+        -times(mb.turns, outer(at.rb, s)),
+    )
+    light = fused(ma.root, ma.root, mb.root * mb.root)
+    one = real(1.0)
+    kn = light + (inner(an, an) + inner(bn, bn))
+    tt = light + (inner(at_, at_) + inner(bt, bt))
+    ss = light + (inner(as_, as_) + inner(bs, bs))
+    ts = inner(at_, as_) + inner(bt, bs)
+    apart = HALF * (tt - ss)
+    kt = HALF * (tt + ss) + wp.sqrt(fused(apart, apart, ts * ts))
+    over = one / fused_less(ts, ts, tt * ss)
+    return Row(
+        n[0], n[1], n[2], t[0], t[1], t[2], s[0], s[1], s[2], ma.root, -mb.root,
+        an[0], an[1], an[2], at_[0], at_[1], at_[2], as_[0], as_[1], as_[2],
+        bn[0], bn[1], bn[2], bt[0], bt[1], bt[2], bs[0], bs[1], bs[2],
+        kn, one / kn, kt, one / kt, inner(an, at_) + inner(bn, bt),
+        inner(an, as_) + inner(bn, bs), over * ss, -over * ts, over * tt, at.closing, at.friction,
+    )  # fmt: skip
+
+
+@wp.func
+def sum_of(a: real, x: real, b: real, y: real, c: real, z: real) -> real:
+    """The sum of three products."""
+    return fused(c, z, fused(b, y, a * x))
+
+
+@wp.func
+def push(at: Row, n: real, t: real, s: real, va: wp.ref[Drift], vb: wp.ref[Drift]):
+    """Adds impulses on the first block, and against them on the second one, to their drifts."""
+    px = sum_of(n, at.nx, t, at.tx, s, at.sx)
+    py = sum_of(n, at.ny, t, at.ty, s, at.sy)
+    pz = sum_of(n, at.nz, t, at.tz, s, at.sz)
+    va.x = fused(at.la, px, va.x)
+    va.y = fused(at.la, py, va.y)
+    va.z = fused(at.la, pz, va.z)
+    vb.x = fused(at.lb, px, vb.x)
+    vb.y = fused(at.lb, py, vb.y)
+    vb.z = fused(at.lb, pz, vb.z)
+    va.ox = va.ox + sum_of(n, at.nax, t, at.tax, s, at.sax)
+    va.oy = va.oy + sum_of(n, at.nay, t, at.tay, s, at.say)
+    va.oz = va.oz + sum_of(n, at.naz, t, at.taz, s, at.saz)
+    vb.ox = vb.ox + sum_of(n, at.nbx, t, at.tbx, s, at.sbx)
+    vb.oy = vb.oy + sum_of(n, at.nby, t, at.tby, s, at.sby)
+    vb.oz = vb.oz + sum_of(n, at.nbz, t, at.tbz, s, at.sbz)
 
 
 @wp.func
 def sweep_contact(
-    solve: wp.ref[Solve], at: Contact, ma: Heft, mb: Heft, held: wp.ref[Impulse],
-    va: wp.ref[Move], vb: wp.ref[Move],
+    rest: wp.ref[Rest], beta: real, at: Row, held: wp.ref[Impulse],
+    va: wp.ref[Drift], vb: wp.ref[Drift],
 ):  # fmt: skip
-    """Takes one contact in a sweep; the velocities have taken the step along p already.
+    """Takes one contact in a sweep; the drifts have taken the step along p already.
 
     Args:
-        solve: The solve of its lane.
-        at: The contact.
-        ma, mb: Masses of its blocks.
+        rest: What the sweep leaves.
+        beta: Part of the direction that is kept.
+        at: The contact; one of zeros changes nothing.
         held: Its impulses.
-        va, vb: Velocities of its blocks.
+        va, vb: Drifts of its blocks.
     """
-    on, beta = real(solve.on), real(solve.beta)
     n0 = fused(beta, held.pn, held.n)
     t0, s0 = fused(beta, held.pt, held.t), fused(beta, held.ps, held.s)
     held.pn = fused(beta, held.pn, held.dn)
     held.pt = fused(beta, held.pt, held.dt)
     held.ps = fused(beta, held.ps, held.ds)
-    w = relative(at, va, vb)
-    n = larger(n0 - (inner(at.n, w) + at.closing) / at.kn, real(0.0))
-    dn = on * (n - n0)
-    n = n0 + dn
-    ut, us = fused(at.knt, dn, inner(at.t, w)), fused(at.kns, dn, inner(at.s, w))
+    x, y, z = (
+        fused(at.la, va.x, at.lb * vb.x),
+        fused(at.la, va.y, at.lb * vb.y),
+        fused(at.la, va.z, at.lb * vb.z),
+    )
+    un = sum_of(at.nx, x, at.ny, y, at.nz, z) + (
+        sum_of(at.nax, va.ox, at.nay, va.oy, at.naz, va.oz)
+        + sum_of(at.nbx, vb.ox, at.nby, vb.oy, at.nbz, vb.oz)
+    )
+    ut = sum_of(at.tx, x, at.ty, y, at.tz, z) + (
+        sum_of(at.tax, va.ox, at.tay, va.oy, at.taz, va.oz)
+        + sum_of(at.tbx, vb.ox, at.tby, vb.oy, at.tbz, vb.oz)
+    )
+    us = sum_of(at.sx, x, at.sy, y, at.sz, z) + (
+        sum_of(at.sax, va.ox, at.say, va.oy, at.saz, va.oz)
+        + sum_of(at.sbx, vb.ox, at.sby, vb.oy, at.sbz, vb.oz)
+    )
+    n = larger(fused_less(at.wn, un + at.closing, n0), real(0.0))
+    dn = n - n0
+    ut = fused(at.knt, dn, ut)
+    us = fused(at.kns, dn, us)
     bound = at.friction * n
-    t = t0 - fused(at.wts, us, at.wtt * ut)
-    s = s0 - fused(at.wss, us, at.wts * ut)
-    if fused(s, s, t * t) > bound * bound:
-        over = real(1.0) / at.kt
-        t = fused_less(over, ut, t0)
-        s = fused_less(over, us, s0)
-        length = wp.sqrt(fused(s, s, t * t))
-        kept = wp.where(length > bound, bound / length, real(1.0))
-        t = kept * t
-        s = kept * s
-    dt, ds = on * (t - t0), on * (s - s0)
+    t1 = t0 - fused(at.wts, us, at.wtt * ut)
+    s1 = s0 - fused(at.wss, us, at.wts * ut)
+    t2, s2 = fused_less(at.wk, ut, t0), fused_less(at.wk, us, s0)
+    length = wp.sqrt(fused(s2, s2, t2 * t2))
+    kept = smaller(bound / larger(length, TINY), real(1.0))
+    sticks = fused(s1, s1, t1 * t1) <= bound * bound
+    dt, ds = wp.where(sticks, t1, kept * t2) - t0, wp.where(sticks, s1, kept * s2) - s0
     held.n = n
     held.t = t0 + dt
     held.s = s0 + ds
@@ -213,6 +359,7 @@ def sweep_contact(
     held.dt = dt
     held.ds = ds
     square = fused(ds, ds, dt * dt)
-    solve.square = fused(at.kt, square, fused(at.kn * dn, dn, solve.square))
-    solve.worst = larger(larger(at.kn * size(dn), at.kt * wp.sqrt(square)), solve.worst)
-    push(at, dn * at.n + dt * at.t + ds * at.s, ma, mb, va, vb)
+    un, ut = at.kn * dn, at.kt * square
+    rest.square = rest.square + fused(un, dn, ut)
+    rest.worst = larger(larger(un * un, at.kt * ut), rest.worst)
+    push(at, dn, dt, ds, va, vb)

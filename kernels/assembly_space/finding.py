@@ -253,7 +253,7 @@ def list_pairs(laid: Laid, lane: int, near: Near) -> Near:
                         )
                     ):
                         old += 1
-                    pair = Pair(a, b, 0, 0)
+                    pair = Pair(a, b, 0, 0, 0)
                     if (
                         old < near.pairs
                         and laid.pairs[lane, near.half + old].a == a

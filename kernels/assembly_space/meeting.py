@@ -24,13 +24,13 @@ from warprock.kernels.assembly.meeting import BELOW, NONE
 from warprock.kernels.assembly_space.block import Place
 from warprock.kernels.assembly_space.contact import (
     Contact,
+    Drift,
     Heft,
     Impulse,
     Move,
     inner,
     outer,
     relative,
-    set_masses,
     tangent_of,
     times,
 )
@@ -128,6 +128,7 @@ class Joined:
 
     Attributes:
         first, count: Its contacts in the list of the last step.
+        place: Its place in the packs of a sweep.
         opening: Widest gap so far [m].
         most: Largest |slide| so far [m].
         slide: Its slide, while it bears [m].
@@ -135,6 +136,7 @@ class Joined:
 
     first: int
     count: int
+    place: int
     opening: real
     most: real
     slide: Vector
@@ -148,6 +150,7 @@ class Pair:
     b: int
     first: int
     count: int
+    place: int
 
 
 @wp.struct
@@ -163,6 +166,28 @@ class Mark:
     spot: Vector
     since: real
     parted: int
+
+
+@wp.struct
+class Pack:
+    """Meetings that a sweep takes side by side.
+
+    Attributes:
+        first, depth: The first of its rows, and how many it has: the most contacts of a meeting.
+        count: Its meetings.
+    """
+
+    first: int
+    depth: int
+    count: int
+
+
+@wp.struct
+class Sides:
+    """The two blocks of a meeting in a pack."""
+
+    a: int
+    b: int
 
 
 @wp.struct
@@ -184,8 +209,11 @@ class Laid:
         moves: Their velocities, likewise.
         pairs: Two lists of pairs, one behind the other, shape [lane, 2 pairs].
         contacts, impulses, marks: Two lists of contacts, likewise, shape [lane, 2 contacts].
-        order: Places of the contacts of the step as a sweep takes them, shape [lane, contact].
-        swept, pressed: These contacts and their impulses, likewise.
+        packs: What a sweep takes side by side, see packing.py, shape [lane, pack].
+        sides: The blocks of their places, shape [lane, WIDTH pack].
+        rows, order: Numbers of their contacts and places of these in the list, see there.
+        colours, open: Of each block those of its meetings, and of each colour its last pack.
+        drifts: Of each block, and none after them, shape [lane, block + 2].
         scratch: Corners of polygons that are being cut, twice the most that
             two faces have in common, shape [lane, corner].
     """
@@ -209,9 +237,13 @@ class Laid:
     contacts: wp.array2d(dtype=Contact)
     impulses: wp.array2d(dtype=Impulse)
     marks: wp.array2d(dtype=Mark)
+    packs: wp.array2d(dtype=Pack)
+    sides: wp.array2d(dtype=Sides)
+    rows: wp.array2d(dtype=real)
     order: wp.array2d(dtype=int)
-    swept: wp.array2d(dtype=Contact)
-    pressed: wp.array2d(dtype=Impulse)
+    colours: wp.array2d(dtype=wp.int64)
+    open: wp.array2d(dtype=int)
+    drifts: wp.array2d(dtype=Drift)
     scratch: wp.array2d(dtype=Vector)
 
 
@@ -246,6 +278,7 @@ class Step:
         dt: Its length [s].
         gravity: [m/s^2].
         total: Contacts found so far.
+        packs, rows: What a sweep takes, see packing.py.
         full: 1 where there is no room for all, else 0.
     """
 
@@ -256,6 +289,8 @@ class Step:
     dt: real
     gravity: real
     total: int
+    packs: int
+    rows: int
     full: int
 
 
@@ -538,7 +573,6 @@ def add_contact(laid: Laid, lane: int, spot: Spot, mark: Mark, was: Known, step:
     at.rb = spot.at - laid.places[lane, spot.b].at
     at.friction = spot.friction
     at.closing = larger(spot.gap, real(0.0)) / step.dt
-    set_masses(at, laid.hefts[lane, spot.a], laid.hefts[lane, spot.b])
     held = Impulse()
     held.n = was.n
     held.t = inner(at.t, was.drag)

@@ -9,7 +9,7 @@ import warp as wp
 
 from warprock.kernels.event.stack.moves import start_pose
 from warprock.kernels.event.stack.rocking_end import turning_time, value_of
-from warprock.kernels.event.stack.state import Limits, Shaking, State, at_rest
+from warprock.kernels.event.stack.state import Limits, Rebound, Shaking, State, at_rest
 from warprock.kernels.event.stack.step import finish_step
 from warprock.kernels.event.stack.trial import try_step
 from warprock.kernels.lane.modes import OVERTURNED, RUNNING, STALLED
@@ -88,12 +88,16 @@ class Stack:
         mass: Of all blocks [kg].
         fall: How far a centre sinks until the stack has overturned [m]; NEVER where blocks turn.
         longest_step: [s].
+        rebound, slow: See `Rebound`.
         step_limit: Largest number of steps.
     """
 
     mass: real
     fall: real
     longest_step: real
+    if BOUNCES:
+        rebound: real
+        slow: real
     step_limit: int
 
 
@@ -324,6 +328,8 @@ def run_lanes(
     limits.gravity = knobs.gravity
     limits.mass = lanes[lane].mass
     limits.longest_step = lanes[lane].longest_step
+    if BOUNCES:
+        limits.rebound = Rebound(lanes[lane].rebound, lanes[lane].slow)
     step_limit = lanes[lane].step_limit
     for k in range(BLOCKS):
         b = blocks[k, lane]

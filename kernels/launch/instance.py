@@ -216,6 +216,17 @@ BRANCHES = {
 """For one lane a thread and steps with many branches: loops are not unrolled, and the compiler may
 leave calls. No vector code."""
 
+VECTORS_INSIDE = {
+    "cpu_compiler_flags": (
+        "-march=native -ffp-contract=off -mprefer-vector-width=512 -fno-slp-vectorize"
+        " -mllvm=-enable-interleaved-mem-accesses=false -mstackrealign -mstack-alignment=64"
+        f" -discard-value-names -mllvm=-force-vector-interleave=1 {CAPTURES}"
+    ),
+    "max_unroll": 0,
+}
+"""For steps with many branches in which one loop becomes vector code, over what a lane has side by
+side."""
+
 
 def kernel_module(file: str, **decided: Any) -> ModuleType:
     """The instance of a kernel file for a precision, a kind of ground motion and a stack.

@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from tests.shared.commands import invoke, succeed
+from tests.shared.marks import first
 from warprock.analysis import boundaries as overturning_boundaries
 from warprock.analysis.boundaries import refine
 from warprock.analysis.overturning import Mode, OverturningMap, modes, run_grid
@@ -187,7 +188,7 @@ def shaken(motions: GroundMotions, times: Array) -> Array:
         'waveform = "record"\nrecord = "ridgecrest-2019-ccc-090"\nscale = {}',
     ],
 )
-@pytest.mark.parametrize("space", [False, True])
+@pytest.mark.parametrize("space", first(1, [False, True]))
 def test_a_scaled_motion_is_the_motion_of_a_scaled_amplitude(
     keys: str, space: bool, tmp_path: pathlib.Path
 ):
@@ -225,7 +226,7 @@ def test_pulses_of_any_family_make_a_map(tmp_path: pathlib.Path):
     assert "without impact" in set(found.boundaries["above"])
 
 
-@pytest.mark.usefixtures("pages_bare")
+@pytest.mark.usefixtures("unrendered")
 def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path, request: pytest.FixtureRequest):
     written(tmp_path, count=15)
     out = tmp_path / "out"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.shared.marks import first
 from warprock.analysis.load_limit import CONE_SIDES, collapse_load, weaker_collapse
 from warprock.model import patterns
 from warprock.model.assembly import Piece, assemble
@@ -25,7 +26,7 @@ def turned(pieces: list[Piece], angle: float) -> list[Piece]:
     return [each._replace(corners=each.corners @ matrix.T) for each in pieces]
 
 
-@pytest.mark.parametrize("depth", [0.1, 0.3])
+@pytest.mark.parametrize("depth", first(1, [0.1, 0.3]))
 def test_a_wall_out_of_its_plane_turns_over_its_edge(depth: float):
     """At thickness / height, whatever its bond; in the plane it bears far more."""
     wall = built(patterns.extruded(patterns.wall(0.4, 0.2, 3, 4, whole_first=True), depth), 0.7)

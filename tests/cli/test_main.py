@@ -25,7 +25,8 @@ from click.testing import Result
 
 import warprock.cli
 from tests.shared.blocks import single_block_engines
-from tests.shared.commands import invoke
+from tests.shared.commands import invoke, succeed
+from tests.shared.marks import first
 from tests.shared.shipped import RUNNABLE_CASES
 from warprock.case.case import Case
 from warprock.case.load import load_case
@@ -57,7 +58,8 @@ RECORD = """
 waveform = "record"
 record = "shake.csv"
 """
-HEAVY = ("warp", "newton", "matplotlib", "pandas", "scipy", "pydantic", "numpy", "pyarrow", "rich")
+HEAVY = ("warp", "newton", "matplotlib", "pandas", "pydantic", "numpy", "pyarrow", "rich")
+HEAVY += ("scipy.integrate", "scipy.optimize", "scipy.sparse", "scipy.special")
 
 
 @pytest.fixture
@@ -78,20 +80,31 @@ def refused(result: Result, *words: str) -> None:
         assert word in line, f"{word!r} is not in {line!r}"
 
 
+EXPLAIN = "main(['explain', 'space-free'], standalone_mode=False)"
+
+
 @pytest.mark.parametrize(
     ("does", "needs"),
     [
         ("", set()),
-        ("main(['list'], standalone_mode=False)", {"rich", "numpy"}),
-        ("main(['explain', 'space-free'], standalone_mode=False)", {"rich", "pydantic", "numpy"}),
         (
             "main(['run', 'free-b0'], standalone_mode=False)",
             {"rich", "pydantic", "numpy", "warp"},
         ),
-        ("import warprock; warprock.Case; warprock.run", {"pydantic", "numpy"}),
-        ("import warprock.paper.reproduce", {"rich", "pydantic", "numpy", "pandas", "pyarrow"}),
+        *first(
+            1,
+            [
+                (EXPLAIN, {"rich", "pydantic", "numpy"}),
+                ("main(['list'], standalone_mode=False)", {"rich", "numpy"}),
+                ("import warprock; warprock.Case; warprock.run", {"pydantic", "numpy"}),
+                (
+                    "import warprock.paper.reproduce, warprock.findings.kinds as p; p.kinds()",
+                    {"rich", "pydantic", "numpy", "pandas", "pyarrow", "warp"},
+                ),
+            ],
+        ),
     ],
-    ids=["help", "list", "explain", "run", "import", "reproduce"],
+    ids=["help", "run", "explain", "list", "import", "reproduce"],
 )
 def test_the_command_line_starts_without_anything_heavy(does: str, needs: set[str], python: Python):
     used = f"print('uses:', *(set({HEAVY!r}) & sys.modules.keys()))"
@@ -231,9 +244,8 @@ def test_a_history_needs_a_folder(case: pathlib.Path):
     refused(invoke("run", case, "--history", "0"), "--history", "--output")
 
 
-def test_run_prints_one_json_object_on_stdout(case: pathlib.Path, python: Python):
-    done = python("-m", "warprock", "run", str(case), "--json")
-    assert done.returncode == 0, done.stderr
+def test_run_prints_one_json_object_on_stdout(case: pathlib.Path):
+    done = succeed("run", case, "--json")
     found = json.loads(done.stdout, parse_constant=pytest.fail)
     assert found["engine"]["name"] == "housner"
     assert found["lanes"] == len(found["rows"]) == 1
@@ -268,7 +280,7 @@ def assert_screen_shows(screen: str, engine: str, row: Mapping[str, Any]) -> Non
     assert engine in screen
 
 
-@pytest.mark.parametrize("engine", single_block_engines())
+@pytest.mark.parametrize("engine", first(3, single_block_engines()))
 def test_the_screen_shows_what_json_says(engine: str, case: pathlib.Path):
     (row,) = json.loads(invoke("run", case, "-e", engine, "--json").stdout)["rows"]
     assert_screen_shows(invoke("run", case, "-e", engine).stdout, engine, row)

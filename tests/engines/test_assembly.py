@@ -52,6 +52,9 @@ from warprock.units import GRAVITY
 
 pytestmark = pytest.mark.usefixtures("two_rooms")
 
+STUCK = 5.0
+"""A friction coefficient at which nothing slides, and sweeps settle in impacts of many drums."""
+
 CREEP = 5e-5
 """Displacement of an assembly that stands, at .99 of its limit load, in 3 s after a rise of 1 s
 [m]: what steps leave at the bound to which they are solved."""
@@ -152,7 +155,7 @@ def sine(lanes: int, amplitude: npt.ArrayLike, frequency: float, cycles: float) 
     return harmonic_motions(Waveform.SINE, control, each, np.full(lanes, frequency), start, length)
 
 
-@pytest.mark.parametrize(("amplitude", "frequency"), [(0.4, 2.0), (0.5, 2.5)])
+@pytest.mark.parametrize(("amplitude", "frequency"), first(1, [(0.4, 2.0), (0.5, 2.5)]))
 def test_one_block_is_housners_with_an_error_of_the_first_order(amplitude: float, frequency: float):
     """The largest rotation of a block under a pulse, at steps from 1e-3 to 6.25e-5 s."""
     kind, motions = (
@@ -202,23 +205,21 @@ def test_a_rocking_frame_is_that_of_makris_and_vassiliou():
         settings = AssemblySettings(time_step=step)
         found = run_batch("assembly", assembly_lanes([kind] * 2), motions, times, settings=settings)
         assert (found["status"] == Status.OK).all()
-        # A fifth of a per cent at 4e-4 s.
-        assert found["peak_rotation"] == pytest.approx(exact["peak_rotation"], rel=6.0 * step)
+        assert found["peak_rotation"] == pytest.approx(exact["peak_rotation"], rel=0.5 * step)
         late.append(upright(times.times, found["turn"][0, 0]) - impacts)
+    # Steps have an error of the second order but for when the frame lifts off, in a whole step.
     coarse, fine = np.abs(late)
-    # No impact comes before the first one; each adds an error of the first order.
-    assert coarse[0] < 1e-4
-    assert fine[0] < 1e-4
-    assert np.all((coarse / fine)[1:] > 3.0)
-    assert np.all(fine[1:] < [1.5e-3, 4e-3])
+    assert np.all(coarse < 0.5 * 4e-4)
+    assert np.all(fine < 0.5 * 1e-4)
+    assert np.all((coarse / fine)[1:] > 2.0)
 
 
-def test_an_impact_takes_what_gravity_does_in_a_step_twice():
-    """Why errors are of the first order: the corner that leaves bears nothing in that whole step.
+def test_an_impact_takes_what_it_should_wherever_in_a_step_it_is():
+    """Forces of a step in which a corner lands act up to the landing, and after it; see landing.py.
 
-    Where an impact leaves r of an angular velocity it takes (1 + r) A h more, with
-    A = p^2 sin(alpha) that with which an upright block is slowed down. One run scatters by half of
-    that, with the part of a step at which it lands; the mean of 32 by a tenth.
+    Where an impact leaves r of an angular velocity, one solve of that step takes up to 1.5 (1 + r)
+    A h too much, with A = p^2 sin(alpha) that with which an upright block is slowed down. Here a
+    corner lands at 32 places of a step.
     """
     lanes, step, alpha = 32, 2e-4, np.arctan2(1.0, 4.0)
     starts = step * np.arange(lanes) / lanes
@@ -233,9 +234,9 @@ def test_an_impact_takes_what_gravity_does_in_a_step_twice():
     wanted, got = (np.abs(each[:, after]).max(axis=1) for each in (exact, found))
     speeds = [np.sqrt(2.0 * (np.cos(alpha - peak) - np.cos(alpha))) for peak in (wanted, got)]
     p = np.sqrt(0.75 * GRAVITY / np.hypot(0.5, 2.0))
-    lost = p * (speeds[0] - speeds[1]).mean()
     kept = 1.0 - 1.5 * np.sin(alpha) ** 2
-    assert lost == pytest.approx((1.0 + kept) * p * p * np.sin(alpha) * step, rel=0.15)
+    lost = p * (speeds[0] - speeds[1]) / ((1.0 + kept) * p * p * np.sin(alpha) * step)
+    assert np.abs(lost).max() < 0.03
 
 
 @pytest.mark.parametrize("count", first(1, [2, 7]))
@@ -247,11 +248,11 @@ def test_a_column_of_drums_is_a_stack(count: int):
     """
     motions = sine(2, [0.4, 0.45], 2.5, 1.0)
     height = 2.0 / count
-    stack = make_stacks([[0.5] * count] * 2, [[height] * count] * 2, friction=NO_SLIDING)
+    stack = make_stacks([[0.5] * count] * 2, [[height] * count] * 2, friction=STUCK)
     stack = dataclasses.replace(stack, depth=np.ones_like(stack.width))
     times = SampleTimes(1.5, 0.05, places=True)
     exact = run_batch("event", stack, motions, times)
-    column = built(patterns.column(0.5, height, count), NO_SLIDING)
+    column = built(patterns.column(0.5, height, count), STUCK)
     same = run_batch("event", assembly_lanes([column] * 2), motions, times)
     error = 0.0 if count == 2 else 1e-4
     assert same["peak_rotation"] == pytest.approx(exact["peak_rotation"].max(axis=1), abs=error)
@@ -305,12 +306,18 @@ def test_event_says_which_assembly_is_no_column_of_equal_drums():
     )
 
 
-def mixed() -> list[Laid]:
-    """Lanes of two sorts of joints, of several sizes, in no order."""
+def mixed(size: str) -> list[Laid]:
+    """Lanes of two sorts of joints, of several sizes, in no order; `large` takes another kernel."""
+    wall = {
+        "large": wall_1,
+        "small": lambda width=0.35: built(
+            patterns.wall(width, 0.175, 2, 3, whole_first=False), 0.65
+        ),
+    }[size]
     arches = [
         built(patterns.arch(5.0, thickness, np.pi, 7), 0.8) for thickness in (0.6, 0.7, 0.8, 0.9)
     ]
-    return [arches[0], wall_1(), arches[1], drums(2), arches[2], wall_1(0.4), arches[3]]
+    return [arches[0], wall(), arches[1], drums(2), arches[2], wall(0.4), arches[3]]
 
 
 def assert_same(found: Response, wanted: Response) -> None:
@@ -320,8 +327,9 @@ def assert_same(found: Response, wanted: Response) -> None:
         np.testing.assert_array_equal(found[name], own, err_msg=name)
 
 
-def test_no_lane_depends_on_its_neighbours():
-    kinds, motions = mixed(), sine(7, np.linspace(0.2, 0.8, 7), 2.0, 1.0)
+@pytest.mark.parametrize("size", first(1, ["small", "large"]))
+def test_no_lane_depends_on_its_neighbours(size: str):
+    kinds, motions = mixed(size), sine(7, np.linspace(0.2, 0.8, 7), 2.0, 1.0)
     together = run(kinds, motions, 1.0)
     for lane in range(7):
         places = np.array([lane])
@@ -331,7 +339,7 @@ def test_no_lane_depends_on_its_neighbours():
 
 @pytest.mark.thorough
 def test_both_forms_of_the_kernel_give_the_same_bits():
-    kinds, motions = mixed(), sine(7, np.linspace(0.2, 0.8, 7), 2.0, 1.0)
+    kinds, motions = mixed("large"), sine(7, np.linspace(0.2, 0.8, 7), 2.0, 1.0)
     lanes, times = assembly_lanes(kinds), SampleTimes(0.5, 0.05)
     packed, plain = (Assembly(target=Target(form=form)).run(lanes, motions, times) for form in Form)
     assert_same(plain, packed)
@@ -452,3 +460,17 @@ def test_no_other_engine_but_dem_takes_assemblies_nor_this_one_anything_else():
     assert able == {"assembly", "dem"}
     block = scene_kind(make_lanes(0.5, 1.0), StillBase(1), restitution_given=False)
     assert "[assembly]" in str(Assembly.supports(block))
+
+
+def test_a_wall_that_slides_off_has_collapsed():
+    """At friction .3 it slides on the ground from .3 of its weight on, as limit analysis says."""
+    kind = wall_1(0.3)
+    found = run([kind] * 3, pushes([0.29, 0.5, 0.6], 0.2, 1.0), 1.0)
+    slides = (Outcome.SLID_OFF, Outcome.SLID_OFF)
+    assert found["outcome"][0] in (Outcome.AT_REST, Outcome.ROCKING)
+    assert tuple(found["outcome"][1:]) == slides
+    assert np.isnan(found["collapse_time"][0])
+    # Longest joint of the half blocks at its ends.
+    assert found["peak_slide"][1:] == pytest.approx(0.2, rel=0.01)
+    # The wall moves as fast as what counts as moving within some .02 s; the push rises meanwhile.
+    assert found["collapse_load"][1:] == pytest.approx(0.3, abs=0.02 * 0.6 / 0.2)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tests.shared.blocks import Array, free_lanes, make_lanes, sines
+from tests.shared.blocks import Array, at_rest, free_lanes, make_lanes, sines
 from warprock.kernels.launch.instance import kernel_module, module_options
-from warprock.model.motion import Control, StillBase
+from warprock.model.motion import Control
 from warprock.model.response import SampleTimes, Status
 from warprock.running.batch import run_batch
 from warprock.settings.engines import DirectSettings
@@ -214,11 +214,11 @@ def test_drop_restitution_converges_to_the_closed_form() -> None:
 
 def test_stiff_contacts_converge_to_rigid_ones() -> None:
     lanes, times = free_lanes(), SampleTimes(3.0, 0.01)
-    rigid = run_batch("direct", lanes, StillBase(9), times)["rotation"]
+    rigid = run_batch("direct", lanes, at_rest(9), times)["rotation"]
     gaps = []
     for stiffness in (1e8, 1e9, 1e10, 1e11):
         settings = DirectSettings(contact_stiffness=stiffness, contact_damping=5e-3 * stiffness)
-        soft = run_batch("direct", lanes, StillBase(9), times, settings=settings)["rotation"]
+        soft = run_batch("direct", lanes, at_rest(9), times, settings=settings)["rotation"]
         gaps.append(np.max(np.abs(soft - rigid).max(axis=1) / lanes.slenderness_angle))
     # What a block sinks goes with 1 / stiffness: a thousandth of it over three decades, within
     # the factor by which the scatter of impacts in their steps moves each end.
@@ -250,7 +250,7 @@ def test_energy_never_grows(stiffness: float, relaxation: float, box: int) -> No
         contact_stiffness=stiffness, contact_damping=relaxation * stiffness, friction_box=box
     )
     times = SampleTimes(3.0, 0.01)
-    response = run_batch("direct", lanes, StillBase(9), times, settings=settings)
+    response = run_batch("direct", lanes, at_rest(9), times, settings=settings)
     assert np.all(response["status"] == Status.OK)
     assert np.all(response["energy_lost"] > 0.0)
     height = lanes.rotation_start[:, None]
@@ -263,7 +263,7 @@ def test_box_slips_at_impacts_and_the_cone_does_not() -> None:
     lanes, times = free_lanes(), SampleTimes(3.0, 0.01)
     wide = dataclasses.replace(lanes, friction=np.full(9, 1e4))
     cone, box, wide_box = (
-        run_batch("direct", each, StillBase(9), times, settings=DirectSettings(friction_box=kind))
+        run_batch("direct", each, at_rest(9), times, settings=DirectSettings(friction_box=kind))
         for each, kind in ((lanes, 0), (lanes, 1), (wide, 1))
     )
     # An impact asks for far more friction than the weight of the step before it allows.

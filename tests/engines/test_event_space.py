@@ -67,7 +67,9 @@ def planar_scenes() -> dict[str, tuple[Lanes, PlanarMotions]]:
 
 
 SCENES = [
-    pytest.param(name, marks=pytest.mark.thorough if "still" in name else ())
+    pytest.param(
+        name, marks=() if name in ("free", "sliding", "displacement") else pytest.mark.thorough
+    )
     for name in planar_scenes()
 ]
 

@@ -8,12 +8,20 @@ import numpy as np
 import pytest
 
 from tests.shared import closed_forms
-from tests.shared.blocks import errors_to_housner, free_lanes, make_lanes, sines, velocity_steps
+from tests.shared.blocks import (
+    at_rest,
+    errors_to_housner,
+    free_lanes,
+    make_lanes,
+    sines,
+    velocity_steps,
+)
+from tests.shared.marks import first
 from tests.shared.speed import require_gain
 from warprock.engines.launching import Form
 from warprock.measure import bench
 from warprock.model import rocking
-from warprock.model.motion import Control, StillBase
+from warprock.model.motion import Control
 from warprock.model.response import Outcome, SampleTimes
 from warprock.recordings import load_record, record_motions
 from warprock.running.batch import run_batch
@@ -26,16 +34,16 @@ every_engine = pytest.mark.parametrize("engine", ["impulse", "direct", "xpbd"])
 
 @pytest.mark.parametrize(
     ("engine", "coarse", "fine", "slowest"),
-    [("impulse", 4e-3, 1e-3, 0.8), ("direct", 3e-3, 5e-4, 0.8), ("xpbd", 3e-3, 3e-4, 0.9)],
+    first(
+        2, [("impulse", 4e-3, 1e-3, 0.8), ("direct", 3e-3, 5e-4, 0.8), ("xpbd", 3e-3, 3e-4, 0.9)]
+    ),
 )
 def test_free_rocking_converges_to_housner_at_first_order(
     engine: str, coarse: float, fine: float, slowest: float
 ) -> None:
     lanes, times = free_lanes(), SampleTimes(5.0, 0.01)
     substeps = np.array([6, 20, 63, 200])
-    found = [
-        errors_to_housner(engine, lanes, StillBase(9), times, substeps=int(n)) for n in substeps
-    ]
+    found = [errors_to_housner(engine, lanes, at_rest(9), times, substeps=int(n)) for n in substeps]
     assert np.max(found[1]) <= coarse
     assert np.max(found[3]) <= fine
     # Each impact falls somewhere inside its step, so one lane's error scatters about its trend;
@@ -106,13 +114,13 @@ def test_quarter_period_within_a_step(engine: str) -> None:
     lanes = make_lanes(np.full(3, 0.5), np.array([0.75, 1.0, 1.25]), 0.5)
     quarter = rocking.quarter_period(lanes.width, lanes.height, lanes.rotation_start)
     step = SETTINGS[engine]().time_step
-    response = run_batch(engine, lanes, StillBase(3), SampleTimes(1.0, step))
+    response = run_batch(engine, lanes, at_rest(3), SampleTimes(1.0, step))
     below = np.argmax(response["rotation"] <= 1e-6, axis=1) * step
     # The landing shows in the step that reaches the base, or in the one after.
     assert np.all(np.abs(below - quarter) <= 2.0 * step)
 
 
-@every_engine
+@pytest.mark.parametrize("engine", first(2, ["impulse", "direct", "xpbd"]))
 def test_overturning_velocity_step_at_its_limit(engine: str) -> None:
     limit = float(closed_forms.overturning_velocity_step(0.3, 1.0))
     settings = SETTINGS[engine](substeps=200)

@@ -72,7 +72,7 @@ def assert_mirrored(engine: str, there: Response, back: Response) -> None:
         ("direct", False),
         pytest.param("direct", True, marks=pytest.mark.thorough),
         ("xpbd", False),
-        ("xpbd", True),
+        pytest.param("xpbd", True, marks=pytest.mark.thorough),
         ("dem", False),
         ("dem", True),
         ("two-block", True),

@@ -208,7 +208,7 @@ def test_impulse_keeps_a_block_that_lands_flat_and_slides_in_its_plane(depth: fl
     ("precision", "box"), first(1, [("float64", 0), ("float64", 1), ("float32", 0)])
 )
 @pytest.mark.parametrize("vertical", [0.0, 1.0])
-@pytest.mark.parametrize("across", [False, True])
+@pytest.mark.parametrize("across", first(1, [True, False]))
 def test_impulse_stays_in_the_plane_wherever_it_lands_and_slides(
     across: bool, vertical: float, precision: str, box: int
 ) -> None:
@@ -239,7 +239,7 @@ def turned_planar(vertical: float, precision: str) -> tuple[Response, Response]:
     return ahead, found
 
 
-@pytest.mark.parametrize("vertical", [0.0, 1.0])
+@pytest.mark.parametrize("vertical", first(1, [1.0, 0.0]))
 def test_impulse_stays_in_a_plane_in_any_direction(vertical: float) -> None:
     ahead, found = turned_planar(vertical, "float64")
     # Round-off, which impacts magnify.

@@ -10,6 +10,7 @@ import pytest
 
 from tests.engines.test_soundness_moving import beyond_the_base, shaken
 from tests.shared.blocks import sines
+from tests.shared.marks import first
 from tests.shared.spatial_blocks import (
     along,
     in_space,
@@ -207,7 +208,7 @@ def test_a_step_of_a_tenth_of_a_second_goes_astray_in_space_and_says_so():
     assert not np.any(usable & beyond_the_base(lanes, response, 5.0))
 
 
-@pytest.mark.parametrize("engine", ["event", "impulse", "dem"])
+@pytest.mark.parametrize("engine", first(2, ["event", "impulse", "dem"]))
 def test_no_sound_lane_on_a_base_that_moves_every_way_is_called_unstable(engine: str):
     lanes, motions = shaken()
     half = dataclasses.replace(

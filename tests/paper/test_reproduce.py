@@ -219,9 +219,11 @@ FIGURES = {
 
 @pytest.mark.parametrize(
     "target",
-    # Figures 4, 7 and 10 are drawn as 5 and 8 are.
+    # Figures 4, 7, 8 and 10 are drawn as 5 is.
     [
-        pytest.param(n, marks=pytest.mark.thorough if n in ("fig4", "fig7", "fig10") else ())
+        pytest.param(
+            n, marks=pytest.mark.thorough if n in ("fig4", "fig7", "fig8", "fig10") else ()
+        )
         for n in FIGURES
     ],
 )

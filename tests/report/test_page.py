@@ -202,6 +202,7 @@ def test_a_fallen_stack_says_that_its_model_ended(browser: Browser, tmp_path: pa
     assert browser.complaints == []
 
 
+@pytest.mark.thorough
 def test_every_button_of_a_body_is_pressed(browser: Browser, tmp_path: pathlib.Path):
     mesh, out = write(l_profile(), tmp_path, "corbel.stl"), tmp_path / "out"
     arguments = ["body", str(mesh), "--density", "2700 kg/m^3", "-o", str(out)]

@@ -11,7 +11,8 @@ real = wp.float64
 
 stack = kernel_module("shape/stack", precision="float64", blocks=BLOCKS)
 wp.set_module_options(module_options() | LOOPS_STAY)
-contact = kernel_module("event/stack/contact", precision="float64", blocks=BLOCKS)
+contact = kernel_module("event/stack/contact", precision="float64", blocks=BLOCKS, bounces=True)
+bouncing = kernel_module("event/stack/bounce", precision="float64", blocks=BLOCKS, bounces=True)
 Blocks, Pose, Values, Counts, Triples = (
     stack.Blocks,
     stack.Pose,
@@ -21,6 +22,7 @@ Blocks, Pose, Values, Counts, Triples = (
 )
 Anchor, Contacts, RoundOff = stack.Anchor, contact.Contacts, contact.RoundOff
 place_block, jacobian_of, solve = stack.place_block, stack.jacobian_of, contact.solve
+Rebound, bounce = bouncing.Rebound, bouncing.bounce
 OPEN = stack.OPEN
 
 
@@ -31,6 +33,7 @@ def strike(
     anchor: wp.array(dtype=Values),
     touch: wp.array(dtype=Counts),
     glide: wp.array(dtype=Counts),
+    kept: wp.array(dtype=real),
     before: wp.array(dtype=Triples),
     place: wp.array2d(dtype=real),
     after: wp.array(dtype=Triples),
@@ -38,7 +41,8 @@ def strike(
 ):
     """Velocities after the impact, and where each block stands on the one below.
 
-    `glide`: directions of sliding that are given, 0 where friction finds its own.
+    `glide`: directions of sliding that are given, 0 where friction finds its own. `kept`: the
+    restitution; above 0 friction finds its own.
     `place` gets `along` of the interfaces, then `above`; the ground is out of reach.
     """
     lane = wp.tid()
@@ -61,6 +65,10 @@ def strike(
     dust = RoundOff(real(1.0e-12), real(1.0e-12) * mass)
     jacobian = jacobian_of(blocks[lane], pose)
     guess = Contacts(touching, glide[lane])
-    found = solve(blocks[lane], jacobian, touching, glide[lane], guess, before[lane], dust)
+    v, none = before[lane], Triples()
+    found = solve(blocks[lane], jacobian, touching, glide[lane], guess, v, dust, none)
+    if kept[lane] > real(0.0):
+        rebound = Rebound(kept[lane], real(0.0))
+        found = bounce(blocks[lane], jacobian, rebound, touching, guess, v, dust)
     after[lane] = found.velocity
     settled[lane] = wp.where(found.solved, 1, 0)

@@ -23,6 +23,17 @@ Table: TypeAlias = "pd.DataFrame | Columns"
 """A table, read from a file or just made."""
 
 
+class Meanings(dict[str, dict[str, str]]):
+    """Unit and meaning of each column, by its name.
+
+    pandas copies `DataFrame.attrs` to the bottom for every table and column that it makes of one:
+    of the hundreds of columns of a run that took longer than what was asked for.
+    """
+
+    def __deepcopy__(self, memo: object) -> Meanings:
+        return Meanings(self)
+
+
 @dataclasses.dataclass(frozen=True)
 class Columns:
     """Columns of one length by name.

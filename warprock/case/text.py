@@ -56,9 +56,13 @@ def case_names() -> list[str]:
         >>> wr.case_names()[:3]
         ['cube-tosses', 'fragility-fema-p695', 'fragility-five-blocks']
     """
-    return sorted(
-        entry.name for entry in _shipped_cases().iterdir() if entry.joinpath(CASE_FILE).is_file()
-    )
+    return sorted(entry.name for entry in _shipped_cases().iterdir() if _is_shipped(entry.name))
+
+
+def _is_shipped(name: str) -> bool:
+    """Whether a shipped case has this name, which may be any text that a user gave."""
+    is_name = bool(name) and pathlib.PurePath(name).name == name and "\0" not in name
+    return is_name and _shipped_cases().joinpath(name, CASE_FILE).is_file()
 
 
 def data_folder(name: str, folder: pathlib.Path | None) -> pathlib.Path | None:
@@ -68,7 +72,7 @@ def data_folder(name: str, folder: pathlib.Path | None) -> pathlib.Path | None:
         name: Name of the case.
         folder: Its folder; None for a shipped case, and for one that has no file.
     """
-    if folder is None and name in case_names():
+    if folder is None and _is_shipped(name):
         return pathlib.Path(str(_shipped_cases().joinpath(name)))
     return folder
 
@@ -102,8 +106,7 @@ def find_case(text: str) -> CaseText:
     Raises:
         InputError: There is no such case, or its file cannot be read.
     """
-    names = case_names()
-    if text in names:
+    if _is_shipped(text):
         file = _shipped_cases().joinpath(text, CASE_FILE)
         return CaseText(text, f"{text}/{CASE_FILE}", None, file.read_text(encoding="utf-8"))
     path = pathlib.Path(text)
@@ -111,6 +114,7 @@ def find_case(text: str) -> CaseText:
         path = path / CASE_FILE if path.is_dir() else path
         content = read_bytes(path, MOST_CASE_BYTES).decode("utf-8-sig")
     except (FileNotFoundError, NotADirectoryError):
+        names = case_names()
         shipped = f"a shipped case ({list_allowed(text, names)}: warprock list)"
         near = unmodelled_text(text) or did_you_mean(text, names)
         raise InputError(

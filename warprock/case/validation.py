@@ -6,6 +6,7 @@ A table is a pydantic model; each of its fields is annotated with the `Key` that
 from __future__ import annotations
 
 import contextlib
+import functools
 import re
 import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -78,7 +79,8 @@ class Table(pydantic.BaseModel):
     place: ClassVar[str] = ""
 
     @classmethod
-    def declared(cls) -> dict[str, Key]:
+    @functools.cache
+    def declared(cls) -> Mapping[str, Key]:
         """Keys that hold a value, by their names in the file."""
         found = {}
         for name, field in cls.model_fields.items():

@@ -33,6 +33,10 @@ SPARE_PER_BLOCK = 8
 """Room for contacts besides those of joints at the start, over the number of blocks: four between
 every block and a face that it lies on in a heap, twice."""
 
+FILLED, SPARE_ROWS = 4, 64
+"""Contacts of a row of eight at least, on average, and rows besides: what has few blocks fills
+none."""
+
 PARALLEL = 1e-6
 """Sine of the angle up to which edges have one direction."""
 
@@ -268,6 +272,11 @@ def room_for_contacts(assemblies: Assemblies) -> int:
     """Contacts for which a lane has room."""
     of_joints = max(int(kind.joints.corner_count.sum()) for kind in _kinds(assemblies))
     return of_joints + SPARE_PER_BLOCK * (assemblies.most_parts + 1)
+
+
+def room_for_rows(assemblies: Assemblies) -> int:
+    """Rows of contacts side by side for which a lane has room; see kernels' packing.py."""
+    return room_for_contacts(assemblies) // FILLED + SPARE_ROWS
 
 
 def turns_back(assemblies: Assemblies) -> Array:

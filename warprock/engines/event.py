@@ -124,9 +124,10 @@ class Event(KernelEngine):
     the nearest that friction allows (`struck_velocity` in kernels/event/body_contact.py).
     `friction_needed` is the friction that such impacts need; a lane with less is OUTSIDE_MODEL.
 
-    With a `restitution` single blocks and bodies bounce, boxes as bodies
-    (kernels/event/body_bounce.py, kernels/event_space/body_bounce.py): second order through all
-    bounces. Those that are left out have heights of second order in the step.
+    With a `restitution` single blocks and bodies bounce, boxes as bodies, and stacks in the plane
+    (kernels/event/body_bounce.py, kernels/event_space/body_bounce.py,
+    kernels/event/stack/bounce.py): second order through all bounces. Those that are left out have
+    heights of second order in the step.
 
     Stacks in the plane (kernels/event/stack/): fifth order while all contacts stick, second where
     something slides or flies. A body in a stack stands on an edge of its chain of corners
@@ -188,18 +189,26 @@ class Event(KernelEngine):
         return None
 
     def refuses(self, scene: SceneKind) -> str | None:
-        """Why its settings are not for a scene: only single free blocks bounce."""
+        """Why its settings are not for a scene: what does not bounce."""
         if not self._bounces:
             return None
+        flat_stack = scene.stacked and not scene.spatial and not scene.held
+        if flat_stack and self.settings.restitution_law != NEWTON:
+            return (
+                "engines.event.restitution_law = 1 is for single free-standing blocks and bodies, "
+                "and the case has a stack, which bounces by Newton's law, 0"
+            )
         why = None
-        if scene.piled or scene.held:
+        if scene.assembly or scene.held:
             table = "assembly" if scene.assembly else next(iter(scene.held), "")
-            why = "the case has " + ("a stack" if scene.stacked else f"[{table}]")
+            why = f"the case has [{table}]"
+        elif scene.stacked and scene.spatial:
+            why = "the case has a stack in space; dem, whose contacts are springs, can do it"
         elif scene.restitution_given:
             why = "the case prescribes contact.angular_restitution"
         return why and (
-            "engines.event.restitution above 0 is for single free-standing blocks and bodies, "
-            f"and {why}"
+            "engines.event.restitution above 0 is for single free-standing blocks and bodies and "
+            f"for stacks in the plane, and {why}"
         )
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
@@ -207,7 +216,7 @@ class Event(KernelEngine):
         if not scene.spatial:
             piled = scene.piled if isinstance(scene, SceneKind) else scene.stacked
             if piled:
-                return Kernel(event, "stack_run")
+                return Kernel(event, "stack_run", bounces=self._bounces)
             if scene.held:
                 return Kernel(event, "held_run")
             cornered = scene.on_points or scene.restitution_given or self._bounces

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from warprock.arguments import at_the_door
 from warprock.case.assembly import BETWEEN
 from warprock.case.axes import Texts
-from warprock.case.columns import Columns
+from warprock.case.columns import Columns, Meanings
 from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import LaneSet
 from warprock.model.base_path import base_places
@@ -119,7 +119,7 @@ def run_columns(lane_set: LaneSet, response: Response) -> Columns:
 def _declared(columns: Mapping[str, Any], meaning: Mapping[str, tuple[str, str]]) -> Columns:
     """Columns with their units and meanings, by name."""
     said = {name: {"unit": unit, "text": text} for name, (unit, text) in meaning.items()}
-    return Columns(columns, {"columns": said})
+    return Columns(columns, {"columns": Meanings(said)})
 
 
 def joint_columns(lanes: Lanes, state: npt.NDArray[np.int64]) -> dict[str, list[str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import importlib.resources
 import os
@@ -64,8 +65,9 @@ def package_versions(names: tuple[str, ...]) -> dict[str, str | None]:
     return found
 
 
+@functools.cache
 def kernel_hash() -> str:
-    """SHA-256 over the paths and the sources of all kernel files."""
+    """SHA-256 over the paths and the sources of all kernel files, as a process first finds them."""
     digest = hashlib.sha256()
     sources = dict(_sources(importlib.resources.files("warprock.kernels"), ""))
     for path in sorted(sources):

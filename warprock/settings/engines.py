@@ -170,9 +170,9 @@ class EventSettings:
     restitution: Annotated[
         float,
         SettingKey(
-            "of single blocks and bodies: speed at which a corner that lands leaves the base "
-            "again, as a part of that at which it came; a bounce that would last less than a "
-            "sixteenth of the longest step is left out",
+            "of single blocks and bodies, and of stacks in the plane: speed at which a corner that "
+            "lands leaves again, as a part of that at which it came; a bounce that would last less "
+            "than a sixteenth of the longest step is left out",
             0.0,
             1.0,
         ),
@@ -180,8 +180,9 @@ class EventSettings:
     restitution_law: Annotated[
         int,
         SettingKey(
-            "0: Newton's, restitution is a ratio of normal velocities; 1: Poisson's, it is one of "
-            "normal impulses; they differ where friction stops a corner that slides",
+            "0: Newton's, restitution is a ratio of normal velocities; 1: Poisson's, not of "
+            "stacks, it is one of normal impulses; they differ where friction stops a corner that "
+            "slides",
             0,
             1,
         ),

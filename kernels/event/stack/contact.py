@@ -128,7 +128,7 @@ def spare_of(problem: wp.ref[Problem], contacts: Contacts, impulse: Triples) -> 
 @wp.func(inline=False)
 def solve(
     blocks: wp.ref[Blocks], g: wp.ref[Jacobian], touch: Counts, glide: Counts, guess: Contacts,
-    free: Triples, dust: RoundOff,
+    free: Triples, dust: RoundOff, shift: Triples,
 ) -> Solution:  # fmt: skip
     """Velocities that obey the contact law.
 
@@ -140,10 +140,13 @@ def solve(
         guess: State that is tried first.
         free: Velocities without contact.
         dust: What counts as round-off.
+        shift: What the law adds to relative velocities [m/s]: of impacts that bounce.
     """
     problem = Problem()
     problem.couplings = couplings_of(blocks, g)
     problem.free = relative_velocities(g, free)
+    if BOUNCES:
+        problem.free = problem.free + shift
     problem.touch = touch
     problem.glide = glide
     found = Solution()

@@ -29,6 +29,14 @@ SOON = real(1.0e-3)
 
 
 @wp.struct
+class Rebound:
+    """Restitution of ends that close, and the speed up to which none bounces [m/s]."""
+
+    kept: real
+    slow: real
+
+
+@wp.struct
 class Limits:
     """What a step needs to know of a lane besides its blocks.
 
@@ -37,12 +45,15 @@ class Limits:
         mass: Of all blocks [kg].
         longest_step: [s].
         rest_rotation: Swing below which a block rests [rad].
+        rebound: How ends bounce.
     """
 
     gravity: real
     mass: real
     longest_step: real
     rest_rotation: Values
+    if BOUNCES:
+        rebound: Rebound
 
 
 @wp.struct

@@ -71,6 +71,8 @@ from warprock.kernels.shape.stack import (
     turn_of,
 )
 
+if BOUNCES:
+    from warprock.kernels.event.stack.bounce import bounce
 if CHAINS:
     from warprock.kernels.event.stack.edges import has_left
 
@@ -228,7 +230,9 @@ def collide(
         grain = DUST * (speed + limits.gravity * limits.longest_step)
         guess = Contacts(guess_held(t.pose.touch, contacts.hold), contacts.slip)
         dust = RoundOff(grain, grain * limits.mass)
-        return solve(blocks, g, contacts.hold, Counts(), guess, free, dust)
+        if BOUNCES:
+            return bounce(blocks, g, limits.rebound, contacts.hold, guess, free, dust)
+        return solve(blocks, g, contacts.hold, Counts(), guess, free, dust, Triples())
     # An end that closes without an impact has no friction, so that it adds no energy.
     smooth = blocks
     smooth.friction = Values()

@@ -331,7 +331,7 @@ def try_sliding(
     grain = DUST * (speed + limits.gravity * limits.longest_step)
     touch = s.pose.touch
     dust = RoundOff(grain, grain * limits.mass)
-    mean = solve(blocks, g, touch, glide, Contacts(touch, s.slip), free, dust)
+    mean = solve(blocks, g, touch, glide, Contacts(touch, s.slip), free, dust, Triples())
     hold = mean.contacts.hold
     t.slip = mean.contacts.slip
     t.settled = mean.solved

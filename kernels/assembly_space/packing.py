@@ -1,0 +1,229 @@
+"""The meetings of an assembly in space in the order in which a sweep takes them.
+
+A meeting is a joint, or a pair without one, that has contacts in a step. Each has a colour that no
+other one of its two blocks has, but for blocks that are fixed. WIDTH meetings of one colour make a
+pack: a sweep takes them side by side, by vector code, and all contacts of theirs one after the
+other, so that it reads and writes the drift of a block once for them.
+
+The contacts of a pack are rows: one contact of every meeting, all their numbers together. Where a
+meeting has fewer contacts than others of its pack, or a pack fewer meetings, there are contacts of
+zeros, in the latter case between two blocks that are none.
+"""
+
+import warp as wp
+
+from warprock.kernels.assembly.meeting import NONE, Near
+from warprock.kernels.assembly_space.contact import Row, push, row_of
+from warprock.kernels.assembly_space.meeting import Laid, Pack, Sides, Step
+
+WIDTH = 8
+"""Meetings of a pack: a vector of 512 bits in float64."""
+
+CONTACT = 40
+"""Numbers of a contact as a sweep takes it, the fields of `Row`."""
+
+NUMBERS = 49 * WIDTH
+"""Numbers of a row: those of its contacts and of their impulses, the fields of `Impulse`."""
+
+COLOURS = 62
+"""Colours with packs of several meetings; what finds none left has a pack of its own."""
+
+
+LEFT = NONE - 1
+"""In `order` a contact of the last step that none has replaced; `NONE` where a row has zeros."""
+
+
+@wp.func
+def across(turn: int, count: int) -> int:
+    """The corner of a polygon that comes at a turn: every second one, then the others."""
+    half = (count + 1) / 2
+    return wp.where(turn < half, 2 * turn, 2 * (turn - half) + 1)
+
+
+@wp.func
+def colour_of(laid: Laid, lane: int, a: int, b: int) -> int:
+    """The first colour that neither of two blocks has, which they have from now on."""
+    one, none = wp.int64(1), wp.int64(0)
+    left = laid.colours[lane, a] | laid.colours[lane, b]
+    colour = int(0)
+    while colour < COLOURS and left & one != none:
+        left = left >> one
+        colour += 1
+    mark = one << wp.int64(colour)
+    # What is fixed has no drift: all may touch it side by side.
+    if laid.hefts[lane, a].root > real(0.0):
+        laid.colours[lane, a] = laid.colours[lane, a] | mark
+    if laid.hefts[lane, b].root > real(0.0):
+        laid.colours[lane, b] = laid.colours[lane, b] | mark
+    return colour
+
+
+@wp.func
+def place_of(laid: Laid, lane: int, sides: Sides, contacts: int, step: wp.ref[Step]) -> int:
+    """A place for a meeting in the packs of a step; `NONE` where there is no room."""
+    colour = colour_of(laid, lane, sides.a, sides.b)
+    pack = laid.open[lane, colour]
+    closed = pack == NONE or colour == COLOURS
+    if not closed:
+        closed = laid.packs[lane, pack].count == WIDTH
+    if closed:
+        if step.packs >= laid.packs.shape[1]:
+            step.full = 1
+            return NONE
+        pack = step.packs
+        step.packs += 1
+        laid.packs[lane, pack] = Pack()
+        laid.open[lane, colour] = pack
+        none = int(laid.sizes[lane, 0]) + 1
+        for i in range(WIDTH):
+            laid.sides[lane, pack * WIDTH + i] = Sides(none, none)
+    own = laid.packs[lane, pack]
+    place = pack * WIDTH + own.count
+    laid.sides[lane, place] = sides
+    own.count += 1
+    own.depth = wp.max(own.depth, contacts)
+    laid.packs[lane, pack] = own
+    return place
+
+
+@wp.func
+def pack_up(laid: Laid, lane: int, near: Near, step: wp.ref[Step]):
+    """Puts the meetings of a step into packs."""
+    for k in range(laid.sizes[lane, 0] + 1):
+        laid.colours[lane, k] = wp.int64(0)
+    for colour in range(COLOURS + 1):
+        laid.open[lane, colour] = NONE
+    step.packs = 0
+    for joint in range(laid.sizes[lane, 1]):
+        link = laid.links[lane, joint]
+        count = laid.joined[lane, joint].count
+        if count > 0:
+            place = place_of(laid, lane, Sides(link.a, link.b), count, step)
+            laid.joined[lane, joint].place = place
+    for p in range(near.pairs):
+        pair = laid.pairs[lane, near.half + p]
+        if pair.count > 0:
+            place = place_of(laid, lane, Sides(pair.a, pair.b), pair.count, step)
+            laid.pairs[lane, near.half + p].place = place
+    total, room = int(0), laid.order.shape[1] // WIDTH
+    for pack in range(step.packs):
+        depth = laid.packs[lane, pack].depth
+        if total + depth > room:
+            depth = 0
+            step.full = 1
+            laid.packs[lane, pack].depth = 0
+        laid.packs[lane, pack].first = total
+        total += depth
+    step.rows = total
+
+
+@wp.func
+def store_row(laid: Laid, lane: int, at: int, row: Row):
+    """Writes a contact among the numbers of a row."""
+    laid.rows[lane, at] = row.nx
+    laid.rows[lane, at + 1 * WIDTH] = row.ny
+    laid.rows[lane, at + 2 * WIDTH] = row.nz
+    laid.rows[lane, at + 3 * WIDTH] = row.tx
+    laid.rows[lane, at + 4 * WIDTH] = row.ty
+    laid.rows[lane, at + 5 * WIDTH] = row.tz
+    laid.rows[lane, at + 6 * WIDTH] = row.sx
+    laid.rows[lane, at + 7 * WIDTH] = row.sy
+    laid.rows[lane, at + 8 * WIDTH] = row.sz
+    laid.rows[lane, at + 9 * WIDTH] = row.la
+    laid.rows[lane, at + 10 * WIDTH] = row.lb
+    laid.rows[lane, at + 11 * WIDTH] = row.nax
+    laid.rows[lane, at + 12 * WIDTH] = row.nay
+    laid.rows[lane, at + 13 * WIDTH] = row.naz
+    laid.rows[lane, at + 14 * WIDTH] = row.tax
+    laid.rows[lane, at + 15 * WIDTH] = row.tay
+    laid.rows[lane, at + 16 * WIDTH] = row.taz
+    laid.rows[lane, at + 17 * WIDTH] = row.sax
+    laid.rows[lane, at + 18 * WIDTH] = row.say
+    laid.rows[lane, at + 19 * WIDTH] = row.saz
+    laid.rows[lane, at + 20 * WIDTH] = row.nbx
+    laid.rows[lane, at + 21 * WIDTH] = row.nby
+    laid.rows[lane, at + 22 * WIDTH] = row.nbz
+    laid.rows[lane, at + 23 * WIDTH] = row.tbx
+    laid.rows[lane, at + 24 * WIDTH] = row.tby
+    laid.rows[lane, at + 25 * WIDTH] = row.tbz
+    laid.rows[lane, at + 26 * WIDTH] = row.sbx
+    laid.rows[lane, at + 27 * WIDTH] = row.sby
+    laid.rows[lane, at + 28 * WIDTH] = row.sbz
+    laid.rows[lane, at + 29 * WIDTH] = row.kn
+    laid.rows[lane, at + 30 * WIDTH] = row.wn
+    laid.rows[lane, at + 31 * WIDTH] = row.kt
+    laid.rows[lane, at + 32 * WIDTH] = row.wk
+    laid.rows[lane, at + 33 * WIDTH] = row.knt
+    laid.rows[lane, at + 34 * WIDTH] = row.kns
+    laid.rows[lane, at + 35 * WIDTH] = row.wtt
+    laid.rows[lane, at + 36 * WIDTH] = row.wts
+    laid.rows[lane, at + 37 * WIDTH] = row.wss
+    laid.rows[lane, at + 38 * WIDTH] = row.closing
+    laid.rows[lane, at + 39 * WIDTH] = row.friction
+
+
+@wp.func
+def fill_place(laid: Laid, lane: int, place: int, first: int, count: int):
+    """Writes the contacts of a meeting in their rows, and adds what they bore in the last step.
+
+    Args:
+        laid: Where the blocks are.
+        lane: The lane.
+        place: Its place in the packs.
+        first, count: Its contacts in the list.
+    """
+    if place == NONE:
+        return
+    own = place % WIDTH
+    pack = laid.packs[lane, place // WIDTH]
+    for turn in range(wp.min(count, pack.depth)):
+        listed = first + across(turn, count)
+        at = laid.contacts[lane, listed]
+        held = laid.impulses[lane, listed]
+        row = row_of(at, laid.hefts[lane, at.a], laid.hefts[lane, at.b])
+        begins = (pack.first + turn) * NUMBERS + own
+        store_row(laid, lane, begins, row)
+        laid.rows[lane, begins + CONTACT * WIDTH] = held.n
+        laid.rows[lane, begins + (CONTACT + 1) * WIDTH] = held.t
+        laid.rows[lane, begins + (CONTACT + 2) * WIDTH] = held.s
+        laid.order[lane, (pack.first + turn) * WIDTH + own] = listed
+        ya = laid.drifts[lane, at.a]
+        yb = laid.drifts[lane, at.b]
+        push(row, held.n, held.t, held.s, ya, yb)
+        laid.drifts[lane, at.a] = ya
+        laid.drifts[lane, at.b] = yb
+
+
+@wp.func
+def fill_packs(laid: Laid, lane: int, near: Near, step: Step):
+    """Writes the contacts of a step into the rows of its packs; see `fill_place`."""
+    for i in range(step.rows * WIDTH):
+        laid.order[lane, i] = wp.where(laid.order[lane, i] == NONE, NONE, LEFT)
+    for joint in range(laid.sizes[lane, 1]):
+        own = laid.joined[lane, joint]
+        if own.count > 0:
+            fill_place(laid, lane, own.place, step.half + own.first, own.count)
+    for p in range(near.pairs):
+        pair = laid.pairs[lane, near.half + p]
+        if pair.count > 0:
+            fill_place(laid, lane, pair.place, step.half + pair.first, pair.count)
+    for i in range(step.rows * WIDTH):
+        if laid.order[lane, i] == LEFT:
+            laid.order[lane, i] = NONE
+            at = (i // WIDTH) * NUMBERS + i % WIDTH
+            for number in range(CONTACT + 9):
+                laid.rows[lane, at + number * WIDTH] = real(0.0)
+
+
+@wp.func
+def keep_impulses(laid: Laid, lane: int, step: Step):
+    """Brings the impulses that a solve has found back into the list of contacts."""
+    for i in range(step.rows * WIDTH):
+        listed = laid.order[lane, i]
+        if listed != NONE:
+            at = (i // WIDTH) * NUMBERS + CONTACT * WIDTH + i % WIDTH
+            held = laid.impulses[lane, listed]
+            held.n = laid.rows[lane, at]
+            held.t = laid.rows[lane, at + WIDTH]
+            held.s = laid.rows[lane, at + 2 * WIDTH]
+            laid.impulses[lane, listed] = held
