@@ -229,7 +229,7 @@ class Laid:
 
 
 @wp.func
-def after(corner: int, count: int) -> int:
+def next_corner(corner: int, count: int) -> int:
     """The next corner."""
     return wp.where(corner + 1 < count, corner + 1, 0)
 
@@ -267,7 +267,7 @@ def clearance(
     """How far the corners of a block are from another one, but for those of one edge [m]."""
     found = -BELOW
     for k in range(one.count):
-        if k != edge and k != after(edge, one.count):
+        if k != edge and k != next_corner(edge, one.count):
             corner = laid.corners[lane, one.first + k]
             x, z = seen_from(corner.x, corner.z, one.pose, other.pose)
             away = -NEVER
@@ -285,7 +285,7 @@ def above_ground(
     """Height of the lowest corner of a block above the ground, but for those of one edge [m]."""
     found = -BELOW
     for k in range(one.count):
-        if edge < 0 or (k != edge and k != after(edge, one.count)):
+        if edge < 0 or (k != edge and k != next_corner(edge, one.count)):
             corner = laid.corners[lane, one.first + k]
             high = dot(corner.x, corner.z, one.pose.s, one.pose.c) + one.pose.z - level
             found = smaller(high, found)
@@ -304,7 +304,7 @@ def shared_length(
 ) -> real:  # fmt: skip
     """What the edges of a joint have side by side [m]."""
     start = laid.corners[lane, a.first + pair.edge_a]
-    stop = laid.corners[lane, a.first + after(pair.edge_a, a.count)]
+    stop = laid.corners[lane, a.first + next_corner(pair.edge_a, a.count)]
     side = laid.corners[lane, b.first + pair.edge_b]
     x0, z0 = seen_from(start.x, start.z, a.pose, b.pose)
     x1, z1 = seen_from(stop.x, stop.z, a.pose, b.pose)
@@ -361,11 +361,11 @@ def of_joint(corner: int, count: int, edge: int, own: int, others: int) -> bool:
         own: The edge of the joint on the block of the corner; `NONE` without a joint.
         others: That on the block of the edge.
     """
-    return others >= 0 and edge == others and (corner == own or corner == after(own, count))
+    return others >= 0 and edge == others and (corner == own or corner == next_corner(own, count))
 
 
 @wp.func
-def beside(
+def overlap_of(
     laid: Laid, lane: int, one: Body, other: Body, edge: int, joint: Sides,
     slip: real, range_: real,
 ) -> Beside:  # fmt: skip
@@ -382,7 +382,7 @@ def beside(
     """
     side = laid.corners[lane, one.first + edge]
     facing = opposite_edge(laid, lane, one, other, edge)
-    behind = after(facing, other.count)
+    behind = next_corner(facing, other.count)
     start, stop = laid.corners[lane, other.first + facing], laid.corners[lane, other.first + behind]
     x0, z0 = seen_from(start.x, start.z, other.pose, one.pose)
     x1, z1 = seen_from(stop.x, stop.z, other.pose, one.pose)
@@ -397,7 +397,7 @@ def beside(
     long = end - begin > slip
     slope = wp.where(long, (gap_high - gap_low) / wp.where(long, high - low, real(1.0)), real(0.0))
     gap0, gap1 = fused(slope, begin - low, gap_low), fused(slope, end - low, gap_low)
-    last = after(edge, one.count)
+    last = next_corner(edge, one.count)
     joint0 = of_joint(edge, one.count, facing, joint.a, joint.b)
     if low >= real(0.0):
         joint0 = of_joint(behind, other.count, edge, joint.b, joint.a)
@@ -428,14 +428,14 @@ def on_ground(
         if up < least:
             facing = k
             least = up
-    behind = after(facing, one.count)
+    behind = next_corner(facing, one.count)
     start, stop = laid.corners[lane, one.first + facing], laid.corners[lane, one.first + behind]
     x0, z0 = wedge(start.x, start.z, s, c), dot(start.x, start.z, s, c)
     x1, z1 = wedge(stop.x, stop.z, s, c), dot(stop.x, stop.z, s, c)
     gap0, gap1 = one.pose.z + z0 - level, one.pose.z + z1 - level
     edge = wp.where(c > real(0.0), one.stands, NONE)
-    joint0 = edge >= 0 and (facing == edge or facing == after(edge, one.count))
-    joint1 = edge >= 0 and (behind == edge or behind == after(edge, one.count))
+    joint0 = edge >= 0 and (facing == edge or facing == next_corner(edge, one.count))
+    joint1 = edge >= 0 and (behind == edge or behind == next_corner(edge, one.count))
     return Beside(
         real(0.0), real(1.0), x0, z0, x1, z1,
         wp.where(gap0 <= range_ and not joint0, gap0, NEVER),
@@ -462,12 +462,12 @@ def meet(laid: Laid, lane: int, a: Body, b: Body, pair: Pair, near: Near) -> Bes
     if larger(one.gap, other.gap) > near.range:
         return nothing
     if one.gap > other.gap:
-        met = beside(laid, lane, a, b, one.edge, joint, slip, near.range)
+        met = overlap_of(laid, lane, a, b, one.edge, joint, slip, near.range)
         met.nx = -met.nx
         met.nz = -met.nz
         return met
     turned = Sides(joint.b, joint.a)
-    met = beside(laid, lane, b, a, other.edge, turned, slip, near.range)
+    met = overlap_of(laid, lane, b, a, other.edge, turned, slip, near.range)
     # Its tangent runs against the edge of the second block: the ends change places.
     dx, dz = b.pose.x - a.pose.x, b.pose.z - a.pose.z
     return Beside(

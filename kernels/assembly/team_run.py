@@ -24,8 +24,10 @@ from warprock.kernels.assembly.block import (
     Track,
     add_energy,
     integrate,
+    length_of,
     observe_block,
     observe_gap,
+    observe_off,
     observe_slide,
 )
 from warprock.kernels.assembly.found import (
@@ -72,7 +74,7 @@ from warprock.kernels.assembly.solve import (
 )
 from warprock.kernels.contact.parting import slack
 from warprock.kernels.lane.account import Account, keep_account
-from warprock.kernels.lane.modes import OVERTURNED, RUNNING, UNSOLVED
+from warprock.kernels.lane.modes import OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.launch.team import Crew, meet, share
@@ -225,7 +227,7 @@ def merge(a: Seen, b: Seen) -> Seen:
         smaller(a.uplift_time, b.uplift_time), larger(a.moved, b.moved),
         larger(a.deepest, b.deepest), larger(a.peak, b.peak),
         wp.where(later, b.peak_time, a.peak_time), smaller(a.collapse_time, b.collapse_time),
-        a.still, a.residual, larger(a.speed, b.speed), a.astray, a.leans,
+        wp.max(a.off, b.off), a.still, a.residual, larger(a.speed, b.speed), a.astray, a.leans,
     )  # fmt: skip
 
 
@@ -582,6 +584,14 @@ def run_lanes(
                     observe_slide(keeps, dt, glides, force[i], tracks)
                     track[i] = tracks
                 for i in range(LANES):
+                    length = smaller(
+                        length_of(scene.blocks[pair[i].a]), length_of(scene.blocks[pair[i].b])
+                    )
+                    stands = keeps and lane[0].collapse_time >= NEVER
+                    sees = seen[i]
+                    observe_off(stands, time, length, track[i], sees)
+                    seen[i] = sees
+                for i in range(LANES):
                     store.track[2 * p + side, i] = track[i]
         for i in range(LANES):
             seen[i].mode = wp.max(seen[i].mode, wp.where(over, UNSOLVED, RUNNING))
@@ -682,7 +692,7 @@ def run_lanes(
                     sees = lane[0]
                     lane[0] = merge(sees, store.seen[r, i])
             if lane[0].mode == RUNNING and lane[0].collapse_time < NEVER:
-                lane[0].mode = OVERTURNED
+                lane[0].mode = wp.where(lane[0].off > 0, SLID_OFF, OVERTURNED)
             found.results[0] = Result(
                 lane[0].mode, lane[0].steps, lane[0].impacts, lane[0].sweeps, lane[0].astray,
                 lane[0].uplift_time, lane[0].moved, lane[0].deepest, lane[0].peak,

@@ -204,7 +204,7 @@ def factor_of(node: Node) -> Factor:
 
 
 @wp.func
-def solved(by: Factor, x: real, z: real, o: real):
+def solve_column(by: Factor, x: real, z: real, o: real):
     """K^-1 of a column."""
     z1 = fused_less(by.zx, x, z)
     o1 = by.o * fused_less(by.oz, z1, fused_less(by.ox, x, o))
@@ -214,7 +214,7 @@ def solved(by: Factor, x: real, z: real, o: real):
 
 
 @wp.func
-def inner(ax: real, az: real, ao: real, bx: real, bz: real, bo: real) -> real:
+def product_of(ax: real, az: real, ao: real, bx: real, bz: real, bo: real) -> real:
     """Scalar product of two columns."""
     return fused(ao, bo, dot(ax, az, bx, bz))
 
@@ -223,19 +223,19 @@ def inner(ax: real, az: real, ao: real, bx: real, bz: real, bo: real) -> real:
 def eliminate(own: wp.ref[Node], parent: wp.ref[Node]):
     """Takes a block out of the equation of its parent."""
     by = factor_of(own)
-    x, z, o = solved(by, own.x, own.z, own.o)
-    ax, az, ao = solved(by, own.cxx, own.czx, own.cox)
-    bx, bz, bo = solved(by, own.cxz, own.czz, own.coz)
-    cx, cz, co = solved(by, own.cxo, own.czo, own.coo)
-    parent.x = parent.x - inner(own.cxx, own.czx, own.cox, x, z, o)
-    parent.z = parent.z - inner(own.cxz, own.czz, own.coz, x, z, o)
-    parent.o = parent.o - inner(own.cxo, own.czo, own.coo, x, z, o)
-    parent.xx = parent.xx - inner(own.cxx, own.czx, own.cox, ax, az, ao)
-    parent.xz = parent.xz - inner(own.cxx, own.czx, own.cox, bx, bz, bo)
-    parent.zz = parent.zz - inner(own.cxz, own.czz, own.coz, bx, bz, bo)
-    parent.xo = parent.xo - inner(own.cxx, own.czx, own.cox, cx, cz, co)
-    parent.zo = parent.zo - inner(own.cxz, own.czz, own.coz, cx, cz, co)
-    parent.oo = parent.oo - inner(own.cxo, own.czo, own.coo, cx, cz, co)
+    x, z, o = solve_column(by, own.x, own.z, own.o)
+    ax, az, ao = solve_column(by, own.cxx, own.czx, own.cox)
+    bx, bz, bo = solve_column(by, own.cxz, own.czz, own.coz)
+    cx, cz, co = solve_column(by, own.cxo, own.czo, own.coo)
+    parent.x = parent.x - product_of(own.cxx, own.czx, own.cox, x, z, o)
+    parent.z = parent.z - product_of(own.cxz, own.czz, own.coz, x, z, o)
+    parent.o = parent.o - product_of(own.cxo, own.czo, own.coo, x, z, o)
+    parent.xx = parent.xx - product_of(own.cxx, own.czx, own.cox, ax, az, ao)
+    parent.xz = parent.xz - product_of(own.cxx, own.czx, own.cox, bx, bz, bo)
+    parent.zz = parent.zz - product_of(own.cxz, own.czz, own.coz, bx, bz, bo)
+    parent.xo = parent.xo - product_of(own.cxx, own.czx, own.cox, cx, cz, co)
+    parent.zo = parent.zo - product_of(own.cxz, own.czz, own.coz, cx, cz, co)
+    parent.oo = parent.oo - product_of(own.cxo, own.czo, own.coo, cx, cz, co)
     own.x = x
     own.z = z
     own.o = o
@@ -253,9 +253,9 @@ def eliminate(own: wp.ref[Node], parent: wp.ref[Node]):
 @wp.func
 def substitute(parent: Node, own: wp.ref[Node]):
     """The solution of a block from that of its parent."""
-    own.x = own.x - inner(own.cxx, own.cxz, own.cxo, parent.x, parent.z, parent.o)
-    own.z = own.z - inner(own.czx, own.czz, own.czo, parent.x, parent.z, parent.o)
-    own.o = own.o - inner(own.cox, own.coz, own.coo, parent.x, parent.z, parent.o)
+    own.x = own.x - product_of(own.cxx, own.cxz, own.cxo, parent.x, parent.z, parent.o)
+    own.z = own.z - product_of(own.czx, own.czz, own.czo, parent.x, parent.z, parent.o)
+    own.o = own.o - product_of(own.cox, own.coz, own.coo, parent.x, parent.z, parent.o)
 
 
 @wp.func
@@ -269,7 +269,7 @@ def change_of(node: Node, mass: Mass) -> Velocity:
 
 
 @wp.func
-def within(room: real, rate: real, share: real) -> real:
+def share_within(room: real, rate: real, share: real) -> real:
     """The part of a way that leaves room for a change by a rate, at most `share`."""
     return wp.where(rate * share > room, room / rate, share)
 
@@ -307,18 +307,18 @@ def limit_share(
         end, other, along: The same of the other end.
         leap: The leap of the lane, with `share`.
     """
-    part = within(impulse.n - least_normal(impulse), -way.dn, leap.share)
-    part = within(other.n - least_normal(other), -along.dn, part)
+    part = share_within(impulse.n - least_normal(impulse), -way.dn, leap.share)
+    part = share_within(other.n - least_normal(other), -along.dn, part)
     stuck = sticks(at, impulse) or sticks(end, other)
     bound = most_drag(at.friction, impulse.n, impulse) + most_drag(end.friction, other.n, other)
     grows = fused(at.friction, way.dn, end.friction * along.dn)
     t, dt = impulse.t + other.t, way.dt + along.dt
-    kept = within(bound + t, -dt - grows, within(bound - t, dt - grows, part))
+    kept = share_within(bound + t, -dt - grows, share_within(bound - t, dt - grows, part))
     leap.share = wp.where(stuck, kept, part)
 
 
 @wp.func
-def clamped(t: real, most: real) -> real:
+def clamp(t: real, most: real) -> real:
     """The nearest to t within -most and most."""
     return smaller(larger(t, -most), most)
 
@@ -348,6 +348,6 @@ def leap_to(
     t = wp.where(stuck, t, wp.where(impulse.t < real(0.0), -near, near))
     u = wp.where(stuck, u, wp.where(other.t < real(0.0), -far, far))
     both = t + u
-    u = clamped(both - clamped(t, near), far)
-    t = clamped(both - u, near)
+    u = clamp(both - clamp(t, near), far)
+    t = clamp(both - u, near)
     return n - impulse.n, t - impulse.t, m - other.n, u - other.t

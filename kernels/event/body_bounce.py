@@ -66,7 +66,7 @@ def energy_of(body: Body, v: Velocity) -> real:
 
 
 @wp.func
-def between(law: Velocity, more: Velocity, part: real) -> Velocity:
+def velocity_between(law: Velocity, more: Velocity, part: real) -> Velocity:
     """A velocity and a part of the way from there."""
     return Velocity(
         law.x + part * more.x, law.z + part * more.z, law.omega + part * more.omega
@@ -92,7 +92,7 @@ class Expansion:
 
 
 @wp.func
-def pushed(body: Body, at: Lever, free: Velocity, n: real, f: real) -> Velocity:
+def velocity_after(body: Body, at: Lever, free: Velocity, n: real, f: real) -> Velocity:
     """Velocity after impulses [m/s] at a corner."""
     turn = body.inverse_inertia * (f * at.z - n * at.x)
     return Velocity(free.x + f, free.z + n, free.omega + turn)
@@ -123,7 +123,7 @@ def press_corner(body: Body, at: Lever, given: real, free: Velocity):
     slipping = -(u + sign * mu * k * given) / (kn + sign * mu * k)
     n = wp.where(sticks, n, slipping)
     f = wp.where(sticks, f, sign * mu * (given + slipping))
-    return pushed(body, at, free, n, f), sticks, n >= zero
+    return velocity_after(body, at, free, n, f), sticks, n >= zero
 
 
 @wp.func
@@ -139,7 +139,7 @@ def expand(body: Body, beside: bool, at: Lever, other: real, rest: Velocity, n: 
     # No corner needs more than it is given.
     stop = -(free.x + free.omega * z) / (one + w * z * z)
     bound = body.friction * given
-    up = pushed(body, Lever(zero, z), free, zero, larger(smaller(stop, bound), -bound))
+    up = velocity_after(body, Lever(zero, z), free, zero, larger(smaller(stop, bound), -bound))
     u1, u2 = up.z - up.omega * at.x, up.z - up.omega * other
     leaves = u1 >= zero and (not beside or u2 >= zero)
     # One corner would sink, and is pressed on.
@@ -176,14 +176,14 @@ def bounce_velocity(body: Body, beside: bool, at: Lever, other: real, before: Ve
     shift = Velocity(-turn * z, s1 + turn * x, turn)
     law, mode, sticks, second = law_velocity(body, beside, at, other, before)
     found, free_mode, free_sticks, free_second = law_velocity(
-        body, beside, at, other, between(before, shift, one)
+        body, beside, at, other, velocity_between(before, shift, one)
     )
-    bounced = between(found, shift, -one)
-    energy, more = energy_of(body, before), between(bounced, law, -one)
+    bounced = velocity_between(found, shift, -one)
+    energy, more = energy_of(body, before), velocity_between(bounced, law, -one)
     slope = law.x * more.x + law.z * more.z + body.inertia * law.omega * more.omega
     part = kept_part(energy_of(body, more), slope, energy - energy_of(body, law))
     whole = part >= one
-    after = between(law, more, part)
+    after = velocity_between(law, more, part)
     after = Velocity(
         wp.where(whole, bounced.x, after.x), wp.where(whole, bounced.z, after.z),
         wp.where(whole, bounced.omega, after.omega),

@@ -70,7 +70,7 @@ from warprock.kernels.event.held_state import (
     Point,
     Seen,
     State,
-    has,
+    has_point,
     mirror_block,
     mirror_state,
     normal_gap,
@@ -114,7 +114,7 @@ def touching_points(block: Block, s: State) -> int:
     near = TOUCHING * (block.half_height + block.half_width)
     for k in range(4):
         there = k < 2 or block.wall != real(0.0)
-        if there and not has(points, k) and normal_gap(block, k, s) <= near:
+        if there and not has_point(points, k) and normal_gap(block, k, s) <= near:
             points = points + (1 << k)
     return points
 
@@ -177,7 +177,7 @@ def apply_velocities(block: Block, choice: Choice, points: int, slack: real, s: 
     s.omega = choice.rate[2]
     near = int(0)
     for k in range(4):
-        if has(points, k) and normal_rate(block, k, s) <= slack:
+        if has_point(points, k) and normal_rate(block, k, s) <= slack:
             near = near + (1 << k)
     s.slip = real(0.0)
     if choice.holds == 0 and (near & BASE) > 0:
@@ -205,7 +205,7 @@ def comes_back(block: Block, pull: Pull, s: State, points: int, a: real) -> Poin
         at = turn_point(point_of(block, k), sine(s.theta), cosine(s.theta))
         pulled = choice.rate[0] + choice.rate[2] * at.z - s.omega * s.omega * at.x
         pulled = block.wall * pulled
-        if has(points, k) and speed > found.x:
+        if has_point(points, k) and speed > found.x:
             found = Point(speed, pulled)
     return found
 
@@ -271,8 +271,8 @@ def strike(
     bounces = bool(False)
     for k in range(4):
         rate = normal_rate(block, k, s)
-        if has(points, k) and rate < -slack:
-            hit = hit or not has(s.closed, k)
+        if has_point(points, k) and rate < -slack:
+            hit = hit or not has_point(s.closed, k)
             if k > 1 and block.rebound > zero:
                 back[k] = -block.rebound * rate
                 bounces = True
@@ -325,7 +325,7 @@ def decide(block: Block, pull: Pull, a: real, s: wp.ref[State], seen: wp.ref[See
     s.mode = FLYING
     count = int(choice.holds)
     for k in range(4):
-        if has(choice.points, k):
+        if has_point(choice.points, k):
             count = count + 1
     if (choice.points & BASE) > 0:
         s.mode = PIVOTING
@@ -487,7 +487,7 @@ def start_lane(block: Block, theta: real, omega: real, held: Held):
 
 
 @wp.func
-def happen(
+def apply_event(
     block: Block, held: Held, kind: int, what: int, way: int, s: wp.ref[State],
     seen: wp.ref[Seen],
 ):  # fmt: skip
@@ -564,14 +564,14 @@ def advance(
         if event.kind == LETS_GO:
             let_go(block, event.what, s)
         else:
-            happen(block, held, event.kind, event.what, event.way, s, seen)
+            apply_event(block, held, event.kind, event.what, event.way, s, seen)
     if s.time >= knot:
         # Forces may jump there.
         s.opens = 0
         s.starts = 0
     if s.mode < OVERTURNED and (hits or kick != zero):
         points = touching_points(block, s)
-        if hits and not has(points, event.what):
+        if hits and not has_point(points, event.what):
             points = points + (1 << event.what)
         put_back(block, s, points)
         strike(block, pull_of(block, held), base, points, s, seen)

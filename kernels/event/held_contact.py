@@ -35,7 +35,7 @@ from warprock.kernels.event.held_state import (
     RIGHT,
     Block,
     Point,
-    has,
+    has_point,
     point_of,
     turn_point,
 )
@@ -124,7 +124,7 @@ def grip_of(block: Block, points: int, holds: int, slip: real) -> Grip:
     px, pz, dx, dz, ex, ez = Vector(), Vector(), Vector(), Vector(), Vector(), Vector()
     n = int(0)
     for k in range(4):
-        if has(points, k):
+        if has_point(points, k):
             p = point_of(block, k)
             px[n] = p.x
             pz[n] = p.z
@@ -199,7 +199,7 @@ def forces_of(block: Block, g: Grip, a: Matrix, ask: Ask) -> Vector:
         lacks[i] = lacks[i] - g.dx[i] * ask.free[0] - g.dz[i] * ask.free[1] - spin * ask.free[2]
     n = int(0)
     for k in range(4):
-        if has(g.points, k):
+        if has_point(g.points, k):
             lacks[n] = lacks[n] + ask.back[k]
             n = n + 1
     return wp.inverse(a) * lacks
@@ -227,7 +227,7 @@ def presses(block: Block, g: Grip, force: Vector, ask: Ask) -> bool:
     n = int(0)
     carried = real(0.0)
     for k in range(4):
-        if has(g.points, k):
+        if has_point(g.points, k):
             least = -slack
             if k == 2 and g.holds == 0 and g.slip == real(0.0) and ask.moves > 0:
                 # Beside a wall friction may take the place of a pull at the foot.
@@ -252,7 +252,7 @@ def moves_apart(block: Block, g: Grip, rate: Vector, ask: Ask) -> bool:
     fits = bool(True)
     for k in range(4):
         p = turn_point(point_of(block, k), ask.s, ask.c)
-        if has(ask.near, k) and not has(g.points, k):
+        if has_point(ask.near, k) and not has_point(g.points, k):
             moves = rate[1] - rate[2] * p.x - ask.curve * p.z
             if k > 1:
                 moves = -block.wall * (rate[0] + rate[2] * p.z - ask.curve * p.x)

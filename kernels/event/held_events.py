@@ -40,7 +40,7 @@ from warprock.kernels.event.held_state import (
     RIGHT,
     Block,
     State,
-    has,
+    has_point,
     point_of,
 )
 from warprock.kernels.motion.series import DEGREE, Series, first_root, slope_of
@@ -106,7 +106,7 @@ def first_below(p: Series, h: real, noise: real, zeros: int) -> real:
 
 
 @wp.func
-def sooner(found: Event, time: real, kind: int, what: int) -> Event:
+def sooner_event(found: Event, time: real, kind: int, what: int) -> Event:
     """The sooner one of an event and of another."""
     first = found
     if time < found.time:
@@ -130,9 +130,9 @@ def contact_events(
     reach = AT_ZERO * (block.half_height + block.half_width)
     for k in range(4):
         p = point_of(block, k)
-        if has(s.closed, k):
+        if has_point(s.closed, k):
             force = force_series(path, n)
-            first = sooner(first, first_below(force, h, AT_ZERO * weight, 0), OPENS, k)
+            first = sooner_event(first, first_below(force, h, AT_ZERO * weight, 0), OPENS, k)
             if k < 2:
                 carried = carried + force
             n = n + 1
@@ -149,24 +149,24 @@ def contact_events(
                 at = place_series(path, foot)
                 clear = block.wall * (at[0] - foot.x) <= real(100.0) * reach
             leaves = int(0)
-            if has(s.parts, k):
+            if has_point(s.parts, k):
                 leaves = int(2)
             # Its force has just come to zero: so do gap, rate and acceleration.
-            if has(s.opens, k):
+            if has_point(s.opens, k):
                 leaves = int(3)
             if not clear:
-                first = sooner(first, first_below(gap, h, reach, leaves), TOUCHES, k)
+                first = sooner_event(first, first_below(gap, h, reach, leaves), TOUCHES, k)
     if (s.closed & BASE) > 0:
         if sticks:
             force = force_series(path, n)
             grip = block.friction * carried
             noise = AT_ZERO * weight
-            first = sooner(first, first_below(grip - force, h, noise, 0), STARTS, -1)
-            first = sooner(first, first_below(grip + force, h, noise, 0), STARTS, 1)
+            first = sooner_event(first, first_below(grip - force, h, noise, 0), STARTS, -1)
+            first = sooner_event(first, first_below(grip + force, h, noise, 0), STARTS, 1)
         else:
             along = s.slip * slip_series(path, point_of(block, corner))
             speed = AT_ZERO * (size(s.vx) + block.half_height * size(s.omega))
-            first = sooner(first, first_below(along, h, speed, s.starts), STOPS, corner)
+            first = sooner_event(first, first_below(along, h, speed, s.starts), STOPS, corner)
     return first
 
 
@@ -190,7 +190,7 @@ def let_go_events(
         noise = AT_ZERO * weight
         if k > 0:
             noise = noise * arm
-        first = sooner(first, first_below(left, h, noise, 0), LETS_GO, k)
+        first = sooner_event(first, first_below(left, h, noise, 0), LETS_GO, k)
     return first
 
 
@@ -290,8 +290,8 @@ def find_event(
         behind = path.theta
         ahead[0] = ahead[0] + HALF_PI
         behind[0] = behind[0] + HALF_PI
-        found = sooner(found, first_below(ahead, h, real(0.0), 0), FALLS, 1)
-        found = sooner(found, first_below(behind, h, real(0.0), 0), FALLS, -1)
+        found = sooner_event(found, first_below(ahead, h, real(0.0), 0), FALLS, 1)
+        found = sooner_event(found, first_below(behind, h, real(0.0), 0), FALLS, -1)
     return found
 
 

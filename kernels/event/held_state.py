@@ -152,7 +152,7 @@ def turn_point(p: Point, s: real, c: real) -> Point:
 
 
 @wp.func
-def has(points: int, k: int) -> bool:
+def has_point(points: int, k: int) -> bool:
     """Whether a set has the contact point of a number, 0 to 3."""
     return (points >> k) & 1 == 1
 

@@ -21,7 +21,7 @@ from warprock.kernels.event_space.block_contact import (
     Shares,
     corner_velocity,
     face_shares,
-    inside,
+    lies_inside,
     mask_of,
     sinks,
     velocity_by_impulse,
@@ -357,5 +357,5 @@ def try_flat_sliding(body: Body, v: Vector, w: Vector, dust: real) -> Held:
         u = flat_velocity(body, z, k)
         h.slip = h.slip | slips_of(k, f[k, 0], f[k, 1], most[k, 0], most[k, 1], u, dust)
         h.work -= u[0] * f[k, 0] + u[1] * f[k, 1]
-    h.fits = push >= zero and tries < ROUNDS and inside(body, x, y)
+    h.fits = push >= zero and tries < ROUNDS and lies_inside(body, x, y)
     return h

@@ -301,7 +301,7 @@ def face_shares(body: Body, x: real, y: real) -> Shares:
 
 
 @wp.func
-def inside(body: Body, x: real, y: real) -> bool:
+def lies_inside(body: Body, x: real, y: real) -> bool:
     """Whether a point of the base lies under the bottom face."""
     zero, one = real(0.0), real(1.0)
     c0 = body.corners[0]
@@ -333,7 +333,7 @@ def face_carries(body: Body, p: Vector, twist: Vector, dust: real) -> bool:
             fx = p[0] - turn * (body.corners[k, 1] - y)
             fy = p[1] + turn * (body.corners[k, 0] - x)
             worst = larger(worst, wp.where(shares[k] > real(0.0), friction_size(fx, fy), real(0.0)))
-        fits = inside(body, x, y) and worst <= body.friction * p[2] + dust
+        fits = lies_inside(body, x, y) and worst <= body.friction * p[2] + dust
     return fits
 
 

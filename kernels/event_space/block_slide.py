@@ -20,7 +20,7 @@ from warprock.kernels.event_space.block_contact import (
     corner_velocity,
     direction_of,
     face_shares,
-    inside,
+    lies_inside,
     mask_of,
     sinks,
 )
@@ -94,7 +94,7 @@ def solve_sliding_face(body: Body, mu: real, dirs: Corners, pressed: Shares, v: 
     x = (spin[1] - low * p[0]) / larger(p[2], TINY)
     y = (-spin[0] - low * p[1]) / larger(p[2], TINY)
     n = p[2] * face_shares(body, x, y)
-    sound = p[2] >= zero and inside(body, x, y)
+    sound = p[2] >= zero and lies_inside(body, x, y)
     v_after = Vector(v[0] + p[0], v[1] + p[1], zero)
     w_after = Vector(zero, zero, w[2] + torsion / body.inertia[2, 2])
     return v_after, w_after, n, sound

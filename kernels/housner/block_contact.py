@@ -58,14 +58,14 @@ class Force:
 if LINEAR:
 
     @wp.func
-    def bent(a: real, c: real, rest: real) -> real:
+    def curved_term(a: real, c: real, rest: real) -> real:
         """The term a c of a base whose acceleration is not linear, and the rest of such terms."""
         return real(0.0)
 
 else:
 
     @wp.func
-    def bent(a: real, c: real, rest: real) -> real:
+    def curved_term(a: real, c: real, rest: real) -> real:
         """The term a c of a base whose acceleration is not linear, and the rest of such terms."""
         return fused(a, c, rest)
 
@@ -85,39 +85,51 @@ def rocking_series(p2: real, q: real, pivot: real, theta: real, omega: real, a: 
     x3 = OVER_2 * fused(p2, s1, -q * fused(a.a0, c1, a.a1 * c0))
     s2 = OVER_2 * fused(x2, c0, x1 * c1)
     c2 = -OVER_2 * fused(x2, s0, x1 * s1)
-    b2 = bent(a.a2, c0, zero)
+    b2 = curved_term(a.a2, c0, zero)
     x4 = OVER_3 * fused(p2, s2, -q * fused(a.a0, c2, fused(a.a1, c1, b2)))
     s3 = OVER_3 * fused(x3, c0, fused(x1, c2, x2 * c1))
     c3 = -OVER_3 * fused(x3, s0, fused(x1, s2, x2 * s1))
-    b3 = bent(a.a2, c1, bent(a.a3, c0, zero))
+    b3 = curved_term(a.a2, c1, curved_term(a.a3, c0, zero))
     x5 = OVER_4 * fused(p2, s3, -q * fused(a.a0, c3, fused(a.a1, c2, b3)))
     s4 = OVER_4 * fused(x4, c0, fused(x1, c3, fused(x2, c2, x3 * c1)))
     c4 = -OVER_4 * fused(x4, s0, fused(x1, s3, fused(x2, s2, x3 * s1)))
-    b4 = bent(a.a2, c2, bent(a.a3, c1, bent(a.a4, c0, zero)))
+    b4 = curved_term(a.a2, c2, curved_term(a.a3, c1, curved_term(a.a4, c0, zero)))
     x6 = OVER_5 * fused(p2, s4, -q * fused(a.a0, c4, fused(a.a1, c3, b4)))
     s5 = OVER_5 * fused(x5, c0, fused(x1, c4, fused(x2, c3, fused(x4, c1, x3 * c2))))
     c5 = -OVER_5 * fused(x5, s0, fused(x1, s4, fused(x2, s3, fused(x4, s1, x3 * s2))))
-    b5 = bent(a.a2, c3, bent(a.a3, c2, bent(a.a4, c1, bent(a.a5, c0, zero))))
+    b5 = curved_term(
+        a.a2, c3, curved_term(a.a3, c2, curved_term(a.a4, c1, curved_term(a.a5, c0, zero)))
+    )
     x7 = OVER_6 * fused(p2, s5, -q * fused(a.a0, c5, fused(a.a1, c4, b5)))
     s6 = fused(x5, c1, fused(x3, c3, x4 * c2))
     s6 = OVER_6 * fused(x6, c0, fused(x1, c5, fused(x2, c4, s6)))
     c6 = fused(x5, s1, fused(x3, s3, x4 * s2))
     c6 = -OVER_6 * fused(x6, s0, fused(x1, s5, fused(x2, s4, c6)))
-    b6 = bent(a.a2, c4, bent(a.a3, c3, bent(a.a4, c2, bent(a.a5, c1, bent(a.a6, c0, zero)))))
+    b6 = curved_term(
+        a.a2,
+        c4,
+        curved_term(
+            a.a3, c3, curved_term(a.a4, c2, curved_term(a.a5, c1, curved_term(a.a6, c0, zero)))
+        ),
+    )
     x8 = OVER_7 * fused(p2, s6, -q * fused(a.a0, c6, fused(a.a1, c5, b6)))
     s7 = fused(x6, c1, fused(x3, c4, fused(x5, c2, x4 * c3)))
     s7 = OVER_7 * fused(x7, c0, fused(x1, c6, fused(x2, c5, s7)))
     c7 = fused(x6, s1, fused(x3, s4, fused(x5, s2, x4 * s3)))
     c7 = -OVER_7 * fused(x7, s0, fused(x1, s6, fused(x2, s5, c7)))
-    b7 = bent(a.a4, c3, bent(a.a5, c2, bent(a.a6, c1, bent(a.a7, c0, zero))))
-    b7 = bent(a.a2, c5, bent(a.a3, c4, b7))
+    b7 = curved_term(
+        a.a4, c3, curved_term(a.a5, c2, curved_term(a.a6, c1, curved_term(a.a7, c0, zero)))
+    )
+    b7 = curved_term(a.a2, c5, curved_term(a.a3, c4, b7))
     x9 = OVER_8 * fused(p2, s7, -q * fused(a.a0, c7, fused(a.a1, c6, b7)))
     s8 = fused(x3, c5, fused(x6, c2, fused(x4, c4, x5 * c3)))
     s8 = fused(x8, c0, fused(x1, c7, fused(x2, c6, fused(x7, c1, s8))))
     c8 = fused(x3, s5, fused(x6, s2, fused(x4, s4, x5 * s3)))
     c8 = -fused(x8, s0, fused(x1, s7, fused(x2, s6, fused(x7, s1, c8))))
-    b8 = bent(a.a5, c3, bent(a.a6, c2, bent(a.a7, c1, bent(a.a8, c0, zero))))
-    b8 = bent(a.a2, c6, bent(a.a3, c5, bent(a.a4, c4, b8)))
+    b8 = curved_term(
+        a.a5, c3, curved_term(a.a6, c2, curved_term(a.a7, c1, curved_term(a.a8, c0, zero)))
+    )
+    b8 = curved_term(a.a2, c6, curved_term(a.a3, c5, curved_term(a.a4, c4, b8)))
     b8 = fused(real(0.125) * a.a0, c8, fused(a.a1, c7, b8))
     x10 = OVER_9 * fused(p2 * real(0.125), s8, -q * b8)
     r = FOUR_THIRDS * q

@@ -31,7 +31,7 @@ NEARLY_ALL = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-5)
 
 
 @wp.func
-def suffices(friction: real, h: real, force: Force) -> bool:
+def friction_suffices(friction: real, h: real, force: Force) -> bool:
     """Whether a friction surely holds in a step of length h: n and f are chords and what bends."""
     n0, n1, n2, n3 = force.n0, force.n1, force.n2, force.n3
     f0, f1, f2, f3 = force.f0, force.f1, force.f2, force.f3
@@ -56,7 +56,7 @@ def rock_on(block: Block, h: real, s: State, peak: real, a: Acceleration):
     one_way = s.omega * omega >= zero or tops_below(NEARLY_ALL * peak, lean, h)
     one_way = one_way and size(s.omega) * h < NEARLY_ALL * REACH
     fallen = lean.c0 >= block.fall_angle and lean.c1 >= zero
-    held = fallen or suffices(s.needed, h, force)
+    held = fallen or friction_suffices(s.needed, h, force)
     return theta, omega, stands and one_way and held
 
 

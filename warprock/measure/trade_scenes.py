@@ -32,8 +32,6 @@ from warprock.model.motion import (
     harmonic_motions,
 )
 from warprock.model.response import Response, SampleTimes
-from warprock.oracle.block import oracle_response
-from warprock.oracle.pair_lanes import two_block_response
 from warprock.recordings import load_record, record_motions
 from warprock.running.batch import run_batch
 from warprock.settings.engines import EventSettings
@@ -76,6 +74,20 @@ PULSE_CYCLES = 2.0
 """Cycles of a sine up to which it is a pulse."""
 
 
+def _solve_block(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+    """The oracle's response of single blocks; SciPy is imported when it is asked."""
+    from warprock.oracle.block import oracle_response
+
+    return oracle_response(lanes, motions, times)
+
+
+def _solve_pair(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+    """The oracle's response of pairs of blocks; SciPy is imported when it is asked."""
+    from warprock.oracle.pair_lanes import two_block_response
+
+    return two_block_response(lanes, motions, times)
+
+
 @dataclasses.dataclass(frozen=True)
 class TradeScene:
     """One scene of the trade; its name is also that of the class that it stands for.
@@ -90,7 +102,7 @@ class TradeScene:
     text: str
     times: SampleTimes
     build: Callable[[], tuple[Lanes, GroundMotions]]
-    solve: Callable[[Lanes, GroundMotions, SampleTimes], Response] = oracle_response
+    solve: Callable[[Lanes, GroundMotions, SampleTimes], Response] = _solve_block
 
 
 def _fill(shape: tuple[int, ...], width: npt.ArrayLike, height: npt.ArrayLike) -> Lanes:
@@ -180,7 +192,7 @@ TRADE_SCENES: dict[str, TradeScene] = {
         "two blocks under sixteen one-cycle sines, 0.7 s",
         SampleTimes(STACK_DURATION, SAMPLE_INTERVAL),
         _stack,
-        two_block_response,
+        _solve_pair,
     ),
 }
 """Class of scene -> the scene that stands for it."""

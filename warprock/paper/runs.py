@@ -24,6 +24,7 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes
 from warprock.paper.conflict_texts import Conflict
+from warprock.paper.kept import kept
 from warprock.running.batch import warm_up_together
 from warprock.running.case_run import require_options
 from warprock.running.files import replacing
@@ -199,12 +200,11 @@ class PaperRuns:
     def oracle_peaks(self, name: str) -> Array:
         """Peak rotation ratios of the oracle in the first `ORACLE_TIME` of a case, shape [lane]."""
         if name not in self._oracle_peaks:
-            from warprock.oracle.block import oracle_response
-
             lane_set = self.case(name).lane_set
             times = SampleTimes(min(ORACLE_TIME[name], lane_set.times.duration))
-            answer = oracle_response(lane_set.lanes, lane_set.motions, times)
-            self._oracle_peaks[name] = answer["peak_rotation"] / lane_set.lanes.slenderness_angle
+            of = (lane_set.lanes, lane_set.motions, times)
+            peaks = kept(lambda: _oracle_peaks(*of), *of)
+            self._oracle_peaks[name] = peaks / lane_set.lanes.slenderness_angle
             self._note(lane_set.lanes.lane_count)
         return self._oracle_peaks[name]
 
@@ -254,6 +254,13 @@ class PaperRuns:
             self._lanes_done += lane_count
             if self._progress is not None:
                 self._progress(self._lanes_done)
+
+
+def _oracle_peaks(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Array:
+    """Peak rotations of the oracle [rad], shape [lane]."""
+    from warprock.oracle.block import oracle_response
+
+    return oracle_response(lanes, motions, times)["peak_rotation"]
 
 
 def lane_evidence(runs: PaperRuns, name: str) -> pd.DataFrame:

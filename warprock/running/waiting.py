@@ -22,6 +22,10 @@ ENOUGH = 4
 _GLANCE = 0.25
 """Seconds between two looks at the folder of the kernels."""
 
+_REST = 100.0
+"""Pause after the names in that folder were read, in times that reading them took: a watcher costs
+one part in so many of a core where other programs compile in a folder of thousands of kernels."""
+
 _SAY: list[Callable[[str], None]] = []
 """What says something to whoever waits, the innermost last."""
 
@@ -80,11 +84,14 @@ class Forecast:
 
 def _watch(done: threading.Event, say: Callable[[str], None]) -> None:
     since: float | None = None
-    changed, compiling = -1, False
-    while not done.wait(_GLANCE):
+    changed, compiling, pause = -1, False, _GLANCE
+    while not done.wait(pause):
         # A folder that has not changed is not read again: it may hold thousands of kernels.
-        before, changed = changed, _changed()
-        compiling = compiling if changed == before else _compiling()
+        before, changed, pause = changed, _changed(), _GLANCE
+        if changed != before:
+            begin = time.thread_time()
+            compiling = _compiling()
+            pause = max(_GLANCE, _REST * (time.thread_time() - begin))
         if not compiling:
             since = None
             continue
@@ -94,14 +101,14 @@ def _watch(done: threading.Event, say: Callable[[str], None]) -> None:
             return
 
 
-def _kernel_folder() -> str | None:
+def kernel_folder() -> str | None:
     """The folder of the kernels; None where Warp has not been asked for one."""
     return getattr(getattr(sys.modules.get("warp"), "config", None), "kernel_cache_dir", None)
 
 
 def _changed() -> int:
     """When something was last made or removed in the folder of the kernels [ns]."""
-    folder = _kernel_folder()
+    folder = kernel_folder()
     with contextlib.suppress(OSError):
         return os.stat(folder).st_mtime_ns if folder else 0
     return 0
@@ -109,7 +116,7 @@ def _changed() -> int:
 
 def _compiling() -> bool:
     """Whether this process is compiling a kernel now."""
-    folder, mark = _kernel_folder(), f"_p{os.getpid()}_t"
+    folder, mark = kernel_folder(), f"_p{os.getpid()}_t"
     with contextlib.suppress(OSError):
         return folder is not None and any(mark in name for name in os.listdir(folder))
     return False
