@@ -196,7 +196,7 @@ def run_lanes(
                 for i in range(LANES):
                     m = turn_between(turn[k, i], turn[low, i])
                     away = place_between(state[k, i], state[low, i], turn[low, i])
-                    starts = Triple(hint[0, i], hint[1, i], hint[2, i])
+                    starts = Triple(hint[X, i], hint[Y, i], hint[Z, i])
                     was = lean[k, i]
                     now = find_lean(m, turn[low, i], new[k, i], new[low, i], starts, was)
                     flips_x += wp.where(was.x != now.x, 1, 0)
