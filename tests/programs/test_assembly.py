@@ -11,11 +11,13 @@ from tests.shared.assemblies import assembly_lanes, built, oppenheim, pushes
 from tests.shared.commands import succeed
 from tests.shared.programs import in_newton_xpbd
 from warprock.errors import DeclinedError
+from warprock.measure.bench import in_space
 from warprock.model import patterns
-from warprock.model.motion import StillBase
+from warprock.model.motion import SpatialMotions, StillBase, no_motion
 from warprock.model.response import Outcome, SampleTimes, Status
-from warprock.model.solids import assemble_solids
-from warprock.programs.assembly_scene import prisms, touching
+from warprock.model.solids import SpatialAssembly, assemble_solids
+from warprock.model.turning import rotate
+from warprock.programs.assembly_scene import solids, touching
 from warprock.programs.table import require_scenes, run_program
 from warprock.settings.programs import BulletSettings, MujocoSettings, NewtonXpbdSettings
 
@@ -66,12 +68,12 @@ def test_newton_is_given_the_same_blocks():
 
 def test_a_block_is_the_prism_of_its_polygon():
     kind = oppenheim(7)
-    for prism, mass in zip(prisms(kind), kind.mass, strict=True):
+    for prism, mass in zip(solids(kind), kind.mass, strict=True):
         hull = prism.hull
         assert np.ptp(hull[:, 1]) == pytest.approx(kind.depth)
         assert prism.mass == mass
         assert not (prism.box and not prism.fixed)
-    assert all(prism.box for prism in prisms(DRUMS))
+    assert all(prism.box for prism in solids(DRUMS))
     assert len(touching(kind)) == kind.joints.count
 
 
@@ -122,10 +124,48 @@ def test_compare_holds_engines_and_programs_against_the_first(tmp_path):
     assert f"{program} has the outcome of assembly in 1 of 1" in " ".join(found.split())
 
 
+TURN = 0.7
+
+
+def upright(height: float) -> SpatialAssembly:
+    """Three slabs of 0.6 x 0.2 m and some height on one another, turned about the vertical.
+
+    If they are as high as thick, two axes of their inertia may lie anyhow.
+    """
+    pieces = patterns.extruded(patterns.column(0.2, height, 3), 0.6)
+    attitude = np.array([0.0, 0.0, np.sin(0.5 * TURN), np.cos(0.5 * TURN)])
+    turned = [each._replace(corners=rotate(attitude, each.corners)) for each in pieces]
+    return assemble_solids(turned, density=2000.0, friction=0.7)
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+@pytest.mark.parametrize("height", [0.15, 0.2], ids=["boxes", "square"])
+def test_in_space_it_falls_over_an_edge_at_its_width_over_its_height(name: str, height: float):
+    package, settings = PROGRAMS[name]
+    pytest.importorskip(package)
+    lanes = in_space(assembly_lanes([upright(height)] * 2))
+    push = pushes(0.2 / (3.0 * height) * np.array([0.9, 1.1]), 0.5, 1.5)
+    ways = [push.scaled(np.full(2, part)) for part in (np.cos(TURN), np.sin(TURN))]
+    motions = SpatialMotions(*ways, no_motion(push))
+    found = run_program(name, lanes, motions, SampleTimes(1.5, 0.1), settings).response
+    assert (found["status"] == Status.OK).all()
+    assert found["peak_displacement"][0] < 5e-3
+    assert found["peak_displacement"][1] > 0.05
+    assert found["outcome"][1] == Outcome.OVERTURNED
+
+
+def test_blocks_in_space_have_their_own_axes():
+    kind = upright(0.15)
+    slabs = solids(kind)
+    assert all(slab.box for slab in slabs)
+    for slab, corners in zip(slabs, kind.corners, strict=True):
+        back = slab.place + rotate(slab.attitude, slab.hull)
+        np.testing.assert_allclose(back, corners[: len(back)], atol=1e-12)
+    size = 2.0 * np.array([slabs[-1].half])
+    np.testing.assert_allclose(np.sort(size), [[0.15, 0.2, 0.6]])
+
+
 def test_programs_decline_assemblies_in_space_by_name():
-    kind = assemble_solids(
-        patterns.extruded(patterns.column(0.5, 1.0, 1), 0.5), density=2000.0, friction=0.6
-    )
-    lanes, still, settings = assembly_lanes([kind]), StillBase(1), MujocoSettings()
+    lanes, still = assembly_lanes([upright(0.15)]), StillBase(1)
     with pytest.raises(DeclinedError, match="assemblies in the plane, and the case's lies in"):
-        require_scenes("mujoco", lanes, still, SampleTimes(1.0), settings)
+        require_scenes("newton-xpbd", lanes, still, SampleTimes(1.0), NewtonXpbdSettings())

@@ -53,12 +53,13 @@ def bench(
 
 
 @click.command("assembly")
+@click.option("--space", is_flag=True, help="Walls in space, along their plane and out of it.")
 @json_option
-def bench_assembly(as_json: bool) -> None:
+def bench_assembly(space: bool, as_json: bool) -> None:
     """Arches, drums and walls in MuJoCo and Bullet beside ours: collapse loads, errors, cost.
 
     Collapse loads stand beside those of limit analysis; the error is that of the motion of a wall
-    of 33 blocks, in a second of a sine. Takes some five minutes.
+    of 33 blocks, in space of 60, in a second of a sine. Takes some five minutes.
     """
     from warprock.measure.assembly_bench import run_assembly_bench
     from warprock.running.devices import start_warp
@@ -66,7 +67,7 @@ def bench_assembly(as_json: bool) -> None:
     from warprock.tables.terminal import print_json
 
     start_warp()
-    found = run_assembly_bench(report=lambda text: click.echo(text, err=True))
+    found = run_assembly_bench(report=lambda text: click.echo(text, err=True), space=space)
     print_json(found) if as_json else print_assembly_bench(found)
 
 

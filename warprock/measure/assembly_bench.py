@@ -9,6 +9,9 @@ rocks and does not fall. Its error is the largest distance of any block, at any 
 MuJoCo and Bullet run one scene after the other; ours runs as many lanes as a pack has, with loads
 and amplitudes spread a little, and its cost is that of a lane of many. Building a scene does not
 count, nor does compiling.
+
+In space the wall has 60 bricks, and the sine comes at an angle to it. The walls whose collapse is
+looked for are pushed along their plane and out of it. Lanes run one by one there.
 """
 
 from __future__ import annotations
@@ -23,12 +26,22 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.assembly import Assembly as Engine
+from warprock.measure.bench import in_space
 from warprock.model import patterns
 from warprock.model.assembly import Assemblies, Assembly, Piece, assemble
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, PlanarMotions, Waveform, harmonic_motions
+from warprock.model.motion import (
+    Control,
+    GroundMotions,
+    PlanarMotions,
+    SpatialMotions,
+    Waveform,
+    harmonic_motions,
+    no_motion,
+)
 from warprock.model.record_motion import RecordMotions
 from warprock.model.response import SampleTimes
+from warprock.model.solids import SpatialAssembly, assemble_solids
 from warprock.programs.scene import PeerRun, peer_scenes
 from warprock.programs.table import PROGRAMS, adapter_of, run_program
 from warprock.settings.engines import AssemblySettings
@@ -43,12 +56,16 @@ RISE, HOLD = 1.0, 2.0
 """Time in which a load rises, and for which it stays [s]."""
 LOW, HIGH, CLOSE = 0.7, 1.2, 0.01
 """Loads between which a collapse is looked for, and how closely, over the expected one."""
-PACK = 32
-"""Lanes of ours side by side."""
+PACK, ONE_BY_ONE = 32, 4
+"""Lanes of ours at once: side by side in the plane, one after the other in space."""
 SPREAD = 0.05
 """Difference of their loads, over the largest."""
 SHAKE, FREQUENCY, SHAKEN = 0.8, 2.0, 1.0
 """Amplitude / g and frequency [Hz] of one cycle of a sine, and how long it is followed [s]."""
+THICK = 0.3
+"""Thickness of walls in space [m]."""
+ASKEW = math.radians(10.0)
+"""Angle of the sine to the wall in space: across it the wall does not fall."""
 SAMPLE = 0.01
 """Time between two looks at the motion [s]."""
 FINER = 8
@@ -73,12 +90,14 @@ class Scene:
         name: What it is called in tables.
         kind: The assembly.
         low, high: Sideways load between which it collapses [g].
+        direction: In space, to which the load pushes, from +x towards +y [rad].
     """
 
     name: str
     kind: Assembly
     low: float
     high: float
+    direction: float = 0.0
 
 
 def bench_scenes() -> list[Scene]:
@@ -97,14 +116,34 @@ def bench_scenes() -> list[Scene]:
     ]
 
 
+def bench_scenes_in_space() -> list[Scene]:
+    """Wall 1 of Ferris and Tin-Loi (2001) extruded, and the same out of its plane."""
+    wall = _solid_wall(6, whole_first=False)
+    return [
+        # The plane's load and the outer bound of limit analysis in space.
+        Scene("wall", wall, 0.6399, 0.64735),
+        # It falls over its edge: thickness over height.
+        Scene("across", wall, THICK / 1.05, THICK / 1.05, 0.5 * math.pi),
+    ]
+
+
+def _solid_wall(courses: int, *, whole_first: bool) -> SpatialAssembly:
+    pieces = patterns.wall(0.4, 0.175, 5, courses, whole_first=whole_first)
+    return assemble_solids(patterns.extruded(pieces, THICK), density=2000.0, friction=0.65)
+
+
 def run_assembly_bench(
-    report: Callable[[str], None] | None = None, peers: dict[str, Any] | None = None
+    report: Callable[[str], None] | None = None,
+    peers: dict[str, Any] | None = None,
+    *,
+    space: bool = False,
 ) -> dict[str, Any]:
     """Measures assemblies.
 
     Args:
         report: Called with what is about to be measured.
         peers: Programs and their settings; those of `PEERS` where None.
+        space: Whether walls lie in space.
 
     Returns:
         rows, one an engine or program and step: engine, step_ms, the collapse load of each scene
@@ -112,16 +151,17 @@ def run_assembly_bench(
         cheaper (how many times, by `cheaper_than`); expected (collapse loads by limit analysis,
         by scene); missing (what is not installed).
     """
-    scenes = bench_scenes()
-    wall = scenes[-1].kind
+    scenes = bench_scenes_in_space() if space else bench_scenes()
+    wall: Assembly = _solid_wall(11, whole_first=True) if space else scenes[-1].kind
+    at_once = ONE_BY_ONE if space else PACK
     exact, _ = _own_motion(wall, min(STEPS) / FINER, 1)
     rows = []
     for step in STEPS:
         if report is not None:
             report(f"bench assembly: assembly at {1e3 * step:g} ms")
-        _own_motion(wall, step, PACK)
-        path, cpu = _own_motion(wall, step, PACK)
-        loads = {each.name: _collapse(each, _own_moves(step), PACK) for each in scenes}
+        _own_motion(wall, step, at_once)
+        path, cpu = _own_motion(wall, step, at_once)
+        loads = {each.name: _collapse(each, _own_moves(each, step), at_once) for each in scenes}
         rows.append(_row("assembly", step, loads, path, exact, cpu))
     missing = []
     for name, settings in (PEERS if peers is None else peers).items():
@@ -133,7 +173,7 @@ def run_assembly_bench(
                 report(f"bench assembly: {name} at {1e3 / rate:g} ms")
             own = dataclasses.replace(settings, steps_per_second=rate)
             path, cpu = _peer_motion(name, wall, own)
-            loads = {each.name: _collapse(each, _peer_moves(name, own), 1) for each in scenes}
+            loads = {each.name: _collapse(each, _peer_moves(each, name, own), 1) for each in scenes}
             rows.append(_row(name, 1.0 / rate, loads, path, exact, cpu))
     expected = {each.name: [each.low, each.high] for each in scenes}
     return {
@@ -173,10 +213,10 @@ def _row(
 
 def _lanes(kind: Assembly, count: int) -> Lanes:
     """So many lanes of one assembly."""
-    width, height = kind.size
+    width, height = kind.size[0], kind.size[-1]
     mass = kind.mass[~kind.fixed].sum()
     nothing, one = np.zeros(count), np.ones(count)
-    return Lanes(
+    lanes = Lanes(
         width=width * one,
         height=height * one,
         depth=kind.depth * one,
@@ -188,15 +228,26 @@ def _lanes(kind: Assembly, count: int) -> Lanes:
         angular_restitution=nothing,
         assembly=Assemblies((kind,), np.zeros(count, dtype=np.intp)),
     )
+    return in_space(lanes) if kind.spatial else lanes
 
 
-def _shakes(count: int) -> PlanarMotions:
+def _towards(kind: Assembly, motions: PlanarMotions, angle: float) -> GroundMotions:
+    """Motions along x; for an assembly in space at an angle to x [rad]."""
+    if not kind.spatial:
+        return motions
+    parts = (np.full(motions.lane_count, f(angle)) for f in (np.cos, np.sin))
+    x, y = (motions.scaled(part) for part in parts)
+    return SpatialMotions(x, y, no_motion(motions))
+
+
+def _shakes(kind: Assembly, count: int) -> GroundMotions:
     """The sine, and somewhat larger ones beside it."""
     size = SHAKE * GRAVITY * np.linspace(1.0, 1.0 + SPREAD, count)
-    return harmonic_motions(
+    waves = harmonic_motions(
         Waveform.SINE, [Control.ACCELERATION] * count, size, np.full(count, FREQUENCY),
         np.zeros(count), np.full(count, 1.0 / FREQUENCY),
     )  # fmt: skip
+    return _towards(kind, waves, ASKEW)
 
 
 def pushes(loads: Array) -> RecordMotions:
@@ -234,41 +285,45 @@ def _collapse(scene: Scene, moves: Moves, at_once: int) -> float:
     return 0.5 * (low + high)
 
 
-def _own_moves(step: float) -> Moves:
+def _own_moves(scene: Scene, step: float) -> Moves:
     engine = Engine(settings=AssemblySettings(time_step=step))
 
     def moves(kind: Assembly, loads: Array) -> Array:
-        found = engine.run(_lanes(kind, len(loads)), pushes(loads), SampleTimes(RISE + HOLD))
+        motions = _towards(kind, pushes(loads), scene.direction)
+        found = engine.run(_lanes(kind, len(loads)), motions, SampleTimes(RISE + HOLD))
         return np.asarray(found["peak_displacement"])
 
     return moves
 
 
-def _peer_moves(name: str, settings: Any) -> Moves:
+def _peer_moves(scene: Scene, name: str, settings: Any) -> Moves:
     def moves(kind: Assembly, loads: Array) -> Array:
         lanes, times = _lanes(kind, len(loads)), SampleTimes(RISE + HOLD)
-        found = run_program(name, lanes, pushes(loads), times, settings).response
+        motions = _towards(kind, pushes(loads), scene.direction)
+        found = run_program(name, lanes, motions, times, settings).response
         return np.asarray(found["peak_displacement"])
 
     return moves
 
 
 def _own_motion(kind: Assembly, step: float, lanes: int) -> tuple[Array, float]:
-    """Path of the blocks of the first lane [m], [sample, block, 2], and CPU time of a lane [s]."""
+    """Path of the first lane's blocks [m], [sample, block, axis], and CPU time of a lane [s]."""
     engine = Engine(settings=AssemblySettings(time_step=step))
     times = SampleTimes(SHAKEN, SAMPLE, places=True)
     begin = time.process_time()
-    found = engine.run(_lanes(kind, lanes), _shakes(lanes), times)
+    found = engine.run(_lanes(kind, lanes), _shakes(kind, lanes), times)
     cpu = (time.process_time() - begin) / lanes
     free = int((~kind.fixed).sum())
-    places = np.stack([found["x"][0, :free], found["z"][0, :free]], axis=-1)
+    axes = "xyz" if kind.spatial else "xz"
+    places = np.stack([found[axis][0, :free] for axis in axes], axis=-1)
     return np.moveaxis(places, 1, 0), cpu
 
 
 def _peer_motion(name: str, kind: Assembly, settings: Any) -> tuple[Array, float]:
-    scenes = peer_scenes(_lanes(kind, 1), _shakes(1), SampleTimes(SHAKEN, SAMPLE))
+    scenes = peer_scenes(_lanes(kind, 1), _shakes(kind, 1), SampleTimes(SHAKEN, SAMPLE))
     runs: list[PeerRun] = adapter_of(name).run(scenes, settings)
     base = scenes[0].base
     assert base is not None
-    moved = base.displacement(scenes[0].times)[:, None, ::2]
-    return runs[0].position[..., ::2] - moved, runs[0].cpu_s
+    axes = [0, 1, 2] if kind.spatial else [0, 2]
+    path = runs[0].position - base.displacement(scenes[0].times)[:, None]
+    return path[..., axes], runs[0].cpu_s

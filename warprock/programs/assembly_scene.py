@@ -1,9 +1,10 @@
 """Assemblies as programs of others are given them, and what their poses show.
 
-Every block is a prism: its polygon over the depth of the assembly, a box where it is a rectangle.
-Those that are fixed move with the base. Blocks that share a joint touch, no others: as in our
-engines. Everything is read off poses at frames, by the rules of `assembly`: a block has fallen once
-its centre is lower by half of its longest joint, or it has turned by a right angle.
+Every block is the hull of its corners, a box where it is one along its own axes; in the plane a
+prism, its polygon over the depth of the assembly. Those that are fixed move with the base. Blocks
+that share a joint touch, no others: as in our engines. Everything is read off poses at frames, by
+the rules of `assembly`: a block has fallen once its centre is lower by half of its longest joint,
+or it has turned by a right angle.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ from warprock.model.response import (
     SampleTimes,
     Status,
 )
+from warprock.model.solids import SpatialAssembly
+from warprock.model.turning import principal_axes, rotate
 from warprock.programs.scene import PeerRun, PeerScene, frames_per_sample
 from warprock.units import GRAVITY
 
@@ -36,63 +39,78 @@ MOVES = 1e-3
 over the size of the assembly: contacts of these programs give by less."""
 
 SQUARE = 1e-9
-"""Cosine of the angle between two edges up to which it is a right angle."""
+"""Distance of a corner from that of a box, over its largest half size, up to which it is one."""
+
+BOX_CORNERS = 8
+
+UPRIGHT = np.array([0.0, 0.0, 0.0, 1.0])
+"""The quaternion that turns nothing."""
 
 
-class Prism(NamedTuple):
-    """A block as a program is given it.
+class Solid(NamedTuple):
+    """A block as a program is given it, in the axes of its inertia.
 
     Attributes:
         mass: [kg].
-        inertia: About its centre of mass, along x, y and z [kg m^2].
-        place: Centre of mass at the start, x and z [m].
-        corners: Of its polygon, from there, x and z [m], counterclockwise, shape [corner, 2].
-        box: Whether it is a rectangle along x and z.
-        depth: Across the plane [m].
+        inertia: About its centre of mass, along its axes [kg m^2].
+        place: Centre of mass at the start [m], shape [3].
+        attitude: Quaternion (x, y, z, w) of its axes at the start; none in the plane.
+        hull: Its corners from the centre, along its axes [m], shape [corner, 3].
+        box: Whether it is a box along them.
         fixed: Whether it moves with the base.
     """
 
     mass: float
     inertia: tuple[float, float, float]
     place: Array
-    corners: Array
+    attitude: Array
+    hull: Array
     box: bool
-    depth: float
     fixed: bool
 
     @property
     def half(self) -> tuple[float, float, float]:
         """Half sizes of a box along x, y and z [m]."""
-        wide, high = 0.5 * np.ptp(self.corners, axis=0)
-        return float(wide), 0.5 * self.depth, float(high)
-
-    @property
-    def hull(self) -> Array:
-        """Corners of the prism from its centre of mass [m], shape [corner, 3]."""
-        ends = [np.insert(self.corners, 1, y, axis=1) for y in (-0.5, 0.5)]
-        hull = np.concatenate(ends)
-        hull[:, 1] *= self.depth
-        return hull
+        x, y, z = 0.5 * np.ptp(self.hull, axis=0)
+        return float(x), float(y), float(z)
 
 
-def prisms(kind: Assembly) -> list[Prism]:
+def solids(kind: Assembly) -> list[Solid]:
     """The blocks of an assembly, in their order."""
-    found = []
-    for block in range(kind.count):
-        corners = kind.corners[block] - kind.centre[block]
-        corners = corners[np.hypot(*(corners - np.roll(corners, -1, axis=0)).T) > 0.0]
-        mass, about_y = float(kind.mass[block]), float(kind.mass[block] * kind.gyration[block])
-        along = corners - np.roll(corners, -1, axis=0)
-        square = bool((np.abs(along).min(axis=1) <= SQUARE * np.abs(along).max(axis=1)).all())
-        # Those of a sheet, which turns about y alone.
-        other = 0.5 * about_y + mass * kind.depth**2 / 12.0
-        found.append(
-            Prism(
-                mass, (other, about_y, other), kind.centre[block], corners,
-                square and len(corners) == 4, kind.depth, bool(kind.fixed[block]),
-            )
-        )  # fmt: skip
-    return found
+    one = _solid if isinstance(kind, SpatialAssembly) else _prism
+    return [one(kind, block) for block in range(kind.count)]  # type: ignore[arg-type]
+
+
+def _prism(kind: Assembly, block: int) -> Solid:
+    corners = kind.corners[block] - kind.centre[block]
+    corners = corners[np.hypot(*(corners - np.roll(corners, -1, axis=0)).T) > 0.0]
+    mass, about_y = float(kind.mass[block]), float(kind.mass[block] * kind.gyration[block])
+    # Those of a sheet, which turns about y alone.
+    other = 0.5 * about_y + mass * kind.depth**2 / 12.0
+    ends = [np.insert(corners, 1, side * kind.depth, axis=1) for side in (-0.5, 0.5)]
+    hull = np.concatenate(ends)
+    place = np.insert(kind.centre[block], 1, 0.0)
+    return Solid(
+        mass, (other, about_y, other), place, UPRIGHT, hull, _is_box(hull), bool(kind.fixed[block])
+    )
+
+
+def _solid(kind: SpatialAssembly, block: int) -> Solid:
+    inertia, attitude = principal_axes(kind.inertia[block])
+    corners = kind.corners[block, : kind.corner_count[block]] - kind.centre[block]
+    hull = rotate(attitude * (-1.0, -1.0, -1.0, 1.0), corners)
+    x, y, z = map(float, inertia)
+    return Solid(
+        float(kind.mass[block]), (x, y, z), kind.centre[block], attitude, hull, _is_box(hull),
+        bool(kind.fixed[block]),
+    )  # fmt: skip
+
+
+def _is_box(hull: Array) -> bool:
+    """Whether corners are those of a box along the axes."""
+    half = 0.5 * np.ptp(hull, axis=0)
+    near = np.abs(np.abs(hull - hull.mean(axis=0)) - half) <= SQUARE * half.max()
+    return len(hull) == BOX_CORNERS and bool(near.all())
 
 
 def touching(kind: Assembly) -> dict[tuple[int, int], float]:
@@ -148,15 +166,16 @@ def _lane(scene: PeerScene, run: PeerRun, times: SampleTimes) -> dict[str, objec
     assert kind is not None
     free, stamps = ~kind.fixed, scene.times
     base = scene.base.displacement(stamps) if scene.base else np.zeros((len(stamps), 3))
-    place = run.position[..., ::2] - base[:, None, ::2] - kind.centre[free]
-    turn = np.unwrap(2.0 * np.arctan2(run.attitude[..., 1], run.attitude[..., 3]), axis=0)
+    axes = [0, 1, 2] if isinstance(kind, SpatialAssembly) else [0, 2]
+    place = (run.position - base[:, None])[..., axes] - kind.centre[free]
+    if isinstance(kind, SpatialAssembly):
+        sine = np.linalg.norm(run.attitude[..., :3], axis=-1)
+        turn = 2.0 * np.arctan2(sine, np.abs(run.attitude[..., 3]))
+    else:
+        turn = np.unwrap(2.0 * np.arctan2(run.attitude[..., 1], run.attitude[..., 3]), axis=0)
     turn = np.abs(turn)
-    falls = np.zeros(kind.count)
-    ends = kind.joints.ends
-    for side in (0, 1):
-        long = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-        np.maximum.at(falls, kind.joints.blocks[:, side], 0.5 * long)
-    fell = ((place[..., 1] < -falls[free]) | (turn >= 0.5 * np.pi)).any(axis=1)
+    falls = 0.5 * kind.longest_joints
+    fell = ((place[..., -1] < -falls[free]) | (turn >= 0.5 * np.pi)).any(axis=1)
     fallen = np.flatnonzero(fell)
     last = int(fallen[0]) if len(fallen) else len(stamps) - 1
     far = np.linalg.norm(place, axis=-1)[: last + 1].max(axis=1)
@@ -166,8 +185,9 @@ def _lane(scene: PeerScene, run: PeerRun, times: SampleTimes) -> dict[str, objec
     load = np.nan
     if len(fallen) and scene.base is not None and len(moves):
         at = max(1, min(int(moves[0]), len(stamps) - 2))
-        path = base[at - 1 : at + 2, 0]
-        load = abs(path[2] - 2.0 * path[1] + path[0]) / scene.frame**2 / GRAVITY
+        path = base[at - 1 : at + 2, :2]
+        gained = np.linalg.norm(path[2] - 2.0 * path[1] + path[0])
+        load = float(gained) / scene.frame**2 / GRAVITY
     every, history = frames_per_sample(times), np.full(len(stamps), most[-1])
     history[: last + 1] = most
     return {

@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from warprock.programs.assembly_scene import Prism, one_friction, prisms, touching
+from warprock.model.pose import product
+from warprock.programs.assembly_scene import Solid, one_friction, solids, touching
 from warprock.programs.scene import PeerRun, PeerScene
 from warprock.settings.programs import BulletSettings
 from warprock.units import GRAVITY
 
 TABLE_RATIO = 1e6
 """Mass of what moves with the base over that of all blocks."""
-UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 
 
 def run_assembly(bullet: Any, world: int, scene: PeerScene, settings: BulletSettings) -> PeerRun:
@@ -28,7 +28,7 @@ def run_assembly(bullet: Any, world: int, scene: PeerScene, settings: BulletSett
     here = {"physicsClientId": world}
     steps = scene.steps_per_frame(settings.steps_per_second)
     step = scene.frame / steps
-    own = prisms(scene.assembly)
+    own = solids(scene.assembly)
     bodies = _build(bullet, here, scene, settings, own)
     bullet.setPhysicsEngineParameter(
         fixedTimeStep=step,
@@ -41,7 +41,7 @@ def run_assembly(bullet: Any, world: int, scene: PeerScene, settings: BulletSett
     places, velocities = scene.base_steps(steps)
     velocities[:, 2] += GRAVITY * step
     driven = [
-        (body, np.array([prism.place[0], 0.0, prism.place[1]]))
+        (body, prism.place, prism.attitude)
         for body, prism in zip(bodies, own, strict=True)
         if prism.fixed
     ]
@@ -51,21 +51,23 @@ def run_assembly(bullet: Any, world: int, scene: PeerScene, settings: BulletSett
     begin = time.process_time()
     for frame in range(scene.frame_count):
         for number in range(frame * steps, (frame + 1) * steps):
-            for body, place in driven:
+            for body, place, attitude in driven:
                 bullet.resetBasePositionAndOrientation(
-                    body, places[number] + place, UPRIGHT, **here
+                    body, places[number] + place, attitude, **here
                 )
                 bullet.resetBaseVelocity(body, velocities[number], (0.0, 0.0, 0.0), **here)
             bullet.stepSimulation(**here)
         seen.append([pose(body, **here) for body in free])
     cpu_s = time.process_time() - begin
     position = np.array([[place for place, _ in frame] for frame in seen])
-    attitude = np.array([[turn for _, turn in frame] for frame in seen])
-    return PeerRun(position, attitude, cpu_s, scene.frame_count * steps)
+    turned = np.array([[turn for _, turn in frame] for frame in seen])
+    starts = np.array([prism.attitude for prism in own if not prism.fixed])
+    since = product(turned, starts * (-1.0, -1.0, -1.0, 1.0))
+    return PeerRun(position, since, cpu_s, scene.frame_count * steps)
 
 
 def _build(
-    bullet: Any, here: dict[str, int], scene: PeerScene, settings: BulletSettings, own: list[Prism]
+    bullet: Any, here: dict[str, int], scene: PeerScene, settings: BulletSettings, own: list[Solid]
 ) -> list[int]:
     """The blocks in a world; their numbers."""
     assert scene.assembly is not None
@@ -83,7 +85,8 @@ def _build(
         body = bullet.createMultiBody(
             heavy if prism.fixed else prism.mass,
             shape,
-            basePosition=(prism.place[0], 0.0, prism.place[1]),
+            basePosition=prism.place,
+            baseOrientation=prism.attitude,
             useMaximalCoordinates=1,
             **here,
         )

@@ -1,8 +1,8 @@
-"""Assemblies in MuJoCo: blocks that slide and turn in their plane, on a driven table.
+"""Assemblies in MuJoCo: blocks that slide and turn in their plane or in space, on a driven table.
 
 Boxes are boxes, other blocks the hulls of their corners, which need several contacts at a face
-(`multiccd`). Contacts are those of `warprock.programs.mujoco`. Blocks have the three joints of a
-plane instead of six of space: half of the unknowns, and nothing leaves the plane.
+(`multiccd`). Contacts are those of `warprock.programs.mujoco`. In the plane blocks have three
+joints instead of the six of space: half of the unknowns, and nothing leaves the plane.
 """
 
 from __future__ import annotations
@@ -11,11 +11,17 @@ import time
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from warprock.programs.assembly_scene import Prism, prisms, touching
+from warprock.model.assembly import Assembly
+from warprock.model.pose import product
+from warprock.model.solids import SpatialAssembly
+from warprock.programs.assembly_scene import Solid, solids, touching
 from warprock.programs.scene import PeerRun, PeerScene
 from warprock.settings.programs import MujocoSettings
 from warprock.units import GRAVITY
+
+Array = npt.NDArray[np.float64]
 
 MODEL = """
 <mujoco>
@@ -26,7 +32,7 @@ MODEL = """
   <worldbody>
     <body gravcomp="1">
       <inertial pos="0 0 0" mass="{mass!r}" diaginertia="{mass!r} {mass!r} {mass!r}"/>
-      <joint type="slide" axis="1 0 0"/>
+      {table}
       {fixed}
     </body>
     {blocks}
@@ -35,9 +41,8 @@ MODEL = """
 </mujoco>
 """
 BLOCK = """
-<body pos="{place}">
-  <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
-  <joint type="hinge" axis="0 1 0"/>
+<body pos="{place}" quat="{attitude}">
+  {joints}
   <inertial pos="0 0 0" mass="{mass!r}" diaginertia="{inertia}"/>
   {geom}
 </body>
@@ -46,6 +51,9 @@ PAIR = """
 <pair geom1="b{first}" geom2="b{second}" condim="3" friction="{friction!r} {friction!r} 0 0 0"
       solref="{time!r} {damping!r}" solimp="{impedance!r} {impedance!r} 1e-6"/>
 """
+SLIDE = '<joint type="slide" axis="{}"/>'
+IN_PLANE = SLIDE.format("1 0 0") + SLIDE.format("0 0 1") + '<joint type="hinge" axis="0 1 0"/>'
+"""Joints of a block in the plane; in space it is free."""
 TABLE_RATIO = 1e6
 """Mass of the table over that of all blocks."""
 
@@ -58,52 +66,68 @@ def run_assembly(mujoco: Any, scene: PeerScene, settings: MujocoSettings) -> Pee
     model = mujoco.MjModel.from_xml_string(text)
     state = mujoco.MjData(model)
     places, velocities = scene.base_steps(steps)
-    seen = [state.qpos[1:].copy()]
+    axes = 3 if isinstance(scene.assembly, SpatialAssembly) else 1
+    seen = [state.qpos[axes:].copy()]
     begin = time.process_time()
     for frame in range(scene.frame_count):
         for step in range(frame * steps, (frame + 1) * steps):
-            state.qpos[0], state.qvel[0] = places[step, 0], velocities[step, 0]
+            state.qpos[:axes], state.qvel[:axes] = places[step, :axes], velocities[step, :axes]
             mujoco.mj_step(model, state)
-        seen.append(state.qpos[1:].copy())
+        seen.append(state.qpos[axes:].copy())
     cpu_s = time.process_time() - begin
-    found = np.array(seen).reshape(len(seen), -1, 3)
-    start = scene.assembly.centre[~scene.assembly.fixed]
-    position, attitude = np.zeros((*found.shape[:2], 3)), np.zeros((*found.shape[:2], 4))
-    position[..., ::2] = found[..., :2] + start
-    attitude[..., 1], attitude[..., 3] = np.sin(0.5 * found[..., 2]), np.cos(0.5 * found[..., 2])
+    position, attitude = _poses(scene.assembly, np.array(seen))
     return PeerRun(position, attitude, cpu_s, scene.frame_count * steps)
+
+
+def _poses(kind: Assembly, seen: Array) -> tuple[Array, Array]:
+    """Places [m] and turns since the start of the blocks that can move, by their coordinates."""
+    free = ~kind.fixed
+    if isinstance(kind, SpatialAssembly):
+        found = seen.reshape(len(seen), -1, 7)
+        starts = np.array([solid.attitude for solid in solids(kind) if not solid.fixed])
+        back = starts * (-1.0, -1.0, -1.0, 1.0)
+        return found[..., :3], product(np.roll(found[..., 3:], -1, axis=-1), back)
+    found = seen.reshape(len(seen), -1, 3)
+    position, attitude = np.zeros((*found.shape[:2], 3)), np.zeros((*found.shape[:2], 4))
+    position[..., ::2] = found[..., :2] + kind.centre[free]
+    attitude[..., 1], attitude[..., 3] = np.sin(0.5 * found[..., 2]), np.cos(0.5 * found[..., 2])
+    return position, attitude
 
 
 def _text(numbers: Any) -> str:
     return " ".join(repr(float(number)) for number in numbers)
 
 
-def _geom(number: int, prism: Prism, place: str) -> str:
+def _geom(number: int, prism: Solid, where: str) -> str:
     if prism.box:
-        return f'<geom name="b{number}" type="box" size="{_text(prism.half)}" pos="{place}"/>'
-    return f'<geom name="b{number}" type="mesh" mesh="b{number}" pos="{place}"/>'
+        return f'<geom name="b{number}" type="box" size="{_text(prism.half)}" {where}/>'
+    return f'<geom name="b{number}" type="mesh" mesh="b{number}" {where}/>'
 
 
 def _model_text(scene: PeerScene, step: float, settings: MujocoSettings) -> str:
     """The scene in MuJoCo's language."""
     assert scene.assembly is not None
+    spatial = isinstance(scene.assembly, SpatialAssembly)
+    table = ("1 0 0", "0 1 0", "0 0 1") if spatial else ("1 0 0",)
     fixed, blocks, meshes = [], [], []
-    own = prisms(scene.assembly)
+    own = solids(scene.assembly)
     for number, prism in enumerate(own):
-        place = _text((prism.place[0], 0.0, prism.place[1]))
+        place, attitude = _text(prism.place), _text(np.roll(prism.attitude, 1))
         if not prism.box:
             meshes.append(
                 f'<mesh name="b{number}" inertia="convex" vertex="{_text(prism.hull.ravel())}"/>'
             )
         if prism.fixed:
-            fixed.append(_geom(number, prism, place))
+            fixed.append(_geom(number, prism, f'pos="{place}" quat="{attitude}"'))
             continue
         blocks.append(
             BLOCK.format(
                 place=place,
                 mass=prism.mass,
                 inertia=_text(prism.inertia),
-                geom=_geom(number, prism, "0 0 0"),
+                geom=_geom(number, prism, ""),
+                attitude=attitude,
+                joints="<freejoint/>" if spatial else IN_PLANE,
             )
         )
     contact = {
@@ -120,6 +144,7 @@ def _model_text(scene: PeerScene, step: float, settings: MujocoSettings) -> str:
         gravity=-GRAVITY,
         mass=TABLE_RATIO * sum(prism.mass for prism in own if not prism.fixed),
         meshes="".join(meshes),
+        table="".join(SLIDE.format(axis) for axis in table),
         fixed="".join(fixed),
         blocks="".join(blocks),
         pairs="".join(pairs),

@@ -17,7 +17,7 @@ import newton
 import numpy as np
 import warp as wp
 
-from warprock.programs.assembly_scene import Prism, one_friction, prisms, touching
+from warprock.programs.assembly_scene import Solid, one_friction, solids, touching
 from warprock.programs.scene import PeerBlock, PeerScene
 from warprock.units import GRAVITY
 
@@ -187,10 +187,8 @@ def _add_prisms(builder: Any, scene: PeerScene, table: int, config: Any) -> None
     """The blocks of an assembly: fixed ones as shapes of the table, all others as free bodies."""
     assert scene.assembly is not None
     shapes = []
-    for prism in prisms(scene.assembly):
-        place = wp.transform(
-            (float(prism.place[0]), 0.0, float(prism.place[1])), wp.quat_identity()
-        )
+    for prism in solids(scene.assembly):
+        place = wp.transform(tuple(map(float, prism.place)), wp.quat_identity())
         if prism.fixed:
             shapes.append(_add_prism(builder, prism, table, place, config))
             continue
@@ -207,7 +205,7 @@ def _add_prisms(builder: Any, scene: PeerScene, table: int, config: Any) -> None
             builder.add_shape_collision_filter_pair(shapes[a], shapes[b])
 
 
-def _add_prism(builder: Any, prism: Prism, body: int, place: Any, config: Any) -> int:
+def _add_prism(builder: Any, prism: Solid, body: int, place: Any, config: Any) -> int:
     """A box, or the hull of the corners of a prism."""
     if prism.box:
         hx, hy, hz = prism.half

@@ -34,6 +34,7 @@ class Program:
         bodies: Whether its adapter knows bodies that are no boxes, in space and in stacks.
         holds: Tables of a case by which its adapter lets a block be held.
         assemblies: Whether its adapter knows assemblies of many blocks.
+        solids: Whether it knows those in space, too.
     """
 
     module: str
@@ -44,6 +45,7 @@ class Program:
     bodies: bool = False
     holds: tuple[str, ...] = ()
     assemblies: bool = False
+    solids: bool = False
 
     @property
     def installed(self) -> bool:
@@ -75,6 +77,7 @@ PROGRAMS: dict[str, Program] = {
         bodies=True,
         holds=("transverse_wall", "tie", "top_load", "frame"),
         assemblies=True,
+        solids=True,
     ),
     "bullet": Program(
         "warprock.programs.bullet",
@@ -83,6 +86,7 @@ PROGRAMS: dict[str, Program] = {
         "Bullet through pybullet: sequential impulses.",
         starts_moving=True,
         assemblies=True,
+        solids=True,
     ),
     "blender": Program(
         "warprock.programs.blender",
@@ -150,7 +154,7 @@ def require_scenes(
         raise DeclinedError(f"it lets blocks go from rest here, and the case {lanes.moving}")
     if lanes.assembly is not None and not PROGRAMS[name].assemblies:
         raise DeclinedError("it is given single blocks and stacks, and the case is an assembly")
-    if lanes.assembly is not None and lanes.assembly.spatial:
+    if lanes.assembly is not None and lanes.assembly.spatial and not PROGRAMS[name].solids:
         raise DeclinedError("it is given assemblies in the plane, and the case's lies in space")
     program = PROGRAMS[name]
     beyond = [table for table in lanes.held if table not in program.holds]
