@@ -23,12 +23,15 @@ from warprock.kernels.assembly.block import (
     Track,
     add_energy,
     integrate,
+    length_of,
     observe_block,
     observe_gap,
+    observe_off,
     observe_slide,
     start_seen,
 )
 from warprock.kernels.assembly.found import (
+    DRIFT,
     FIRST,
     ROOM,
     SAME,
@@ -56,6 +59,7 @@ from warprock.kernels.assembly.landing import (
     FAST,
     LANDS,
     LEAVES,
+    STILL,
     STRIKES,
     Borne,
     landing_part,
@@ -63,6 +67,8 @@ from warprock.kernels.assembly.landing import (
     may_land,
 )
 from warprock.kernels.assembly.meeting import (
+    BLOCK_COUNT,
+    JOINT_COUNT,
     NONE,
     SLIP,
     Laid,
@@ -85,10 +91,10 @@ from warprock.kernels.assembly.solve import (
 )
 from warprock.kernels.contact.parting import slack
 from warprock.kernels.lane.account import Account, keep_account
-from warprock.kernels.lane.modes import OVERTURNED, RUNNING, STALLED, UNSOLVED
+from warprock.kernels.lane.modes import OVERTURNED, RUNNING, SLID_OFF, STALLED, UNSOLVED
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion.kinds import Motion, base_velocity
 
 if BONDS:
     from warprock.kernels.assembly.bond import Bond, Breaks, after_break, is_torn
@@ -131,7 +137,10 @@ def run_lanes(
     pack, _one = wp.tid()
     first, dt = pack * LANES, real(knobs.time_steps[pack])
     rate = real(1.0) / dt
-    block_count, contact_count = int(laid.graph[pack, 0]), 2 * int(laid.graph[pack, 1])
+    block_count, contact_count = (
+        int(laid.graph[pack, BLOCK_COUNT]),
+        2 * int(laid.graph[pack, JOINT_COUNT]),
+    )
     samples = sample_times.shape[0]
     end = sample_times[samples - 1]
     mass = rows(Mass, BLOCKS)
@@ -199,9 +208,7 @@ def run_lanes(
         if striking > 0:
             striking, landing, waiting = int(0), int(0), int(0)
             for i in range(LANES):
-                # A solve that fails is the last one of its lane.
                 lands = clock[i].goes > 0 and clock[i].phase > 0 and clock[i].phase < LEAVES
-                lands = lands and solve[i].left <= solve[i].loose
                 clock[i].strikes = wp.where(lands, 1, 0)
                 clock[i].goes = wp.where(lands, 0, clock[i].goes)
                 waiting = waiting + clock[i].goes
@@ -257,11 +264,14 @@ def run_lanes(
                 seen[i].sweeps = seen[i].sweeps + clock[i].strikes * solve[i].sweeps
                 left = larger(solve[i].left, seen[i].residual)
                 seen[i].residual = wp.where(strikes, left, seen[i].residual)
+                misses = strikes and solve[i].left > solve[i].loose
+                drift = fused(dt, solve[i].left, clock[i].drift)
+                clock[i].drift = wp.where(misses, drift, clock[i].drift)
                 again = start_solve(real(1.0), knobs.settled, real(0.0))
                 again.loose = solve[i].loose
                 solve[i] = wp.where(strikes, again, solve[i])
         if busy > 0 and (waiting == busy or lost > PATIENCE * busy):
-            lost = int(0)
+            lost, gliding = int(0), int(0)
             if striking > 0:
                 for q in range(contact_count):
                     for i in range(LANES):
@@ -274,7 +284,11 @@ def run_lanes(
             for i in range(LANES):
                 begins = clock[i].goes
                 started = wp.where(clock[i].count < -SETTLING, 0, begins)
-                over = solve[i].left > solve[i].loose and started > 0
+                misses = solve[i].left > solve[i].loose and started > 0
+                drift = fused(dt, solve[i].left, clock[i].drift)
+                clock[i].drift = wp.where(misses, drift, clock[i].drift)
+                over = clock[i].drift > DRIFT * laid.around[first + i].scale
+                over = over or (misses and clock[i].count < 0)
                 clock[i].ended = started
                 clock[i].count = clock[i].count + begins
                 clock[i].keeps = wp.where(clock[i].count > 0, started, 0)
@@ -284,6 +298,8 @@ def run_lanes(
                 left = larger(solve[i].left, seen[i].residual)
                 seen[i].residual = wp.where(started > 0, left, seen[i].residual)
                 seen[i].mode = wp.where(over, UNSOLVED, seen[i].mode)
+                moves = started > 0 and seen[i].speed > STILL * weighs
+                gliding = gliding + wp.where(moves, 1, 0)
                 seen[i].speed = wp.where(started > 0, real(0.0), seen[i].speed)
                 book = account[i]
                 book = keep_account(wp.where(keeps, clock[i].gain, real(0.0)), book)
@@ -299,6 +315,21 @@ def run_lanes(
                     stands = clock[i].keeps > 0 and seen[i].collapse_time >= NEVER
                     observe_slide(stands, dt, glides, impulse[q, i].n, tracks)
                     track[q, i] = tracks
+            if gliding > 0:
+                for q in range(contact_count):
+                    a, b = (
+                        int(laid.graph[pack, 2 + 2 * (q // 2)]),
+                        int(laid.graph[pack, 3 + 2 * (q // 2)]),
+                    )
+                    for i in range(LANES):
+                        length = smaller(
+                            length_of(blocks[a, first + i]), length_of(blocks[b, first + i])
+                        )
+                        stands = clock[i].keeps > 0 and seen[i].collapse_time >= NEVER
+                        time = real(clock[i].count) * dt
+                        sees = seen[i]
+                        observe_off(stands, time, length, track[q, i], sees)
+                        seen[i] = sees
             if BONDS:
                 for joint in range(contact_count // 2):
                     for i in range(LANES):
@@ -355,8 +386,7 @@ def run_lanes(
                 goes = clock[i].goes > 0
                 half = larger((real(clock[i].count) + HALF) * dt, HALF * dt)
                 motion = motions[first + i]
-                line = sample_index(motion, sample_segment(motion, half))
-                moving = base_velocity(motion, half, pool[2, line], pool[0, line], pool[1, line])
+                moving = base_velocity(motion, half, pool)
                 acts = goes and clock[i].count >= 0
                 gain = wp.where(acts, moving - clock[i].base, real(0.0))
                 clock[i].gain = wp.where(goes, gain, clock[i].gain)
@@ -706,7 +736,7 @@ def run_lanes(
                         found.places[sample, k, 1, f] = pose[k, i].z
     for i in range(LANES):
         if seen[i].mode == RUNNING and seen[i].collapse_time < NEVER:
-            seen[i].mode = OVERTURNED
+            seen[i].mode = wp.where(seen[i].off > 0, SLID_OFF, OVERTURNED)
         sees = seen[i]
         book = account[i]
         found.results[first + i] = Result(

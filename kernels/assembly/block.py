@@ -90,7 +90,8 @@ class Seen:
         deepest: Deepest penetration so far [m].
         peak: Largest |rotation| so far [rad].
         peak_time: Its time [s].
-        collapse_time: When a block had fallen [s]; NEVER before.
+        collapse_time: When a block had fallen or slid off [s]; NEVER before.
+        off: 1 where it had slid off, else 0.
         still: When no corner moved faster than at `CREEP` g dt, last [s].
         residual: The most that a step has left: what its last sweep changed of a velocity [m/s].
         speed: Largest speed of a corner in the last step [m/s].
@@ -108,6 +109,7 @@ class Seen:
     peak: real
     peak_time: real
     collapse_time: real
+    off: int
     still: real
     residual: real
     speed: real
@@ -119,7 +121,7 @@ class Seen:
 def start_seen() -> Seen:
     """What is seen of a lane before its first step."""
     zero = real(0.0)
-    return Seen(RUNNING, 0, 0, 0, NEVER, zero, zero, zero, zero, NEVER, zero, zero, zero, 0, 0)
+    return Seen(RUNNING, 0, 0, 0, NEVER, zero, zero, zero, zero, NEVER, 0, zero, zero, zero, 0, 0)
 
 
 @wp.func
@@ -210,6 +212,28 @@ def observe_slide(live: bool, step: real, rate: real, carried: real, track: wp.r
     way = wp.where(live and carried > real(0.0), step * rate, real(0.0))
     track.slide = track.slide + way
     track.most = larger(size(track.slide), track.most)
+
+
+@wp.func
+def length_of(block: Block) -> real:
+    """Length of the longest joint of a block [m]; NEVER of one that is fixed."""
+    return wp.where(block.inverse_mass > real(0.0), real(2.0) * block.fall, NEVER)
+
+
+@wp.func
+def observe_off(live: bool, time: real, length: real, track: Track, seen: wp.ref[Seen]):
+    """Whether a block has slid off what bore it: by more than its longest joint.
+
+    Args:
+        live: Whether the lane still runs, and has not collapsed.
+        time: End of the step [s].
+        length: Of the longest joint of either block of a contact, the shorter one [m].
+        track: The contact from step to step.
+        seen: What is seen of the lane.
+    """
+    off = live and size(track.slide) > length
+    seen.collapse_time = wp.where(off, smaller(time, seen.collapse_time), seen.collapse_time)
+    seen.off = wp.where(off, 1, seen.off)
 
 
 @wp.func

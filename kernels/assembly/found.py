@@ -18,6 +18,12 @@ ROOM, FIRST = 20, 20
 first steps may take: what the former leave of high columns the latter have to find."""
 
 
+DRIFT = real(1.0e-5)
+"""How far the changes that steps have left when their sweeps ran out may move blocks in a run, over
+the half diagonal of the smallest block. Where blocks hold one another by forces that are not
+unique, sweeps may go in circles by some times what counts as settled, in a few steps of a run."""
+
+
 @wp.struct
 class Knobs:
     """Settings.
@@ -55,6 +61,7 @@ class Clock:
         phase: Which solve of a step it is in, see landing.py.
         strikes: 1 where the next one of a step in which a corner lands begins, else 0.
         part: The part of the step after which the first corner lands.
+        drift: How far what steps have left unsettled has moved blocks [m].
     """
 
     count: int
@@ -67,6 +74,7 @@ class Clock:
     phase: int
     strikes: int
     part: real
+    drift: real
 
 
 @wp.struct

@@ -24,8 +24,10 @@ from warprock.kernels.assembly.block import (
     Track,
     add_energy,
     integrate,
+    length_of,
     observe_block,
     observe_gap,
+    observe_off,
     observe_slide,
 )
 from warprock.kernels.assembly.found import (
@@ -72,11 +74,11 @@ from warprock.kernels.assembly.solve import (
 )
 from warprock.kernels.contact.parting import slack
 from warprock.kernels.lane.account import Account, keep_account
-from warprock.kernels.lane.modes import OVERTURNED, RUNNING, UNSOLVED
+from warprock.kernels.lane.modes import OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.launch.team import Crew, meet, share
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion.kinds import Motion, base_velocity
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -85,6 +87,9 @@ BYTES = {"float64": 8, "float32": 4}[PRECISION]
 
 HEAP = 64
 """Bundles whose sums one thread adds up."""
+
+ONLY = 0
+"""A team runs one lane, the only one of a launch, whose contacts are one pack."""
 
 CONTACT, FORCE, MASS, TRAIL = 12 * LANES, 6 * LANES, 4 * LANES, 6 * LANES
 """Numbers of LANES contacts, impulses with their directions, joints' masses and blocks' trails. A
@@ -225,7 +230,7 @@ def merge(a: Seen, b: Seen) -> Seen:
         smaller(a.uplift_time, b.uplift_time), larger(a.moved, b.moved),
         larger(a.deepest, b.deepest), larger(a.peak, b.peak),
         wp.where(later, b.peak_time, a.peak_time), smaller(a.collapse_time, b.collapse_time),
-        a.still, a.residual, larger(a.speed, b.speed), a.astray, a.leans,
+        wp.max(a.off, b.off), a.still, a.residual, larger(a.speed, b.speed), a.astray, a.leans,
     )  # fmt: skip
 
 
@@ -279,8 +284,7 @@ def run_lanes(
         # What gravity and the base do in the step.
         half = larger((real(clock[0].count) + HALF) * dt, HALF * dt)
         motion = motions[0]
-        line = sample_index(motion, sample_segment(motion, half))
-        moving = base_velocity(motion, half, pool[2, line], pool[0, line], pool[1, line])
+        moving = base_velocity(motion, half, pool)
         acts = clock[0].count >= 0
         gain = wp.where(acts, moving - clock[0].base, real(0.0))
         clock[0].gain = gain
@@ -303,7 +307,7 @@ def run_lanes(
             )
             if near.pairs > 0 or is_old(near):
                 for k in range(scene.count):
-                    scene.laid.bodies[0, k].pose = store.pose[k]
+                    scene.laid.bodies[ONLY, k].pose = store.pose[k]
                 if is_old(near):
                     near = list_pairs(scene.laid, 0, 0, near)
                 near = find_free(scene.laid, 0, rate, near)
@@ -395,7 +399,7 @@ def run_lanes(
         if touching > 0:
             if rank == 0:
                 for q in range(touching):
-                    free = scene.laid.free[0, scene.laid.touching[0, q]]
+                    free = scene.laid.free[ONLY, scene.laid.touching[ONLY, q]]
                     va = store.now[free.a]
                     vb = store.now[free.b]
                     push(free.at, free.n, free.t, store.mass[free.a], store.mass[free.b], va, vb)
@@ -495,8 +499,8 @@ def run_lanes(
             if rank == 0:
                 own = solve[0]
                 for q in range(touching):
-                    held_at = scene.laid.touching[0, q]
-                    free = scene.laid.free[0, held_at]
+                    held_at = scene.laid.touching[ONLY, q]
+                    free = scene.laid.free[ONLY, held_at]
                     va = store.now[free.a]
                     vb = store.now[free.b]
                     pushes = Impulse(free.n, free.t)
@@ -513,7 +517,7 @@ def run_lanes(
                     free.pt = goes_on.pt
                     free.dn = goes_on.dn
                     free.dt = goes_on.dt
-                    scene.laid.free[0, held_at] = free
+                    scene.laid.free[ONLY, held_at] = free
                 store.sums[bundles] = Sums(own.square, own.worst, real(0.0), real(0.0))
             all_of = heap_up(store, crew, rank, bundles + 1)
             solve[0].square = all_of.square
@@ -581,6 +585,14 @@ def run_lanes(
                     glides = slip(at, new_a[i], new_b[i])
                     observe_slide(keeps, dt, glides, force[i], tracks)
                     track[i] = tracks
+                for i in range(LANES):
+                    length = smaller(
+                        length_of(scene.blocks[pair[i].a]), length_of(scene.blocks[pair[i].b])
+                    )
+                    stands = keeps and lane[0].collapse_time >= NEVER
+                    sees = seen[i]
+                    observe_off(stands, time, length, track[i], sees)
+                    seen[i] = sees
                 for i in range(LANES):
                     store.track[2 * p + side, i] = track[i]
         for i in range(LANES):
@@ -669,11 +681,11 @@ def run_lanes(
             dx = store.pose[k].x - scene.blocks[k].x
             dz = store.pose[k].z - scene.blocks[k].z
             away = wp.sqrt(dot(dx, dz, dx, dz))
-            found.blocks[k, 0] = BlockResult(store.peak[k].theta, store.peak[k].moved, away)
+            found.blocks[k, ONLY] = BlockResult(store.peak[k].theta, store.peak[k].moved, away)
         for p in range(share(crew, rank, 2 * packs), share(crew, next_rank, 2 * packs)):
             for i in range(LANES):
                 tracks = store.track[p, i]
-                found.contacts[p * LANES + i, 0] = ContactResult(
+                found.contacts[p * LANES + i, ONLY] = ContactResult(
                     tracks.opening, tracks.most, tracks.slide
                 )
         if rank == 0:
@@ -682,7 +694,7 @@ def run_lanes(
                     sees = lane[0]
                     lane[0] = merge(sees, store.seen[r, i])
             if lane[0].mode == RUNNING and lane[0].collapse_time < NEVER:
-                lane[0].mode = OVERTURNED
+                lane[0].mode = wp.where(lane[0].off > 0, SLID_OFF, OVERTURNED)
             found.results[0] = Result(
                 lane[0].mode, lane[0].steps, lane[0].impacts, lane[0].sweeps, lane[0].astray,
                 lane[0].uplift_time, lane[0].moved, lane[0].deepest, lane[0].peak,

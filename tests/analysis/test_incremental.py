@@ -255,7 +255,7 @@ def command(*arguments: object) -> Result:
     return invoke("ida", *arguments)
 
 
-@pytest.mark.usefixtures("pages_bare")
+@pytest.mark.usefixtures("unrendered")
 def test_the_command_writes_what_it_prints(
     case: Case, tmp_path: pathlib.Path, request: pytest.FixtureRequest
 ):

@@ -226,7 +226,7 @@ def test_pulses_of_any_family_make_a_map(tmp_path: pathlib.Path):
     assert "without impact" in set(found.boundaries["above"])
 
 
-@pytest.mark.usefixtures("pages_bare")
+@pytest.mark.usefixtures("unrendered")
 def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path, request: pytest.FixtureRequest):
     written(tmp_path, count=15)
     out = tmp_path / "out"

@@ -190,7 +190,7 @@ def test_what_ends_with_a_fall_is_refused_where_lanes_fell(of: str, falling: Cas
         run_sensitivity(falling, "housner", of=of, resamples=10)
 
 
-@pytest.mark.usefixtures("pages_bare")
+@pytest.mark.usefixtures("unrendered")
 def test_the_command_writes_what_it_prints(
     case: Case, tmp_path: pathlib.Path, request: pytest.FixtureRequest
 ):

@@ -145,7 +145,7 @@ def test_axes_of_the_sweep_are_panels(tmp_path: pathlib.Path):
     np.testing.assert_array_equal(found.ratio[found.lanes[1]], alone.ratio[alone.lanes[0]])
 
 
-@pytest.mark.usefixtures("pages_bare")
+@pytest.mark.usefixtures("unrendered")
 def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
     written(tmp_path)
     out = tmp_path / "out"

@@ -24,7 +24,17 @@ def test_examples_come_to_what_they_say(name: str):
     assert doctest.testmod(importlib.import_module(name)).failed == 0
 
 
-@pytest.mark.parametrize("name", warprock.__all__)
+LONG = ("trade", "limit", "predictors", "study")
+"""Public functions whose examples measure or run for a second: `thorough`."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.thorough if name in LONG else ())
+        for name in warprock.__all__
+    ],
+)
 def test_examples_of_what_is_public_come_to_what_they_say(name: str):
     runner, finder = doctest.DocTestRunner(), doctest.DocTestFinder()
     for test in finder.find(PUBLIC[name], name, module=False, globs={}):

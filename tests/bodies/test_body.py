@@ -179,6 +179,7 @@ def test_what_cannot_be_asked_is_one_line(change: dict[str, object], said: str):
         read_asked(Asked(**given), texts)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", first(1, range(2)))
 @pytest.mark.parametrize("base", first(1, ["flat", "hull"]))
 def test_the_weakest_direction_of_a_symmetric_statue_is_that_of_all_its_points(

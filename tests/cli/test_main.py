@@ -25,7 +25,7 @@ from click.testing import Result
 
 import warprock.cli
 from tests.shared.blocks import single_block_engines
-from tests.shared.commands import invoke
+from tests.shared.commands import invoke, succeed
 from tests.shared.marks import first
 from tests.shared.shipped import RUNNABLE_CASES
 from warprock.case.case import Case
@@ -244,9 +244,8 @@ def test_a_history_needs_a_folder(case: pathlib.Path):
     refused(invoke("run", case, "--history", "0"), "--history", "--output")
 
 
-def test_run_prints_one_json_object_on_stdout(case: pathlib.Path, python: Python):
-    done = python("-m", "warprock", "run", str(case), "--json")
-    assert done.returncode == 0, done.stderr
+def test_run_prints_one_json_object_on_stdout(case: pathlib.Path):
+    done = succeed("run", case, "--json")
     found = json.loads(done.stdout, parse_constant=pytest.fail)
     assert found["engine"]["name"] == "housner"
     assert found["lanes"] == len(found["rows"]) == 1

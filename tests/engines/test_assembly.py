@@ -460,3 +460,17 @@ def test_no_other_engine_but_dem_takes_assemblies_nor_this_one_anything_else():
     assert able == {"assembly", "dem"}
     block = scene_kind(make_lanes(0.5, 1.0), StillBase(1), restitution_given=False)
     assert "[assembly]" in str(Assembly.supports(block))
+
+
+def test_a_wall_that_slides_off_has_collapsed():
+    """At friction .3 it slides on the ground from .3 of its weight on, as limit analysis says."""
+    kind = wall_1(0.3)
+    found = run([kind] * 3, pushes([0.29, 0.5, 0.6], 0.2, 1.0), 1.0)
+    slides = (Outcome.SLID_OFF, Outcome.SLID_OFF)
+    assert found["outcome"][0] in (Outcome.AT_REST, Outcome.ROCKING)
+    assert tuple(found["outcome"][1:]) == slides
+    assert np.isnan(found["collapse_time"][0])
+    # Longest joint of the half blocks at its ends.
+    assert found["peak_slide"][1:] == pytest.approx(0.2, rel=0.01)
+    # The wall moves as fast as what counts as moving within some .02 s; the push rises meanwhile.
+    assert found["collapse_load"][1:] == pytest.approx(0.3, abs=0.02 * 0.6 / 0.2)

@@ -16,6 +16,7 @@ from tests.shared.blocks import (
     sines,
     velocity_steps,
 )
+from tests.shared.marks import first
 from tests.shared.speed import require_gain
 from warprock.engines.launching import Form
 from warprock.measure import bench
@@ -33,7 +34,9 @@ every_engine = pytest.mark.parametrize("engine", ["impulse", "direct", "xpbd"])
 
 @pytest.mark.parametrize(
     ("engine", "coarse", "fine", "slowest"),
-    [("impulse", 4e-3, 1e-3, 0.8), ("direct", 3e-3, 5e-4, 0.8), ("xpbd", 3e-3, 3e-4, 0.9)],
+    first(
+        2, [("impulse", 4e-3, 1e-3, 0.8), ("direct", 3e-3, 5e-4, 0.8), ("xpbd", 3e-3, 3e-4, 0.9)]
+    ),
 )
 def test_free_rocking_converges_to_housner_at_first_order(
     engine: str, coarse: float, fine: float, slowest: float
@@ -117,7 +120,7 @@ def test_quarter_period_within_a_step(engine: str) -> None:
     assert np.all(np.abs(below - quarter) <= 2.0 * step)
 
 
-@every_engine
+@pytest.mark.parametrize("engine", first(2, ["impulse", "direct", "xpbd"]))
 def test_overturning_velocity_step_at_its_limit(engine: str) -> None:
     limit = float(closed_forms.overturning_velocity_step(0.3, 1.0))
     settings = SETTINGS[engine](substeps=200)

@@ -131,7 +131,7 @@ def test_driven_pairs_follow_the_oracle(engine: str) -> None:
             )
             for stiffness in (1e15, 1e8)
         ),
-        ("xpbd", {}, 1e-11),
+        pytest.param("xpbd", {}, 1e-11, marks=pytest.mark.thorough),
     ],
 )
 def test_a_stack_that_nothing_lifts_rests(
@@ -165,6 +165,7 @@ def energy_bounds(engine: str, step: float) -> tuple[float, float]:
     }[engine]
 
 
+@pytest.mark.thorough
 @every_engine
 def test_energy_is_lost_and_never_won(engine: str) -> None:
     lanes = random_pairs(12)

@@ -59,7 +59,7 @@ def differences(ours: Response, theirs: Response, slenderness: Array) -> Array:
     [
         Control.DISPLACEMENT,
         pytest.param(Control.VELOCITY, marks=pytest.mark.thorough),
-        Control.ACCELERATION,
+        pytest.param(Control.ACCELERATION, marks=pytest.mark.thorough),
     ],
 )
 def test_friction_needed_is_that_of_the_oracle(control: Control) -> None:

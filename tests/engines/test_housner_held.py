@@ -121,6 +121,7 @@ def test_a_block_that_sticks_to_its_wall_is_thrown_off_at_once():
     np.testing.assert_allclose(found["rotation"], oracle["rotation"], rtol=0.0, atol=1e-12)
 
 
+@pytest.mark.thorough
 def test_a_wall_that_is_hardly_touched_is_struck():
     # A thrust lifts the block off its wall; a spring does not let it fall.
     count, thrust, stiffness, rebound = 5, 1900.0, 4e3, 0.5
@@ -355,6 +356,7 @@ def test_a_frame_rocks_as_its_closed_form():
     np.testing.assert_allclose(eta[0], column.angular_restitution[0])
 
 
+@pytest.mark.thorough
 def test_random_frames_follow_the_oracle():
     count, rng = 20, np.random.default_rng(11)
     lanes, motions = held_batch(count, 3, wall=False, ties=0)

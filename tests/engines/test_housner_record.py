@@ -35,6 +35,7 @@ def many() -> LaneSet:
     return expand_lanes(case)
 
 
+@pytest.mark.thorough
 def test_lanes_side_by_side_do_what_each_does_alone(many: LaneSet) -> None:
     # The plain form has the step of housner/block.py alone, and one lane a thread.
     packed, plain = (

@@ -83,7 +83,7 @@ def drawn() -> dict[str, Drawing]:
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=pytest.mark.thorough if n == "histories" else ()) for n in NAMES],
+    [pytest.param(n, marks=pytest.mark.thorough if n != "fragility" else ()) for n in NAMES],
 )
 def test_a_figure_looks_as_it_did(drawn: dict[str, Drawing], name: str):
     with PIL.Image.open(FOLDER / f"{name}.png") as kept:

@@ -68,7 +68,7 @@ IN_PARTS = ("sweep",)
 """Functions whose command is several."""
 MEASURED = ("bench",)
 """Functions that take minutes: `tests/measure/test_peers.py` cuts them short and holds them."""
-OFTEN = ("capacity", "compare", "ida", "limit", "spectrum", "sweep")
+OFTEN = ("capacity", "compare", "spectrum", "sweep")
 """Functions that the ordinary run holds; the others, which take longer: `thorough`."""
 OWN_TITLES = ("run", "compare", "stability")
 """Functions whose figures each say something else than the finding."""

@@ -122,11 +122,16 @@ def fly_all(found: wp.array2d(dtype=wp.float64)):
 
 
 def test_a_vector_has_a_variable_a_component(tmp_path):
-    module = module_of(tmp_path, "rows_of_vectors", VECTORS)
+    module_of(tmp_path, "rows_of_vectors", VECTORS)
     text = rows_module.TEXTS["rows_of_vectors"]
     assert "flight_place_2 = RealRows()" in text
     assert "flight_knots_1 = IntRows()" in text
     assert "flight_place_1[i] = flight_place_1[i] + real(4.0)" in text
+
+
+@pytest.mark.thorough
+def test_vectors_have_the_numbers_of_their_components(tmp_path):
+    module = module_of(tmp_path, "numbers_of_vectors", VECTORS)
     found = wp.zeros((4, 4), dtype=wp.float64, device="cpu")
     wp.launch(module.fly_all, 1, [found], device="cpu")
     x, y, z = [0.0, 1.5, 2.5, 3.5], [4.0, 4.5, 4.5, 4.5], [1.0, 1.5, 1.5, 1.5]

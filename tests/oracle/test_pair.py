@@ -240,6 +240,7 @@ def usable(found: TwoBlockResponse) -> TwoBlockResponse:
     return found
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "start",
     [

@@ -263,7 +263,7 @@ def test_lanes_that_may_not_be_used_are_left_out_of_a_comparison(write):
 ENSEMBLE = ("-s", "ensemble.members=40", "-s", 'ensemble.spread.contact.friction="5 %"')
 
 
-@pytest.mark.usefixtures("pages_bare")
+@pytest.mark.usefixtures("unrendered")
 def test_a_run_prints_and_writes_cells(tmp_path: pathlib.Path):
     options = (*ENSEMBLE, "-s", 'ensemble.time_step="10 %"', "-e", "housner")
     done = invoke("run", "single-sine-pulse", *options, "-o", tmp_path)

@@ -407,7 +407,14 @@ FREE_ENGINES = [
 ]
 
 
-@pytest.mark.parametrize("engine", FREE_ENGINES)
+@pytest.mark.parametrize(
+    "engine",
+    [
+        # Nothing else asks for their kernels of a base that stands still.
+        pytest.param(e, marks=pytest.mark.thorough if e in ("direct", "xpbd") else ())
+        for e in FREE_ENGINES
+    ],
+)
 def test_engines_answer_no_estimates_and_the_run_adds_them_where_there_is_an_order(
     engine: str,
 ) -> None:

@@ -155,7 +155,7 @@ def test_the_text_has_every_number(validation):
     assert set(table.attrs["columns"]) <= set(table.columns)
 
 
-@pytest.mark.usefixtures("pages_bare")
+@pytest.mark.usefixtures("unrendered")
 def test_the_command_writes_a_folder_with_its_page(validation, tmp_path: pathlib.Path):
     case, file, found = validation
     (tmp_path / "case.toml").write_text(case.to_toml(), encoding="utf-8")

@@ -42,7 +42,7 @@ from warprock.engines.decoding import (
 from warprock.engines.launching import NEVER, Form, Found, Kernel, launch
 from warprock.errors import InputError
 from warprock.kernels import assembly, assembly_space
-from warprock.kernels.lane.modes import OVERTURNED
+from warprock.kernels.lane.modes import OVERTURNED, SLID_OFF
 from warprock.kernels.launch.instance import LANE_WIDTH, kernel_module
 from warprock.model.assembly import Assemblies
 from warprock.model.assembly import Assembly as Laid
@@ -100,10 +100,12 @@ class Assembly(KernelEngine):
     side than there is room for, too (EVENT_LIMIT).
 
     A lane has collapsed (outcome OVERTURNED) once the centre of a block is lower than at the start
-    by half of the longest joint of the block, or a block has turned by a right angle. It goes on
-    for `after_collapse`. It is at rest while no corner moves and no joint gapes, but for blocks
-    that lie or lean on others. A lane that gained more energy than its base supplied, or whose
-    blocks went through one another, has the status UNSTABLE.
+    by half of the longest joint of the block, or a block has turned by a right angle. In the plane
+    it has slid off (SLID_OFF), which is a collapse, too, once a block has slid along another or the
+    ground by more than its longest joint. It goes on for `after_collapse`. It is at rest while no
+    corner moves and no joint gapes, but for blocks that lie or lean on others. A lane that gained
+    more energy than its base supplied, or whose blocks went through one another, has the status
+    UNSTABLE.
     """
 
     name: ClassVar[str] = "assembly"
@@ -389,7 +391,7 @@ class Assembly(KernelEngine):
         end = times.times[-1] - 0.5 * self.longest_step(lanes, motions)
         # What has fallen rests, too, if its lane went on to the end.
         goes_on = rows["collapse_time"] + self.after_collapse >= times.times[-1]
-        fallen = (rows["mode"] == OVERTURNED) & goes_on & (rows["moved"] < end)
+        fallen = np.isin(rows["mode"], (OVERTURNED, SLID_OFF)) & goes_on & (rows["moved"] < end)
         rest_time = np.where(fallen, rows["moved"], rest_start_times(rows, end))
         bad = [
             (_gained(own, rows), Status.UNSTABLE),

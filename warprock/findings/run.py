@@ -167,8 +167,10 @@ def assembly_sentences(facts: Facts, table: Table) -> list[str]:
         if "tilt_rate_deg_s" in table:
             tilt = f", a tilt of {three(float(np.degrees(np.arctan(load))))} deg"
         began = f"at a sideways load of {three(load)} of the weight{tilt}" if load else "at once"
+        fallen = "slid off" if _at(table, "outcome", first) == "slid_off" else "fallen"
         told.append(
-            f"{what} had fallen at {three(fell[first])} s. The motion that ended so began {began}; "
+            f"{what} had {fallen} at {three(fell[first])} s. "
+            f"The motion that ended so began {began}; "
             f"{joint_words(table, first)}."
             f"{limit_words(facts, first, tilted=bool(tilt))}"
         )

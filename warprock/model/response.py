@@ -25,8 +25,9 @@ class Outcome(enum.IntEnum):
     A stack is at rest when all of its blocks are; it has overturned once one block has, and slid
     off once a block has left the face of the one below. An assembly has overturned, that is
     collapsed, once one block has: it has turned by a right angle, or its centre has sunk by half of
-    its longest joint. ROCKING is all that still moves: a block that slides without leaving its
-    base, too.
+    its longest joint. It has slid off, which is a collapse, too, once a block has slid along
+    another or the ground by more than its longest joint. ROCKING is all that still moves: a block
+    that slides without leaving its base, too.
 
     Example:
         >>> import warprock as wr
@@ -218,7 +219,12 @@ FIELDS: dict[str, Field] = {
         Field("slid_joints", ("lane",), "-", "Joints that slid"),
         Field("broken_joints", ("lane",), "-", "Bonded joints that broke"),
         Field("joint_break_time", ("lane",), "s", "Time at which the first of them broke"),
-        Field("collapse_time", ("lane",), "s", "Time at which a block of an assembly had fallen"),
+        Field(
+            "collapse_time",
+            ("lane",),
+            "s",
+            "Time at which a block of an assembly had fallen or slid off",
+        ),
         Field(
             "collapse_load",
             ("lane",),

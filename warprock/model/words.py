@@ -11,7 +11,10 @@ OUTCOMES: dict[Outcome, str] = {
     Outcome.AT_REST: "every block stands still when the run ends",
     Outcome.ROCKING: "a block still moves when the run ends",
     Outcome.OVERTURNED: "a block has fallen over; the lane ends there",
-    Outcome.SLID_OFF: "a block has left the face of the one below; the lane ends there",
+    Outcome.SLID_OFF: (
+        "a block has left the face of the one below, or, in an assembly, slid along what bears it "
+        "by more than its longest joint; the lane ends there"
+    ),
 }
 """What has become of a lane when its run ends."""
 
