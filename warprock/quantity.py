@@ -51,8 +51,8 @@ class Column(NamedTuple):
 
     Attributes:
         name: Its name without the unit and without the number of a block in a stack.
-        unit: Unit that its numbers are written in; of a key's column the SI unit without one.
-        text: What it holds; of a key's column what the key means without one.
+        unit: Unit that its numbers are written in; empty in a key: the SI unit.
+        text: What it holds; empty in a key: the key's meaning.
     """
 
     name: str
@@ -115,7 +115,7 @@ class InputKey(Key):
         column: Column of the lane table that shows it.
         instead_of: Keys of the same table, blanks between them, that say the same thing: none of
             them may be given beside it.
-        needs_space: What a case that gives it does that blocks in the plane of rocking cannot do.
+        needs_space: What a case with it does that only blocks in space can do; empty for most keys.
     """
 
     _: dataclasses.KW_ONLY

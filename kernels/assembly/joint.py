@@ -24,9 +24,9 @@ Angles are positive counterclockwise here.
 import warp as wp
 
 DEEP = real(0.1) if SPRINGS else real(2.0e-3)
-"""How deep a corner may be below an edge, over the length of the edge, wherever it is: steps leave
-less, but springs give way. One that is deeper, and deeper than far from the ends of the edge, has
-come from the side, and what meets it there is no matter of the joint; see meeting.py."""
+"""Depth below an edge, over its length, down to which a corner touches it anywhere. Steps leave
+less, springs more. A deeper corner touches only if it is farther from both ends than deep.
+Otherwise it came from the side, and meeting.py has what it meets there."""
 
 
 @wp.struct

@@ -33,7 +33,7 @@ class Block:
         inverse_x, inverse_y, inverse_z: Inverse moments of inertia about its axes [1/(kg m^2)].
         x, y, z: Centre of mass at the start [m].
         qx, qy, qz, qw: Attitude at the start.
-        reach: Distance of the farthest corner from there [m].
+        reach: Distance of the farthest corner from the centre of mass [m].
         fall: How far its centre sinks until it has fallen [m].
         calm: Speed up to which a corner counts as still [m/s].
     """
@@ -115,7 +115,7 @@ def inertia(block: Block, r: Matrix) -> Matrix:
 
 
 @wp.func
-def turned(block: Block, q: Quaternion, spin: Vector, step: real) -> Quaternion:
+def turn_block(block: Block, q: Quaternion, spin: Vector, step: real) -> Quaternion:
     """Attitude of a block after it has turned freely, by its angular momentum [kg m^2/s]."""
     x, y, z, w = turn_freely(
         q[0], q[1], q[2], q[3], Triple(spin[0], spin[1], spin[2]),
@@ -129,7 +129,7 @@ def integrate(step: real, block: Block, v: wp.ref[Move], at: wp.ref[Place]):
     """Moves a block that is not fixed on by a step of a length [s]."""
     spin = times(inertia(block, at.r), v.o)
     at.at = moved(step, v.v, at.at)
-    at.q = turned(block, at.q, spin, step)
+    at.q = turn_block(block, at.q, spin, step)
     at.r = frame(at.q)
     v.o = times(rotate_diagonal(at.r, block.inverse_x, block.inverse_y, block.inverse_z), spin)
 
@@ -194,13 +194,13 @@ def observe_block(
     fell = away[2] < -block.fall or turn >= HALF_PI
     seen.collapse_time = wp.where(fell, smaller(time, seen.collapse_time), seen.collapse_time)
     total = turn + far + speed
-    # A number that is none makes `total - total` none.
+    # Of NaN and infinity, total - total is not 0.
     seen.mode = wp.where(total - total != real(0.0), BROKEN, seen.mode)
 
 
 @wp.func
-def gone(part: real, a: Drift, b: Drift) -> Drift:
-    """The sum of a part of a and of b."""
+def add_drifts(part: real, a: Drift, b: Drift) -> Drift:
+    """Gives part a + b."""
     return Drift(
         fused(part, a.x, b.x), fused(part, a.y, b.y), fused(part, a.z, b.z),
         fused(part, a.ox, b.ox), fused(part, a.oy, b.oy), fused(part, a.oz, b.oz),
@@ -210,9 +210,9 @@ def gone(part: real, a: Drift, b: Drift) -> Drift:
 @wp.func
 def extrapolate(beta: real, y: wp.ref[Drift], trail: wp.ref[Trail]):
     """Moves the drift of a block along p by beta, as its impulses will in the next sweep."""
-    change = gone(real(-1.0), trail.y, y)
-    after = gone(beta, trail.p, y)
-    trail.p = gone(beta, trail.p, change)
+    change = add_drifts(real(-1.0), trail.y, y)
+    after = add_drifts(beta, trail.p, y)
+    trail.p = add_drifts(beta, trail.p, change)
     trail.y = after
     y.x = after.x
     y.y = after.y

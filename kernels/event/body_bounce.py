@@ -39,7 +39,7 @@ term is positive.
   those that are left out is of second order in the step.
   By Poisson's law none expands if all are slower.
 - An impact by Newton's law that would make energy is a mixture of those with and without rebound,
-  see bounce.py. One by Poisson's law makes none.
+  see contact/bounce.py. One by Poisson's law makes none.
 - Where friction jams a corner such that nothing obeys the law of the expansion, there is none.
 
 References:

@@ -15,7 +15,7 @@ of equal springs.
 - If none comes down faster than `slow`, none bounces: the longest flight would last less than a
   part of the longest step. If one does, all bounce, the slower ones by less than that.
 - An impact by Newton's law that would make energy is a mixture of those with and without rebound,
-  see bounce.py. One by Poisson's law makes none, as in the plane.
+  see contact/bounce.py. One by Poisson's law makes none, as in the plane.
 - An expansion that is not found is left out.
 
 Points that leave the base fly, and land when they are back.

@@ -39,7 +39,7 @@ def measures(
     max_outside: Share = 0.1,
     **how: Unpack[HowHeld],
 ) -> Found:
-    """What lowers the yearly chance that a block falls most: each measure as a factor on its rate.
+    """What lowers most the yearly chance that a block falls: each measure as a factor on its rate.
 
     `case` is one block under several records, a lane each. It goes through an incremental dynamic
     analysis as it is and with each measure: a wider base, ballast at its foot, straps, an isolator,

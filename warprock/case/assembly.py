@@ -23,7 +23,7 @@ SPATIAL_PATTERNS = (CORNER, VAULT)
 WHOLE, HALF = "whole", "half"
 """What the lowest course of a wall begins with."""
 
-MOST_BLOCKS = 20_000
+MOST_ASSEMBLED = 20_000
 """Blocks of an assembly: one second of motion of 10,000 takes tens of minutes."""
 
 MOST_OPENINGS = 20
@@ -159,7 +159,7 @@ class Assembly(Table):
         ),
     ] = None
     voussoirs: Annotated[
-        float | None, _number("the number of voussoirs", MOST_BLOCKS, "voussoirs")
+        float | None, _number("the number of voussoirs", MOST_ASSEMBLED, "voussoirs")
     ] = None
     block_length: Annotated[
         float | None, _length("the length of a whole block of the wall", "block_length")
@@ -169,16 +169,18 @@ class Assembly(Table):
     ] = None
     blocks: Annotated[
         float | None,
-        _number("the length of the wall, or of the vault, in blocks", MOST_BLOCKS, "wall_blocks"),
+        _number(
+            "the length of the wall, or of the vault, in blocks", MOST_ASSEMBLED, "wall_blocks"
+        ),
     ] = None
     courses: Annotated[
-        float | None, _number("the number of courses of the wall", MOST_BLOCKS, "courses")
+        float | None, _number("the number of courses of the wall", MOST_ASSEMBLED, "courses")
     ] = None
     return_blocks: Annotated[
         float | None,
         _number(
             "the length in blocks of the walls across, the thickness of the wall included",
-            MOST_BLOCKS,
+            MOST_ASSEMBLED,
             "return_blocks",
         ),
     ] = None
@@ -234,13 +236,13 @@ class Assembly(Table):
     ] = None
     drum_width: Annotated[float | None, _length("the width of a drum", "drum_width")] = None
     drum_height: Annotated[float | None, _length("the height of a drum", "drum_height")] = None
-    drums: Annotated[float | None, _number("the number of drums", MOST_BLOCKS, "drums")] = None
+    drums: Annotated[float | None, _number("the number of drums", MOST_ASSEMBLED, "drums")] = None
     column_width: Annotated[float | None, _length("the width of a column", "column_width")] = None
     column_height: Annotated[float | None, _length("the height of a column", "column_height")] = (
         None
     )
     columns: Annotated[
-        float | None, _number("the number of columns below the beam", MOST_BLOCKS, "columns")
+        float | None, _number("the number of columns below the beam", MOST_ASSEMBLED, "columns")
     ] = None
     span: Annotated[float | None, _length("the clear distance between columns", "span")] = None
     beam_height: Annotated[float | None, _length("the height of the beam", "beam_height")] = None

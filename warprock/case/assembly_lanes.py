@@ -16,7 +16,7 @@ from warprock.case.assembly import (
     DRY_STONE,
     FILE,
     FRAME,
-    MOST_BLOCKS,
+    MOST_ASSEMBLED,
     PATTERNS,
     SPATIAL_PATTERNS,
     VAULT,
@@ -197,8 +197,8 @@ def _refuse_numbers(
         rows = "voussoirs" if table.pattern == VAULT else "courses"
         across = numbers.get("return_blocks", 0.0) * numbers.get("returns", 1.0)
         blocks = (numbers["blocks"] + across + 0.5) * numbers[rows]
-        allowed = f"must make at most {MOST_BLOCKS:,} blocks"
-        values.refuse(blocks > MOST_BLOCKS, f"{PLACE}.{rows}", allowed)
+        allowed = f"must make at most {MOST_ASSEMBLED:,} blocks"
+        values.refuse(blocks > MOST_ASSEMBLED, f"{PLACE}.{rows}", allowed)
     if table.pattern == CORNER:
         thick = numbers["depth"] >= numbers["block_length"]
         allowed = f"must be less than {PLACE}.block_length, so that walls are bonded"
@@ -215,7 +215,7 @@ def _refuse_numbers(
         values.refuse(stones > MOST_STONES, f"{PLACE}.stone_length", allowed)
 
 
-MOST_STONES = MOST_BLOCKS * 9 // 10
+MOST_STONES = MOST_ASSEMBLED * 9 // 10
 """Mean number of stones of a wall of dry stone, of which few have a tenth more."""
 
 

@@ -113,7 +113,7 @@ class Axis:
         return bool(codes) and len(np.unique(np.stack(codes), axis=1).T) == self.length
 
     def places(self, positions: npt.NDArray[np.intp]) -> dict[str, npt.NDArray[Any]]:
-        """Where each column has its values at some positions along the axis.
+        """Which value of each column a lane takes, for some positions along the axis.
 
         Returns:
             By key, shape [position]: an index into a list, or the probability that the value of a
@@ -133,12 +133,12 @@ def _deal(drawn: npt.NDArray[np.float64], length: int) -> npt.NDArray[np.intp]:
     return np.floor(drawn * length).astype(np.intp)
 
 
-def crossed_labels(axes: Sequence[Axis], taken: AbstractSet[int], source: str) -> tuple[str, ...]:
+def crossed_labels(axes: Sequence[Axis], skipped: AbstractSet[int], source: str) -> tuple[str, ...]:
     """Labels of every combination along some axes, first axis slowest; one text without any.
 
     Args:
         axes: All axes of a case.
-        taken: Numbers of those that are left out.
+        skipped: Numbers of those that are left out.
         source: The case file, for the error text.
 
     Raises:
@@ -146,7 +146,7 @@ def crossed_labels(axes: Sequence[Axis], taken: AbstractSet[int], source: str) -
     """
     texts = [""]
     for number, axis in enumerate(axes):
-        if number in taken:
+        if number in skipped:
             continue
         labels = [
             column
@@ -177,7 +177,7 @@ def lane_indices(shape: Sequence[int], lanes: range) -> list[npt.NDArray[np.intp
         lanes: Lane numbers, each from 0 to the product of the lengths less one.
 
     Returns:
-        One array a axis, shape [lane].
+        One array an axis, shape [lane].
 
     Raises:
         ValueError: A lane number outside the grid.

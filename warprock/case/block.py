@@ -12,7 +12,7 @@ import pydantic
 from warprock.case.block_keys import FACE_FRICTION, HEIGHT, OFFSET, ROTATION_START
 from warprock.case.body import Body, StackedBody
 from warprock.case.validation import KeyedError, Table, below, validated
-from warprock.model.runnable import MOST_BLOCKS
+from warprock.model.runnable import HIGHEST_STACK
 from warprock.quantity import NOTHING, Column, NumberKey, Said
 
 ROUND_DEPTH = math.pi / 4.0
@@ -151,7 +151,7 @@ OfBox = TypeVar("OfBox", bound=Table)
 
 def _read_stack(blocks: Mapping[Any, object]) -> Stack:
     """Reads a stack: the numbers of its blocks before what is in them."""
-    known = [str(number) for number in range(1, MOST_BLOCKS + 1)]
+    known = [str(number) for number in range(1, HIGHEST_STACK + 1)]
     numbered = "blocks are numbered from 1, the lowest"
     first = next(iter(blocks))
     for name in blocks:
@@ -160,7 +160,9 @@ def _read_stack(blocks: Mapping[Any, object]) -> Stack:
             raise KeyedError(name, blocks[name], allowed + numbered)
     for name in blocks:
         if name not in known:
-            allowed = f"must be from 1 to {MOST_BLOCKS}, at most {MOST_BLOCKS} blocks: {numbered}"
+            allowed = (
+                f"must be from 1 to {HIGHEST_STACK}, at most {HIGHEST_STACK} blocks: {numbered}"
+            )
             raise KeyedError(name, Said("a block of that number"), allowed)
     highest = max(blocks, key=known.index)
     for lower in known[: known.index(highest)]:

@@ -11,7 +11,7 @@ import pydantic
 
 from warprock.case.validation import KeyedError, Table, validated
 from warprock.case.value_kinds import OtherKey, ProseKey
-from warprock.model.runnable import MOST_BLOCKS
+from warprock.model.runnable import HIGHEST_STACK
 from warprock.quantity import NOTHING, NumberKey, TextKey
 from warprock.settings.engines import SETTINGS
 from warprock.settings.setting import SettingKey
@@ -42,7 +42,7 @@ class PeaksCheck(Check):
     kind: Literal["peaks"]
     block: Annotated[
         int | None,
-        SettingKey("number of the block in a stack, whose own angle counts", 1, MOST_BLOCKS),
+        SettingKey("number of the block in a stack, whose own angle counts", 1, HIGHEST_STACK),
     ] = None
     values: Annotated[
         tuple[Annotated[float, SettingKey("ratios that are expected", 0.0, math.inf)], ...],

@@ -17,7 +17,7 @@ from warprock.case.axes import LABEL
 from warprock.case.hold import MOST_TIES
 from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
 from warprock.errors import InputError, did_you_mean, list_allowed
-from warprock.model.runnable import MOST_BLOCKS
+from warprock.model.runnable import HIGHEST_STACK
 from warprock.quantity import NOTHING, Column, NumberKey, Said
 from warprock.units import UNITS, bare_number
 
@@ -156,7 +156,7 @@ def _keys_of_columns() -> dict[str, tuple[str, str]]:
 
 def _instances(general: str) -> Iterator[tuple[str, str, str]]:
     """The keys that a key of `KEYS` stands for, and what their columns have in and behind it."""
-    most = {"block.N": MOST_BLOCKS, "tie.N": MOST_TIES}.get(general.rpartition(".")[0])
+    most = {"block.N": HIGHEST_STACK, "tie.N": MOST_TIES}.get(general.rpartition(".")[0])
     if most is not None:
         for number in range(1, most + 1):
             yield general.replace("N", str(number), 1), f"_{number}", ""

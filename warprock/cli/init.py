@@ -79,7 +79,7 @@ def init(
     lanes = "one lane" if start.lanes == 1 else f"{start.lanes:,} lanes"
     command = {"map": "map", "spectrum": "spectrum", **LIMITS}.get(kind, "run")
     print_end(
-        f"The case has {lanes}; change what is not yours.",
+        f"The case has {lanes}; change what does not fit your block.",
         f"warprock {command} {shlex.quote(str(files[0]))} -o results",
     )
 

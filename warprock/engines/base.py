@@ -20,7 +20,7 @@ from warprock.model.drums import as_stacks_of_drums
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, UprightMotions
 from warprock.model.response import Response, SampleTimes
-from warprock.model.runnable import MOST_BLOCKS
+from warprock.model.runnable import HIGHEST_STACK
 from warprock.model.scene import SceneKind
 
 HELD_IN_PLACE = ("transverse_wall", "tie", "top_load")
@@ -143,7 +143,7 @@ class AbstractEngine(abc.ABC):
         ):
             return (
                 f"{cls.name} runs stacks of up to {most} blocks {place}, and the case has one of "
-                f"{scene.block_count}; in the plane event runs up to {MOST_BLOCKS}, and assembly "
+                f"{scene.block_count}; in the plane event runs up to {HIGHEST_STACK}, and assembly "
                 "as many as a column of an [assembly] has"
             )
         if declined is None and scene.bodies and scene.stacked and not cls.stacked_bodies:

@@ -40,7 +40,7 @@ from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions, UprightMotions
 from warprock.model.pose import bottom_corners
 from warprock.model.response import Response, SampleTimes, Status, join_responses, take_lanes
-from warprock.model.runnable import MOST_BLOCKS
+from warprock.model.runnable import HIGHEST_STACK
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import NEWTON, EventSettings
 from warprock.units import GRAVITY
@@ -158,7 +158,7 @@ class Event(KernelEngine):
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
     drums: ClassVar[bool] = True
-    highest: ClassVar[tuple[int, int]] = (MOST_BLOCKS, 6)
+    highest: ClassVar[tuple[int, int]] = (HIGHEST_STACK, 6)
     stacked_bodies: ClassVar[bool] = True
     rounded: ClassVar[bool] = True
     holds: ClassVar[bool] = True
@@ -414,11 +414,11 @@ class Event(KernelEngine):
             np.full(longest_step.shape, self.settings.restitution),
             np.zeros_like(longest_step),
         )
-        names = ("rebound", "expansion")
-        laws = names if self.settings.restitution_law == NEWTON else names[::-1]
+        newton = self.settings.restitution_law == NEWTON
         with np.errstate(divide="ignore"):
             slow = 0.5 * GRAVITY * SHORTEST_BOUNCE * longest_step / kept
-        return {laws[0]: kept, laws[1]: none, "slow": slow}
+        rebound, expansion = (kept, none) if newton else (none, kept)
+        return {"rebound": rebound, "expansion": expansion, "slow": slow}
 
     def _held_inputs(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes

@@ -66,14 +66,14 @@ class Housner(KernelEngine):
     g tan(slenderness angle) or the base velocity steps.
 
     A lane has the status OUTSIDE_MODEL where the block would have slid: at some moment the friction
-    is less than |force along| / (force upwards) of its contact. So it has where the base would have
-    had to pull the block. Impulses at impacts and velocity steps count as forces do. Its numbers
+    is less than |force along| / (force upwards) of its contact. So has a lane whose base would
+    have to pull the block down. Impulses at impacts and velocity steps count as forces do. Its numbers
     are those of Housner's equation all the same. The end of a fall is not judged: once a block
     leans beyond its balance by more than the friction angle (at most 45 degrees) and turns
     outwards, it falls whatever its contact does.
 
     A block on compliant ground (kernels/housner/bed.py) counts as at rest while its whole face is
-    pressed; its impacts are what returns to that.
+    pressed; each return to that counts as an impact.
 
     Where the base moves upwards, too, a block is pulled down by g + a_z. A base that falls faster
     than its block would leave it: such a lane is OUTSIDE_MODEL like one that is pulled.
@@ -214,7 +214,7 @@ class Housner(KernelEngine):
         found = body_inputs(lanes, ratio)
         rate = found.pop("rate")
         if isinstance(motions, UprightMotions):
-            # What weighs more falls faster.
+            # Under g + a_z all rates grow by the root of (g + a_z) / g.
             rate = rate * np.sqrt(1.0 + motions.z.acceleration_bound() / GRAVITY)
         for part in motions.components:
             rate = np.maximum(rate, part.fastest_rate)
@@ -230,16 +230,16 @@ class Housner(KernelEngine):
         """Lane fields of a response; see `KernelEngine.fields`."""
         rows = found.lanes
         needed, slides = asked_friction(rows, lanes.friction, self.target.precision)
-        # Of bodies the kernel has weighed every impact with the inertia about its own points.
-        inertia = inertia_of(lanes) if lanes.body is None else lanes.mass
+        # Of bodies the kernel gives I w^2 over the mass: only the mass is left to multiply by.
+        factor = inertia_of(lanes) if lanes.body is None else lanes.mass
         if lanes.held == STRIP:
-            inertia = strip_of(lanes).upright.inertia[:, 0]
+            factor = strip_of(lanes).upright.inertia[:, 0]
         rest_time = np.where(rows["mode"] == RESTING, time_or_nan(rows["rest_time"]), np.nan)
         marks = [(slides, Status.OUTSIDE_MODEL)]
-        lost = 0.5 * inertia * rows["loss"]
+        lost = 0.5 * factor * rows["loss"]
         more = {}
         if lanes.held == FRAME:
-            # Columns share what their bases take: no foot is judged.
+            # Under a frame, columns share the friction at their bases: none is judged alone.
             return {
                 **lane_fields(rows, rest_time),
                 **planar_fields(found.blocks),

@@ -95,7 +95,7 @@ def _feet(body: Bodies) -> tuple[Array, npt.NDArray[np.intp]]:
 def _ranges(x: Array, z: Array, last: npt.NDArray[np.intp]) -> tuple[Array, Array]:
     """Rotations from which and up to which each foot touches [rad], shape [lane, foot]."""
     angle = np.arctan2(np.diff(z, axis=1), np.diff(x, axis=1))
-    # A right angle ends what the last foot can do, and those that repeat it.
+    # The last foot, and its copies that pad the row, touch up to a right angle.
     real = np.arange(angle.shape[1]) < last[:, None]
     angle = np.where(real, angle, 0.5 * np.pi)
     ends = np.full((len(x), 1), 0.5 * np.pi)

@@ -62,8 +62,8 @@ class Impulse(KernelEngine):
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene.
 
-        More sweeps than are written out would keep the packed loop over lanes of single blocks in
-        scalar code, many times slower than the plain form.
+        Beyond MAX_UNROLL sweeps the compiler leaves the packed loop over lanes scalar, many times
+        slower than the plain form: single blocks then run in that.
         """
         lanes, sweeps = self.target.lanes, self.settings.iterations
         if scene.spatial:
@@ -136,7 +136,7 @@ class Impulse(KernelEngine):
         else:
             blocks = planar_fields(found.blocks)
             gained = unstable(lanes, account_of(rows, step, mass), blocks["peak_rotation"])
-        # In the last step of the run no corner had parted, and nothing slid.
+        # A lane is at rest if in its last step no corner had parted and nothing slid.
         rest_time = rest_start_times(rows, times.times[-1] - 0.5 * step)
         fields = lane_fields(rows, rest_time, [(gained, Status.UNSTABLE)])
         return fields | blocks | {"energy_lost": mass * rows["loss"]}

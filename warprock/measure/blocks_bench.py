@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from warprock.case.assembly import MOST_BLOCKS
+from warprock.case.assembly import MOST_ASSEMBLED
 from warprock.engines.assembly import Assembly
 from warprock.errors import InputError
 from warprock.model import patterns
@@ -62,8 +62,8 @@ def run_blocks_bench(
     """
     rows = []
     for count in blocks:
-        if not 2 <= count <= MOST_BLOCKS:
-            allowed = f"must be a number of blocks from 2 to {MOST_BLOCKS:,}"
+        if not 2 <= count <= MOST_ASSEMBLED:
+            allowed = f"must be a number of blocks from 2 to {MOST_ASSEMBLED:,}"
             raise InputError("--blocks", "", count, allowed)
     for count in blocks:
         if report is not None:

@@ -24,7 +24,7 @@ from warprock.model.motion import (
 )
 from warprock.model.pulse import PulseMotions
 
-MOST_BLOCKS = 20
+HIGHEST_STACK = 20
 """Blocks in the highest stack that an engine runs."""
 
 RIGHT_ANGLE = 0.5 * np.pi
@@ -49,8 +49,10 @@ def require_runnable(lanes: Lanes, motions: GroundMotions, source: str = "run_ba
             not finite or out of bounds, or motions of another number of lanes.
     """
     shape = np.shape(lanes.width)
-    if len(shape) not in (1, 2) or shape[0] < 1 or not 1 <= (*shape, 1)[1] <= MOST_BLOCKS:
-        allowed = f"must be [lane] or [lane, block], with 1 lane or more, 1 to {MOST_BLOCKS} blocks"
+    if len(shape) not in (1, 2) or shape[0] < 1 or not 1 <= (*shape, 1)[1] <= HIGHEST_STACK:
+        allowed = (
+            f"must be [lane] or [lane, block], with 1 lane or more, 1 to {HIGHEST_STACK} blocks"
+        )
         raise InputError(source, "lanes.width", list(shape), f"the shape of its array {allowed}")
     for field, got in lanes.arrays.items():
         name = f"lanes.{field}"

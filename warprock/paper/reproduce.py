@@ -1,8 +1,8 @@
 """The seed paper's tables and figures, recomputed beside what it prints.
 
-Every target runs shipped cases with the engines; those on single blocks hold them against Housner
-lane by lane, those on stacks put them beside ensembles. The readings of what the paper did stand
-side by side, and the paper's conflicts are named.
+Every target runs shipped cases with the engines. Targets on single blocks compare engines with
+Housner, lane by lane; those on stacks show them beside ensembles. Where the paper may be read in
+several ways, each reading has its rows, and the paper's conflicts are named.
 """
 
 from __future__ import annotations
@@ -117,12 +117,17 @@ def reproduce(
         drawings: A list that takes the figures, which are written in any case.
 
     Returns:
-        `target`; `rows`, each with `target`, `frequency_hz`, `amplitude_mm`, `reading`, `source`
-        and `peak_rotation_ratio` (None where there is none; of a stack divided by 9.85 deg), for
-        engines on single blocks their errors against Housner, for stacks the `block`, `geometry`
-        and `edges`, for the sensitivity study the `knob`, its `value` and the cost, for run times
-        the scene and what it took; `conflicts`, each with `item`, `title` and `text`; `files`;
-        `seconds`, the wall time of each part by its name, with what it waits for.
+        By key:
+
+        - `target`: The target.
+        - `rows`: Each has `target`, `frequency_hz`, `amplitude_mm`, `reading`, `source` and
+          `peak_rotation_ratio`, which is None where there is none and of a stack is divided by
+          9.85 deg. Engines on single blocks have their errors against Housner; stacks the `block`,
+          `geometry` and `edges`; the sensitivity study the `knob`, its `value` and the cost; run
+          times the scene and what it took.
+        - `conflicts`: Each has `item`, `title` and `text`.
+        - `files`: What was written.
+        - `seconds`: Wall time of each part by its name, with what it waits for.
 
     Raises:
         InputError: An unknown target, or a folder that cannot be written to.

@@ -153,23 +153,29 @@ def require_scenes(
     if lanes.moving and not PROGRAMS[name].starts_moving:
         raise DeclinedError(f"it lets blocks go from rest here, and the case {lanes.moving}")
     if lanes.assembly is not None and not PROGRAMS[name].assemblies:
-        raise DeclinedError("it is given single blocks and stacks, and the case is an assembly")
+        raise DeclinedError(
+            "warprock hands it single blocks and stacks only; the case is an assembly"
+        )
     if lanes.assembly is not None and lanes.assembly.spatial and not PROGRAMS[name].solids:
-        raise DeclinedError("it is given assemblies in the plane, and the case's lies in space")
+        raise DeclinedError(
+            "warprock hands it assemblies in the plane only; the case's lies in space"
+        )
     program = PROGRAMS[name]
     beyond = [table for table in lanes.held if table not in program.holds]
     if beyond:
         given = "blocks in one piece" if program.holds else "free-standing blocks"
-        raise DeclinedError(f"it is given {given}, and the case has {' and '.join(beyond)}")
+        raise DeclinedError(f"warprock hands it {given} only; the case has {' and '.join(beyond)}")
     if lanes.bodies and not (program.bodies and (lanes.spatial or lanes.stacked)):
         where = "; bodies in space and in stacks it can do" if program.bodies else ""
-        raise DeclinedError(f"it is given boxes alone, and the case has a body (block.base){where}")
+        raise DeclinedError(
+            f"warprock hands it boxes only; the case has a body (block.base){where}"
+        )
     if lanes.profiles is not None and lanes.rotation_start.any():
         raise DeclinedError("it starts stacks with a body upright here, and the case turns a block")
     adapter = adapter_of(name)
-    declines = getattr(adapter, "require_scenes", None)
-    if declines is not None:
-        declines(peer_scenes(lanes, motions, times), settings)
+    require = getattr(adapter, "require_scenes", None)
+    if require is not None:
+        require(peer_scenes(lanes, motions, times), settings)
 
 
 def run_program(

@@ -370,7 +370,7 @@ class _Known:
         self.floor = case.rest_floor
         self.going = usable(asked)
         self.met = np.zeros_like(self.going)
-        self.unlike = np.zeros_like(self.going)
+        self.not_converging = np.zeros_like(self.going)
         self.falls = find_fallen(asked)
         self.halvings, self.halved, self.pairs = np.zeros((3, len(self.going)), dtype=np.intp)
         self.first_steps = self.fields["step_count"].copy()
@@ -483,7 +483,7 @@ class _Known:
         self.met[lanes] = met
         self.falls[lanes] &= find_fallen(before) & find_fallen(after)
         self.going[lanes] = usable(after) & ~met & ~hopeless
-        self.unlike[lanes] = differ | branched | doubtful | ~(likely <= CHAOTIC_ABOVE)
+        self.not_converging[lanes] = differ | branched | doubtful | ~(likely <= CHAOTIC_ABOVE)
 
     def in_doubt(self, lanes: Numbers) -> Mask:
         """Of some lanes those that go on with an estimate as large as that of a chaotic one."""
@@ -505,7 +505,7 @@ class _Known:
         far = largest(gaps / self.alpha[lanes]) > most
         chaotic = usable(before) & usable(moved) & (parted | far)
         self.falls[lanes] &= ~chaotic | find_fallen(moved)
-        self.unlike[lanes] |= chaotic
+        self.not_converging[lanes] |= chaotic
         self.going[lanes] &= ~chaotic
         # The steps of this run are no part of what halving the step may take.
         self.budget[lanes] += moved["step_count"] / np.maximum(self.first_steps[lanes], 1)
@@ -514,7 +514,7 @@ class _Known:
         """The finest numbers, with the estimates."""
         fields = dict(self.fields)
         answered = np.isin(fields["status"], USABLE)
-        sensitive = self.unlike & ~self.met & np.isin(fields["status"], SOUND)
+        sensitive = self.not_converging & ~self.met & np.isin(fields["status"], SOUND)
         fields["status"] = np.where(sensitive, int(Status.SENSITIVE), fields["status"])
         columns = as_columns(answered, self.alpha)
         # A lane that fell in every run is in doubt of the time of its fall alone.

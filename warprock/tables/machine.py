@@ -1,4 +1,4 @@
-"""What `doctor` and `bench assembly` print."""
+"""What `doctor`, `bench assembly` and `bench blocks` print."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from warprock.findings.numbers import three
 from warprock.findings.sheets import heading
 from warprock.model.drift import drift_text
 from warprock.model.response import Status
-from warprock.model.runnable import MOST_BLOCKS
+from warprock.model.runnable import HIGHEST_STACK
 from warprock.model.undecided import cut_text
 from warprock.running.case_run import CaseRun
 from warprock.running.lane_table import PEAK_RATIO, run_columns
@@ -152,7 +152,7 @@ def _shown(table: Columns) -> Iterator[tuple[Result, str, str]]:
         if result.column in table:
             yield result, result.column, result.heading
         elif result.per_block:
-            for block in range(1, MOST_BLOCKS + 1):
+            for block in range(1, HIGHEST_STACK + 1):
                 stem, unit = split_unit(result.column)
                 column = f"{stem}_{block}{ending(unit)}"
                 if column in table:

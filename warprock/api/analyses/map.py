@@ -28,7 +28,8 @@ def map(
     """How pulses overturn a block: without an impact, with impacts, or not at all.
 
     `case` sweeps motion.frequency and motion.amplitude, the grid of the map; further axes, each
-    with a label, make panels. Every change of the mode in a column is halved down to the accuracy.
+    with a label, make panels. Between neighbours in a column whose modes differ the boundary is
+    bisected to `accuracy`.
 
     Args:
         case: The case, as in `run`.
