@@ -10,197 +10,468 @@ the levers r_u and r_l from the centres of the two blocks is
     v_u + omega_u x r_u - v_l - omega_l x r_l.
 
 The sweeps go from the ground up. In a mirrored scene they visit the corners of an interface in
-mirrored order. erp moves all blocks above an interface along its normal, by erp times its
+mirrored order: slots are those of the mirror image in which the block leans to the positive side
+along x and along y. erp moves all blocks above an interface along its normal, by erp times its
 penetration beyond 2 g dt^2, the fall that one step can make. Angular momenta and moments of inertia
 are those for unit mass, impulses are in N s.
 """
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import Vector
-from warprock.kernels.impulse_space.block import Knobs
-from warprock.kernels.shape.faces import SLOTS
-from warprock.kernels.shape_space.contact import gains_of, solve_contact
-from warprock.kernels.shape_space.frame import (
-    parts_along,
-    push_spin,
-    push_velocity,
-    relative_velocity,
+from warprock.kernels.impulse.stack import drop_round_off
+from warprock.kernels.impulse_space.block import (
+    FAR,
+    Gains,
+    Impulse,
+    Knobs,
+    Lean,
+    Velocity,
+    rate_of,
+    side_of,
+    spin_of,
 )
-from warprock.kernels.shape_space.stack import (
-    CONTACTS,
-    UPPER,
-    WHOLE,
-    Axes,
-    Bodies,
-    CornerNumbers,
-    Numbers,
-    PointGains,
-    PointInts,
-    PointNumbers,
-    Points,
-    rows_of,
-    slot_in_turn,
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
+from warprock.kernels.shape.faces import Faces, edge_corner, lower_corner, upper_corner
+from warprock.kernels.shape.interface import GROUND_FACE
+from warprock.kernels.shape_space.block import Block, slide_of, turn_freely, turns_of
+from warprock.kernels.shape_space.block_found import Peaks, observe_slide, observe_turns
+from warprock.kernels.shape_space.contact import drag, holds, slip_gains, stop_gains
+from warprock.kernels.shape_space.lanes import (
+    State,
+    Symmetric,
+    Triple,
+    Turn,
+    cross_product,
+    inertia_of,
+    into_base,
+    into_body,
+    minus,
+    plus,
+    product,
+    scalar_product,
+    times,
+    turn_of,
+    vector_product,
 )
 
-FAR = real(1.0e30)
+CORNERS = real(4.0)
+"""Corners of the upper face; if all of them lie over the lower one, other slots do not exist."""
 
 SETTLED = real(1.0e-14)
 """Relative change of the impulses in a sweep that is round-off."""
 
-Chosen = wp.types.vector(length=CONTACTS, dtype=int)
-"""Slots of contacts."""
+
+@wp.struct
+class Spot:
+    """A slot of an interface in a step.
+
+    Attributes:
+        x, y: Its place in the mirrored plan of the lower face [m].
+        gap: Gap there [m].
+        on: 1 if it is a contact, else 0.
+    """
+
+    x: real
+    y: real
+    gap: real
+    on: real
 
 
 @wp.struct
-class Pose:
-    """Pose of all bodies in a step.
+class Contact:
+    """A contact of two bodies in a step.
 
     Attributes:
-        axes: Axes of each body, three rows; a lower body's are the directions of a contact.
-        ease: Inverse inertia of each body [1/(kg m^2)], three rows.
-        friction: Friction coefficient under each body.
-        light: Inverse mass of each body [1/kg].
+        ux, uy, uz: Lever from the upper centre of mass [m].
+        lx, ly, lz: Lever from the lower one [m].
+        gap: Its gap, zero if it sinks [m].
+        on: 1 if it is one, else 0.
     """
 
-    axes: Axes
-    ease: Axes
-    friction: Numbers
-    light: Numbers
-
-
-@wp.struct
-class Touches:
-    """The contacts of a stack in a step.
-
-    Attributes:
-        total: How many there are.
-        body: Upper body of each.
-        gap: Gap of each [m].
-        ru, rl: Levers of each from the upper and the lower centre of mass [m].
-    """
-
-    total: int
-    body: PointInts
-    gap: PointNumbers
-    ru: Points
-    rl: Points
-
-
-@wp.func
-def solve(
-    sweeps: int, rate: real, pose: wp.ref[Pose], t: wp.ref[Touches], first: Points, v: Bodies,
-    w: Bodies,
-):  # fmt: skip
-    """Projected Gauss-Seidel on all contacts: their impulses, and the velocities of the bodies.
-
-    Args:
-        sweeps: Largest number; they end once a sweep changes only round-off.
-        rate: Inverse of the time step [1/s].
-        pose: The bodies.
-        t: The contacts.
-        first: Impulses to start from [N s].
-        v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
-    """
-    u, o, p, gains = Bodies(), Bodies(), Points(), PointGains()
-    # Local copies: sweeps that read the levers from their struct take a third to a half longer.
-    # Copies of axes and inverse inertias gain nothing.
-    ru = t.ru
-    rl = t.rl
-    friction = pose.friction
-    light = pose.light
-    body = t.body
-    gap = t.gap
-    total = t.total
-    bodies = int(BLOCKS + 1)
-    for k in range(bodies):
-        u[k] = v[k]
-        o[k] = w[k]
-    for step in range(-1, sweeps):
-        change, norm_sq = real(0.0), real(0.0)
-        for i in range(total):
-            k = body[i]
-            low = k - 1
-            e, ju, jl = rows_of(pose.axes, low), rows_of(pose.ease, k), rows_of(pose.ease, low)
-            new = first[i]
-            if step < 0:
-                gains[i] = gains_of(light[k] + light[low], e, ju, jl, ru[i], rl[i])
-            else:
-                at = relative_velocity(u[k], o[k], ru[i], u[low], o[low], rl[i])
-                new = solve_contact(friction[k], gap[i], rate, gains[i], e, p[i], at)
-            more = wp.transpose(e) * (new - p[i])
-            change += wp.dot(more, more)
-            norm_sq += wp.dot(new, new)
-            p[i] = new
-            u[k] = push_velocity(u[k], light[k], more)
-            o[k] = push_spin(o[k], ju, ru[i], more)
-            # The ground does not move.
-            if low > 0:
-                u[low] = push_velocity(u[low], light[low], -more)
-                o[low] = push_spin(o[low], jl, rl[i], -more)
-        if step >= 0 and change <= SETTLED * SETTLED * norm_sq:
-            break
-    return p, u, o
-
-
-@wp.func
-def fastest_slip(pose: wp.ref[Pose], t: wp.ref[Touches], u: Bodies, o: Bodies) -> real:
-    """Square of the speed at which the fastest contact slides [m^2/s^2]; see `solve`."""
-    most = real(0.0)
-    for i in range(t.total):
-        k = t.body[i]
-        v = relative_velocity(u[k], o[k], t.ru[i], u[k - 1], o[k - 1], t.rl[i])
-        x, y, _z = parts_along(rows_of(pose.axes, k - 1), v)
-        most = larger(most, dot(x, y, x, y))
-    return most
+    ux: real
+    uy: real
+    uz: real
+    lx: real
+    ly: real
+    lz: real
+    gap: real
+    on: real
 
 
 @wp.struct
 class Opening:
-    """Observed gaps of an interface in a step.
+    """Observed gaps of a lane in a step.
 
     Attributes:
-        wide: Bits of the slots that do not touch now.
-        lands: 1 if a slot touches that did not before.
-        deep: Deepest penetration [m].
-        push: Correction of that by erp [m].
+        lifted: Slots that do not touch.
+        landed: Slots that touch and did not before.
+        deep: Deepest penetration of an interface [m].
     """
 
-    wide: int
-    lands: int
+    lifted: real
+    landed: real
     deep: real
-    push: real
+
+
+@wp.struct
+class Change:
+    """Squares of the change of the impulses in a sweep, and of the impulses [N^2 s^2]."""
+
+    change: real
+    size: real
 
 
 @wp.func
-def find_contacts(gaps: CornerNumbers, there: int, lean: Vector, was: int, knobs: Knobs):
-    """The contacts among the corners of the overlap of two faces.
+def turn_between(r: Turn, low: Turn) -> Turn:
+    """Attitude of a block in the axes of another one."""
+    a, b, c = (
+        into_body(low, Triple(r.r11, r.r21, r.r31)),
+        into_body(low, Triple(r.r12, r.r22, r.r32)),
+        into_body(low, Triple(r.r13, r.r23, r.r33)),
+    )
+    return Turn(a.x, b.x, c.x, a.y, b.y, c.y, a.z, b.z, c.z)
+
+
+@wp.func
+def place_between(s: State, low: State, r: Turn) -> Triple:
+    """Centre of mass from that of the body below, in the axes r of that body [m]."""
+    return into_body(r, Triple(s.x - low.x, s.y - low.y, s.z - low.z))
+
+
+@wp.func
+def predict(dv: Triple, knobs: Knobs, j: Symmetric, s: State) -> Velocity:
+    """Velocity of a block without contact.
 
     Args:
-        gaps: Gaps by slot [m].
-        there: Bits of the slots that exist.
-        lean: Sides to which the upper block leans, for the order of the contacts.
-        was: Bits of the slots that did not touch in the last step.
+        dv: Change of the base velocity [m/s].
         knobs: Settings.
+        j: Inverse inertia of the block in the axes of the base [1/m^2].
+        s: The block.
+    """
+    o = times(j, spin_of(s))
+    return Velocity(
+        s.vx - dv.x, s.vy - dv.y, s.vz - dv.z - knobs.time_step * knobs.gravity, o.x, o.y, o.z
+    )  # fmt: skip
 
-    Returns:
-        Slots of the contacts and their number; and the observed gaps of the interface.
+
+@wp.func
+def find_lean(
+    m: Turn, low: Turn, u: Velocity, below: Velocity, hint: Triple, before: Lean
+) -> Lean:  # fmt: skip
+    """Sides along x and y to which a block leans on the body below, each -1 or 1.
+
+    Args:
+        m: Its attitude in the axes of the body below.
+        low: Those axes.
+        u, below: Velocities of both.
+        hint: Present or next change of the base velocity [m/s].
+        before: Sides that count if all of these are zero.
     """
     zero = real(0.0)
-    slack = real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity
-    chosen, number, wide, lands, deep = Chosen(), int(0), int(0), int(0), real(-FAR)
-    slots = wp.where(there == WHOLE, UPPER, int(SLOTS))
-    for s in range(slots):
-        t = slot_in_turn(s, lean)
-        bit = 1 << t
-        if (there & bit) != 0:
-            deep = larger(deep, -gaps[t])
-            if gaps[t] > knobs.collision_margin + slack:
-                wide = wide | bit
-            elif (was & bit) != 0:
-                lands = 1
-            if gaps[t] <= knobs.collision_margin and number < CONTACTS:
-                chosen[number] = t
-                number += 1
-    push = knobs.erp * larger(deep - slack, zero)
-    return chosen, number, Opening(wide, lands, deep, push)
+    rate = into_body(low, minus(rate_of(u), rate_of(below)))
+    x = side_of(drop_round_off(-m.r31), drop_round_off(rate.y), hint.x, before.x)
+    twist = drop_round_off(m.r21 * x)
+    side = wp.where(twist != zero, twist, before.y)
+    y = side_of(drop_round_off(-m.r32), drop_round_off(-rate.x), hint.y, side)
+    return Lean(x, y)
+
+
+@wp.func
+def support_of(below: Block, k: int) -> Block:
+    """The body below block k: the ground below the first one, else the given block."""
+    first, zero = k == 1, real(0.0)
+    below.half_width = wp.where(first, GROUND_FACE, below.half_width)
+    below.half_depth = wp.where(first, GROUND_FACE, below.half_depth)
+    below.half_height = wp.where(first, zero, below.half_height)
+    below.centre_x = wp.where(first, zero, below.centre_x)
+    below.centre_y = wp.where(first, zero, below.centre_y)
+    return below
+
+
+@wp.func
+def spot_of(x: real, y: real, gap: real, there: bool, knobs: Knobs) -> Spot:
+    """A slot; its gap is FAR if there is no such corner."""
+    on = wp.where(there and gap <= knobs.collision_margin, real(1.0), real(0.0))
+    return Spot(x, y, wp.where(there, gap, FAR), on)
+
+
+@wp.func
+def find_upper_spot(slot: int, faces: Faces, knobs: Knobs, number: wp.ref[real]) -> Spot:
+    """A corner of the upper face; adds it to the number of slots of its interface."""
+    x, y, gap, there = upper_corner(slot, faces)
+    number = number + wp.where(there, real(1.0), real(0.0))
+    return spot_of(x, y, gap, there, knobs)
+
+
+@wp.func
+def find_edge_spot(
+    slot: int, part: real, faces: Faces, knobs: Knobs, number: wp.ref[real]
+) -> Spot:  # fmt: skip
+    """A corner on an edge of the upper face, likewise; none if `part` is zero."""
+    x, y, gap, exists = edge_corner(slot, faces)
+    cut = exists and part > real(0.0)
+    number = number + wp.where(cut, real(1.0), real(0.0))
+    return spot_of(x, y, gap, cut, knobs)
+
+
+@wp.func
+def find_lower_spot(
+    slot: int, part: real, faces: Faces, knobs: Knobs, number: wp.ref[real]
+) -> Spot:  # fmt: skip
+    """A corner of the lower face, likewise."""
+    x, y, gap, exists = lower_corner(slot, faces)
+    under = exists and part > real(0.0)
+    number = number + wp.where(under, real(1.0), real(0.0))
+    return spot_of(x, y, gap, under, knobs)
+
+
+@wp.func
+def observe_spot(spot: Spot, knobs: Knobs, apart: wp.ref[real], opens: wp.ref[Opening]):
+    """Observes a slot.
+
+    Args:
+        spot: The slot.
+        knobs: Settings.
+        apart: 1 if it did not touch in the last step, else 0; updated.
+        opens: Observed gaps of the interface; updated.
+    """
+    one, zero, gap = real(1.0), real(0.0), spot.gap
+    there = gap < FAR
+    was = apart > zero
+    slack = fall_of(knobs)
+    wide = there and gap > knobs.collision_margin + slack
+    opens.deep = wp.where(there, larger(opens.deep, -gap), opens.deep)
+    opens.lifted = opens.lifted + wp.where(wide, one, zero)
+    opens.landed = opens.landed + wp.where(there and was and not wide, one, zero)
+    apart = wp.where(wide, one, zero)
+
+
+@wp.func
+def fall_of(knobs: Knobs) -> real:
+    """The fall that one step can make [m]."""
+    return real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity
+
+
+@wp.func
+def rise_of(knobs: Knobs, opens: Opening, low: Turn, shift: wp.ref[Triple], total: wp.ref[Opening]):
+    """Adds an interface to what a lane observes in a step, and its correction to the shift.
+
+    Args:
+        knobs: Settings.
+        opens: Observed gaps of the interface.
+        low: Axes of its lower body.
+        shift: Correction of all blocks above [m]; updated.
+        total: Observed gaps of the lane; updated.
+    """
+    rise = knobs.erp * larger(opens.deep - fall_of(knobs), real(0.0))
+    shift.x = shift.x + rise * low.r13
+    shift.y = shift.y + rise * low.r23
+    shift.z = shift.z + rise * low.r33
+    total.lifted = total.lifted + opens.lifted
+    total.landed = total.landed + opens.landed
+    total.deep = larger(total.deep, opens.deep)
+
+
+@wp.func
+def find_contact(
+    on: bool, spot: Spot, lean: Lean, below: Block, low: Turn, s: State, under: State
+) -> Contact:  # fmt: skip
+    """A contact at a slot.
+
+    Args:
+        on: Whether it is one.
+        spot: The slot.
+        lean: Sides to which the block leans.
+        below: The body below.
+        low: Its axes.
+        s: The block.
+        under: The state of the body below.
+    """
+    zero = real(0.0)
+    x, y = lean.x * spot.x - below.centre_x, lean.y * spot.y - below.centre_y
+    r = into_base(low, Triple(x, y, spot.gap + below.half_height))
+    return Contact(
+        wp.where(on, r.x + under.x - s.x, zero), wp.where(on, r.y + under.y - s.y, zero),
+        wp.where(on, r.z + under.z - s.z, zero), wp.where(on, r.x, zero), wp.where(on, r.y, zero),
+        wp.where(on, r.z, zero), wp.where(on, larger(spot.gap, zero), zero),
+        wp.where(on, real(1.0), zero),
+    )  # fmt: skip
+
+
+@wp.func
+def gains_of(both: real, r: Turn, ju: Symmetric, jl: Symmetric, at: Contact) -> Gains:
+    """Effect of impulses at a contact.
+
+    Args:
+        both: Sum of the inverse masses of its bodies [1/kg].
+        r: Axes of the lower body, the directions of the contact.
+        ju, jl: Inverse inertia of the upper body [1/(kg m^2)] and of the lower one.
+        at: The contact.
+    """
+    one = real(1.0)
+    ru, rl = Triple(at.ux, at.uy, at.uz), Triple(at.lx, at.ly, at.lz)
+    e1, e2, e3 = (
+        Triple(r.r11, r.r21, r.r31), Triple(r.r12, r.r22, r.r32), Triple(r.r13, r.r23, r.r33)
+    )  # fmt: skip
+    u1, u2, u3 = cross_product(ru, e1), cross_product(ru, e2), cross_product(ru, e3)
+    l1, l2, l3 = cross_product(rl, e1), cross_product(rl, e2), cross_product(rl, e3)
+    ju1, ju2, ju3 = times(ju, u1), times(ju, u2), times(ju, u3)
+    jl1, jl2, jl3 = times(jl, l1), times(jl, l2), times(jl, l3)
+    k11 = both + scalar_product(u1, ju1) + scalar_product(l1, jl1)
+    k12 = scalar_product(u1, ju2) + scalar_product(l1, jl2)
+    k13 = scalar_product(u1, ju3) + scalar_product(l1, jl3)
+    k22 = both + scalar_product(u2, ju2) + scalar_product(l2, jl2)
+    k23 = scalar_product(u2, ju3) + scalar_product(l2, jl3)
+    k33 = both + scalar_product(u3, ju3) + scalar_product(l3, jl3)
+    p1, p2, p3 = slip_gains(one, k11, k12, k22)
+    h = stop_gains(one, Symmetric(k11, k12, k13, k22, k23, k33))
+    return Gains(k13, k23, one / k33, p1, p2, p3, h.xx, h.xy, h.xz, h.yy, h.yz, h.zz)
+
+
+@wp.func
+def velocity_at(u: Velocity, x: real, y: real, z: real) -> Triple:
+    """Velocity of a point of a body at a lever from its centre of mass [m/s]."""
+    return Triple(
+        fused_less(u.turn_z, y, fused(u.turn_y, z, u.x)),
+        fused_less(u.turn_x, z, fused(u.turn_z, x, u.y)),
+        fused_less(u.turn_y, x, fused(u.turn_x, y, u.z)),
+    )
+
+
+@wp.func
+def slip_between(at: Contact, u: Velocity, low: Velocity) -> Triple:
+    """Velocity of a contact on the upper body as seen from the lower one [m/s]."""
+    return minus(velocity_at(u, at.ux, at.uy, at.uz), velocity_at(low, at.lx, at.ly, at.lz))
+
+
+@wp.func
+def solve_contact(
+    mu: real, rate: real, at: Contact, g: Gains, r: Turn, p: Impulse, slip: Triple
+) -> Impulse:  # fmt: skip
+    """New impulses of a contact along its directions, by a Gauss-Seidel update [N s].
+
+    Args:
+        mu: Friction coefficient.
+        rate: Inverse of the time step [1/s].
+        at: The contact.
+        g: Effect of its impulses.
+        r: Axes of the lower body.
+        p: Its impulses so far [N s].
+        slip: Its velocity, see `slip_between` [m/s].
+    """
+    zero = real(0.0)
+    v = into_body(r, slip)
+    z = fused(at.gap, rate, v.z)
+    stop_x = p.fx - product(g.h11, g.h12, g.h13, v.x, v.y, z)
+    stop_y = p.fy - product(g.h12, g.h22, g.h23, v.x, v.y, z)
+    stop_z = p.n - product(g.h13, g.h23, g.h33, v.x, v.y, z)
+    sticks = holds(stop_x, stop_y, stop_z, mu)
+    push = larger(fused_less(g.pn, z, p.n), zero)
+    # Slip velocity after the normal impulse.
+    more = push - p.n
+    fx, fy = drag(
+        mu * push, p.fx, p.fy, fused(more, g.kx, v.x), fused(more, g.ky, v.y), g.p1, g.p2, g.p3
+    )
+    return Impulse(
+        wp.where(sticks, stop_x, fx), wp.where(sticks, stop_y, fy), wp.where(sticks, stop_z, push)
+    )
+
+
+@wp.func
+def add_change(change: Triple, p: Impulse, sums: wp.ref[Change]):
+    """Adds a contact's change of its impulse in a sweep, and its impulse."""
+    sums.change = sums.change + scalar_product(change, change)
+    q = Triple(p.fx, p.fy, p.n)
+    sums.size = sums.size + scalar_product(q, q)
+
+
+@wp.func
+def push(light: real, j: Symmetric, x: real, y: real, z: real, p: Triple, u: wp.ref[Velocity]):
+    """Applies an impulse p [N s] at the lever (x, y, z) to the velocity u of a body.
+
+    light is its inverse mass [1/kg], j its inverse inertia [1/(kg m^2)].
+    """
+    u.x = fused(light, p.x, u.x)
+    u.y = fused(light, p.y, u.y)
+    u.z = fused(light, p.z, u.z)
+    a, b, c = vector_product(x, y, z, p.x, p.y, p.z)
+    u.turn_x = fused(j.xz, c, fused(j.xy, b, fused(j.xx, a, u.turn_x)))
+    u.turn_y = fused(j.yz, c, fused(j.yy, b, fused(j.xy, a, u.turn_y)))
+    u.turn_z = fused(j.zz, c, fused(j.yz, b, fused(j.xz, a, u.turn_z)))
+
+
+@wp.func
+def integrate(
+    settles: bool, dt: real, gravity: real, inverse: Triple, dv: Triple, s: State, u: Velocity,
+    lift: Triple,
+):  # fmt: skip
+    """The state of a block after a step; before the first one, half a step back.
+
+    Args:
+        settles: Whether the step only finds impulses.
+        dt: Time step [s].
+        gravity: [m/s^2].
+        inverse: Inverse moments of inertia of the block about its axes, for unit mass [1/m^2].
+        dv: Change of the base velocity [m/s].
+        s: The block before the step.
+        u: Its velocity after it.
+        lift: Correction of penetrations by erp [m].
+
+    Returns:
+        The block after the step, and the energy that its contacts took, for unit mass [J/kg].
+    """
+    one, r, half = real(1.0), turn_of(s), -HALF
+    o = rate_of(u)
+    before = times(inertia_of(r, inverse), spin_of(s))
+    heavy = inertia_of(r, Triple(one / inverse.x, one / inverse.y, one / inverse.z))
+    gain = times(heavy, minus(o, before))
+    px, py, pz = u.x - s.vx + dv.x, u.y - s.vy + dv.y, u.z - s.vz + dv.z + dt * gravity
+    linear = scalar_product(Triple(px, py, pz), Triple(s.vx + u.x, s.vy + u.y, s.vz + u.z))
+    angular = scalar_product(gain, plus(before, o))
+    work = HALF * (linear + angular) + gravity * lift.z
+    spin = plus(spin_of(s), gain)
+    qx, qy, qz, qw = turn_freely(s.qx, s.qy, s.qz, s.qw, spin, inverse, dt)
+    after = State(
+        wp.where(settles, s.x, s.x + dt * u.x + lift.x),
+        wp.where(settles, s.y, s.y + dt * u.y + lift.y),
+        wp.where(settles, s.z, s.z + dt * u.z + lift.z),
+        wp.where(settles, s.qx, qx), wp.where(settles, s.qy, qy),
+        wp.where(settles, s.qz, qz), wp.where(settles, s.qw, qw),
+        wp.where(settles, half * u.x, u.x), wp.where(settles, half * u.y, u.y),
+        wp.where(settles, half * u.z, u.z), wp.where(settles, half * gain.x, spin.x),
+        wp.where(settles, half * gain.y, spin.y), wp.where(settles, half * gain.z, spin.z),
+    )  # fmt: skip
+    return after, wp.where(settles, real(0.0), -work)
+
+
+@wp.func
+def observe_block(
+    live: bool, time: real, block: Block, s: State, m: Turn, c: Triple, peaks: Peaks
+) -> Peaks:
+    """Observed response of a block after a step, if its lane still runs.
+
+    m is its attitude in the axes of the body below, c its centre of mass from that of that body, in
+    those axes [m].
+    """
+    r = turn_of(s)
+    along, across, tilt, yaw = turns_of(block, r.r13, r.r23, r.r33, s.qz, s.qw)
+    x, y = slide_of(block, c.x, c.y, m)
+    turned = observe_turns(live, time, along, across, tilt, yaw, peaks)
+    return observe_slide(live, x, y, x * x + y * y, turned)
+
+
+@wp.func
+def mode_after(mode: int, shares: real, s: State, up: real, above: real) -> int:
+    """The mode of a lane after one of its blocks has moved.
+
+    Args:
+        mode: Its mode before.
+        shares: Not zero if the block overlaps the face below.
+        s: The block.
+        up, above: Parts of its axis along the vertical and along the axis of the body below.
+    """
+    sums = s.x + s.vx + s.vy + s.vz + (s.lx + s.ly + s.lz) + up
+    found = wp.where(shares > real(0.0), RUNNING, SLID_OFF)
+    found = wp.where(smaller(up, above) <= real(0.0), OVERTURNED, found)
+    found = wp.where(sums - sums == real(0.0), found, BROKEN)
+    return wp.where(mode == RUNNING, found, mode)

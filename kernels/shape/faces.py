@@ -17,8 +17,6 @@ larger by a part SAME, so that faces with coinciding edges share the corners of 
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import Vector
-
 SLOTS = 16
 SAME = real(1.0e-6)
 """Part of a face by which another one may stick out and still count as inside."""
@@ -59,40 +57,89 @@ def clip_line(place: real, run: real, bound: real):
     return larger(smaller(first, last), real(-1.0)), smaller(larger(first, last), real(1.0))
 
 
-@wp.func
-def corner(slot: int, o: Vector, d: Vector, e: Vector, au: real, bu: real, a: real, b: real):
-    """One corner of the overlap of two faces.
+@wp.struct
+class Faces:
+    """Two faces, in the axes of the lower one.
 
-    Args:
-        slot: Its slot.
-        o: Middle of the upper face from that of the lower one, in its axes [m].
-        d, e: Directions of the upper face's width and depth, in those axes.
+    Attributes:
+        ox, oy, oz: Middle of the upper face from that of the lower one [m].
+        dx, dy, dz: Direction of the upper face's width.
+        ex, ey, ez: Direction of its depth.
         au, bu: Half width and half depth of the upper face [m].
         a, b: Half width and half depth of the lower face [m].
+    """
+
+    ox: real
+    oy: real
+    oz: real
+    dx: real
+    dy: real
+    dz: real
+    ex: real
+    ey: real
+    ez: real
+    au: real
+    bu: real
+    a: real
+    b: real
+
+
+@wp.func
+def upper_corner(slot: int, f: Faces):
+    """A corner of the upper face; see `corner`."""
+    one, d, e = real(1.0), side(slot & 1) * f.au, side(slot & 2) * f.bu
+    x, y, gap = f.ox + d * f.dx + e * f.ex, f.oy + d * f.dy + e * f.ey, f.oz + d * f.dz + e * f.ez
+    there = size(x) <= f.a * (one + SAME) and size(y) <= f.b * (one + SAME)
+    return x, y, gap, there
+
+
+@wp.func
+def edge_corner(slot: int, f: Faces):
+    """An end of what the lower face leaves of an edge of the upper one; see `corner`."""
+    one, edge = real(1.0), (slot - 4) // 2
+    far, wide, deep = side(edge & 1), f.a * (one + SAME), f.b * (one + SAME)
+    run_x = wp.where(edge < 2, f.au * f.dx, f.bu * f.ex)
+    run_y = wp.where(edge < 2, f.au * f.dy, f.bu * f.ey)
+    run_z = wp.where(edge < 2, f.au * f.dz, f.bu * f.ez)
+    x = f.ox + far * wp.where(edge < 2, f.bu * f.ex, f.au * f.dx)
+    y = f.oy + far * wp.where(edge < 2, f.bu * f.ey, f.au * f.dy)
+    z = f.oz + far * wp.where(edge < 2, f.bu * f.ez, f.au * f.dz)
+    x0, x1 = clip_line(x, run_x, wide)
+    y0, y1 = clip_line(y, run_y, deep)
+    first, last = larger(x0, y0), smaller(x1, y1)
+    at = wp.where((slot - 4) % 2 == 0, first, last)
+    return x + at * run_x, y + at * run_y, z + at * run_z, first < last and size(at) < one
+
+
+@wp.func
+def lower_corner(slot: int, f: Faces):
+    """A corner of the lower face under the upper one; see `corner`."""
+    one = real(1.0)
+    x, y = side((slot - 12) & 1) * f.a, side((slot - 12) & 2) * f.b
+    turned = f.dx * f.ey - f.dy * f.ex
+    up = turned > real(0.0)
+    over = wp.where(up, turned, one)
+    u = ((x - f.ox) * f.ey - (y - f.oy) * f.ex) / over
+    v = ((y - f.oy) * f.dx - (x - f.ox) * f.dy) / over
+    inside = size(u) < f.au * (one - SAME) and size(v) < f.bu * (one - SAME)
+    return (
+        f.ox + u * f.dx + v * f.ex, f.oy + u * f.dy + v * f.ey, f.oz + u * f.dz + v * f.ez,
+        up and inside,
+    )  # fmt: skip
+
+
+@wp.func
+def corner(slot: int, f: Faces):
+    """One corner of the overlap of two faces, by its slot.
 
     Returns:
         The point on the upper face, whose z is the gap [m], and whether there is such a corner.
     """
-    one, none = real(1.0), Vector(real(0.0), real(0.0), real(0.0))
-    wide, deep = a * (one + SAME), b * (one + SAME)
     if slot < 4:
-        point = o + side(slot & 1) * au * d + side(slot & 2) * bu * e
-        return point, size(point[0]) <= wide and size(point[1]) <= deep
+        x, y, gap, there = upper_corner(slot, f)
+        return x, y, gap, there
     if slot < 12:
-        edge = (slot - 4) // 2
-        middle = o + side(edge & 1) * wp.where(edge < 2, bu * e, au * d)
-        run = wp.where(edge < 2, au * d, bu * e)
-        x0, x1 = clip_line(middle[0], run[0], wide)
-        y0, y1 = clip_line(middle[1], run[1], deep)
-        first, last = larger(x0, y0), smaller(x1, y1)
-        at = wp.where((slot - 4) % 2 == 0, first, last)
-        return middle + at * run, first < last and size(at) < one
-    x = side((slot - 12) & 1) * a
-    y = side((slot - 12) & 2) * b
-    turned = d[0] * e[1] - d[1] * e[0]
-    if turned <= real(0.0):
-        return none, False
-    u = ((x - o[0]) * e[1] - (y - o[1]) * e[0]) / turned
-    v = ((y - o[1]) * d[0] - (x - o[0]) * d[1]) / turned
-    inside = size(u) < au * (one - SAME) and size(v) < bu * (one - SAME)
-    return o + u * d + v * e, inside
+        x, y, gap, there = edge_corner(slot, f)
+        return x, y, gap, there
+    x, y, gap, there = lower_corner(slot, f)
+    return x, y, gap, there

@@ -8,8 +8,10 @@ bottom face of block k and the top face below (see shape/faces.py).
 import warp as wp
 
 from warprock.kernels.algebra.vectors import Matrix, Vector
-from warprock.kernels.shape.faces import SLOTS, corner, mirror_slot
+from warprock.kernels.shape.faces import SLOTS, Faces, corner, mirror_slot
 from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.frame import turn_of_matrix
+from warprock.kernels.shape_space.lanes import Triple, Turn
 
 CONTACTS = 8
 """Largest number of contacts of an interface: the slots of shape/faces.py."""
@@ -56,6 +58,29 @@ def slot_in_turn(slot: int, lean: Vector) -> int:
 
 
 @wp.func
+def face_pair(block: Block, below: Block, m: Turn, c: Triple, lean_x: real, lean_y: real) -> Faces:
+    """The bottom face of a block and the top face below, in a mirror image.
+
+    Args:
+        block: The upper block.
+        below: The lower one.
+        m: Attitude of the upper block in the axes of the lower one.
+        c: Its centre of mass from that of the lower one, in those axes [m].
+        lean_x, lean_y: Sides along x and y; where -1, the image is mirrored.
+    """
+    both = lean_x * lean_y
+    x = c.x + below.centre_x - m.r11 * block.centre_x - m.r12 * block.centre_y
+    y = c.y + below.centre_y - m.r21 * block.centre_x - m.r22 * block.centre_y
+    z = c.z - below.half_height - m.r31 * block.centre_x - m.r32 * block.centre_y
+    h = block.half_height
+    return Faces(
+        lean_x * (x - h * m.r13), lean_y * (y - h * m.r23), z - h * m.r33,
+        m.r11, both * m.r21, lean_x * m.r31, both * m.r12, m.r22, lean_y * m.r32,
+        block.half_width, block.half_depth, below.half_width, below.half_depth,
+    )  # fmt: skip
+
+
+@wp.func
 def shared_corners(block: Block, below: Block, m: Matrix, c: Vector, lean: Vector):
     """Corners of the overlap of two faces, by slot (see shape/faces.py), found in a mirror image.
 
@@ -71,26 +96,16 @@ def shared_corners(block: Block, below: Block, m: Matrix, c: Vector, lean: Vecto
         [m]; and a mask of the slots that exist.
     """
     sx, sy = lean[0], lean[1]
-    x = c[0] + below.centre_x - m[0, 0] * block.centre_x - m[0, 1] * block.centre_y
-    y = c[1] + below.centre_y - m[1, 0] * block.centre_x - m[1, 1] * block.centre_y
-    z = c[2] - below.half_height - m[2, 0] * block.centre_x - m[2, 1] * block.centre_y
-    h = block.half_height
-    middle = Vector(sx * (x - h * m[0, 2]), sy * (y - h * m[1, 2]), z - h * m[2, 2])
-    d = Vector(m[0, 0], sx * sy * m[1, 0], sx * m[2, 0])
-    e = Vector(sx * sy * m[0, 1], m[1, 1], sy * m[2, 1])
+    faces = face_pair(block, below, turn_of_matrix(m), Triple(c[0], c[1], c[2]), sx, sy)
     places, gaps, there, s = Corners(), CornerNumbers(), int(0), int(0)
     # If all corners of the upper face lie over the lower one, the overlap is the upper face.
     while s < wp.where(there == WHOLE, UPPER, int(SLOTS)):
-        point, exists = corner(
-            s, middle, d, e, block.half_width, block.half_depth, below.half_width, below.half_depth
-        )
+        x, y, gap, exists = corner(s, faces)
         t = slot_in_turn(s, lean)
         places[t] = Vector(
-            sx * point[0] - below.centre_x,
-            sy * point[1] - below.centre_y,
-            point[2] + below.half_height,
+            sx * x - below.centre_x, sy * y - below.centre_y, gap + below.half_height
         )
-        gaps[t] = point[2]
+        gaps[t] = gap
         there = there | wp.where(exists, 1 << t, 0)
         s += 1
     return places, gaps, there

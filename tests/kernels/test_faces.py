@@ -15,7 +15,7 @@ Array = npt.NDArray[np.float64]
 
 real = wp.float64
 faces = kernel_module("shape/faces", precision="float64")
-corner, mirror_slot, Vector, SLOTS = faces.corner, faces.mirror_slot, faces.Vector, faces.SLOTS
+corner, mirror_slot, Faces, SLOTS = faces.corner, faces.mirror_slot, faces.Faces, faces.SLOTS
 wp.set_module_options(module_options() | BRANCHES)
 
 SIGNS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
@@ -27,14 +27,16 @@ def find(
 ) -> None:
     """All sixteen slots of a pair of faces, one pair a thread."""
     i = wp.tid()
-    o = Vector(pairs[i, 0], pairs[i, 1], pairs[i, 2])
-    d = Vector(pairs[i, 3], pairs[i, 4], pairs[i, 5])
-    e = Vector(pairs[i, 6], pairs[i, 7], pairs[i, 8])
+    both = Faces(
+        pairs[i, 0], pairs[i, 1], pairs[i, 2], pairs[i, 3], pairs[i, 4], pairs[i, 5], pairs[i, 6],
+        pairs[i, 7], pairs[i, 8], pairs[i, 9], pairs[i, 10], pairs[i, 11], pairs[i, 12],
+    )  # fmt: skip
     slots = int(SLOTS)
     for s in range(slots):
-        point, exists = corner(s, o, d, e, pairs[i, 9], pairs[i, 10], pairs[i, 11], pairs[i, 12])
-        for k in range(3):
-            points[i, s, k] = point[k]
+        x, y, gap, exists = corner(s, both)
+        points[i, s, 0] = x
+        points[i, s, 1] = y
+        points[i, s, 2] = gap
         there[i, s] = wp.where(exists, 1, 0)
 
 

@@ -60,7 +60,7 @@ class Impulse(KernelEngine):
     vertical: ClassVar[tuple[str, ...]] = ("block", "stack")
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
-        """The kernel that runs a scene: stacks in space run one lane a thread on any device.
+        """The kernel that runs a scene.
 
         More sweeps than are written out would keep the packed loop over lanes of single blocks in
         scalar code, many times slower than the plain form.
@@ -69,7 +69,7 @@ class Impulse(KernelEngine):
         if scene.spatial:
             friction = "box" if self.settings.friction_box else "cone"
             if scene.stacked:
-                return Kernel(impulse_space, "stack_run", friction=friction)
+                return Kernel(impulse_space, "stack_run", lanes=lanes, friction=friction)
             if scene.bodies:
                 return Kernel(impulse_space, "body_run", lanes=lanes, friction=friction)
             if scene.moving or self.settings.restitution > 0.0:
