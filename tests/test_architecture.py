@@ -248,7 +248,11 @@ def test_names_say_something():
 KERNEL_FILES = [file for file in SOURCES if file.startswith("kernels/")]
 
 
-def test_kernels_have_few_arguments_and_funcs_take_no_arrays():
+READ = {"pool", "motions"}
+"""Arrays that a func may take, to read the motion of the base; others come in structs."""
+
+
+def test_kernels_have_few_arguments_and_funcs_take_few_arrays():
     for file in KERNEL_FILES:
         for function in _functions(_tree(file)):
             names = _decorators(function)
@@ -259,7 +263,8 @@ def test_kernels_have_few_arguments_and_funcs_take_no_arrays():
                 for argument in arguments:
                     note = "" if argument.annotation is None else ast.unparse(argument.annotation)
                     assert note, f"{file}: {function.name}: {argument.arg} has no type"
-                    assert "array" not in note, f"{file}: {function.name} takes an array"
+                    array = "array" in note and argument.arg not in READ
+                    assert not array, f"{file}: {function.name} takes an array"
 
 
 WIDE: dict[str, str] = {}
@@ -279,6 +284,144 @@ def test_funcs_take_few_arguments_and_give_few_values_back():
             if taken > MOST_ARGUMENTS or given > MOST_VALUES:
                 found.add(f"{file}: {function.name}")
     assert found == set(WIDE)
+
+
+COEFFICIENTS = {"Series", "Curve", "Curves", "Terms"}
+"""Types of power series: the number is the order of a coefficient."""
+LISTS = {"blocks", "leaves", "scratch", "lever", "ru"}
+"""What may have the number 0, its first: the only block of a lane, the first corner of a polygon
+that is being cut, the first of the contacts of a lane."""
+SMALL = 4
+"""Components of a vector, a quaternion and a small matrix need no names: x, y, z and w."""
+
+
+@functools.cache
+def _declarations(file: str) -> dict[str, ast.stmt]:
+    """Types and funcs of a kernel file, and those that it imports, by name."""
+    found: dict[str, ast.stmt] = {}
+    for node in _nodes(_tree(file)):
+        if isinstance(node, ast.ImportFrom):
+            found |= {each.name: node for each in node.names}
+        elif isinstance(node, ast.ClassDef | ast.FunctionDef):
+            found[node.name] = node
+        elif isinstance(node, ast.Assign) and ast.unparse(node.value).startswith("wp.types."):
+            found[ast.unparse(node.targets[0])] = node
+    return found
+
+
+def _declared(file: str, name: str) -> tuple[str, ast.stmt | None]:
+    """Where a type, or what a func gives back, is declared: the file, and the statement if any.
+
+    Args:
+        file: A kernel file.
+        name: What the type or the func is called there.
+    """
+    node = _declarations(file).get(name)
+    if isinstance(node, ast.FunctionDef):
+        return _declared(file, ast.unparse(node.returns)) if node.returns else (file, None)
+    if not isinstance(node, ast.ImportFrom):
+        return file, node
+    source = (node.module or "").removeprefix("warprock.").replace(".", "/") + ".py"
+    return _declared(source, name) if source in KERNEL_FILES else (file, None)
+
+
+def _sizes(node: ast.stmt | None) -> list[int]:
+    """Rows and columns of a vector or matrix; 0 if a case decides them; none if it is neither."""
+    if not (isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)):
+        return []
+    shape = node.value.keywords[0].value
+    numbers = shape.elts if isinstance(shape, ast.Tuple) else [shape]
+    return [int(ast.unparse(n)) if isinstance(n, ast.Constant) else 0 for n in numbers]
+
+
+def _types(function: ast.FunctionDef) -> dict[str, str]:
+    """Types of arguments, and of locals that a constructor or a func makes."""
+    found = {}
+    for each in function.args.args:
+        note = each.annotation
+        if note is not None:  # of wp.ref[Struct] the struct
+            found[each.arg] = ast.unparse(note.slice if isinstance(note, ast.Subscript) else note)
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign):
+            made, value = node.targets[0], node.value
+            several = isinstance(made, ast.Tuple) and isinstance(value, ast.Tuple)
+            pairs = zip(made.elts, value.elts, strict=True) if several else [(made, value)]  # type: ignore[attr-defined]
+            for target, source in pairs:
+                if isinstance(target, ast.Name) and isinstance(source, ast.Call):
+                    found[target.id] = ast.unparse(source.func)
+                elif isinstance(target, ast.Name) and isinstance(source, ast.Name):
+                    found.setdefault(target.id, found.get(source.id, ""))
+    return found
+
+
+def _kind(file: str, held: ast.expr, types: dict[str, str]) -> tuple[str, str]:
+    """The type of an expression, and the file that calls it so; no name if nothing tells it."""
+    if not isinstance(held, ast.Attribute):
+        return file, types.get(held.id, "") if isinstance(held, ast.Name) else ""
+    where, struct = _declared(*_kind(file, held.value, types))
+    for field in struct.body if isinstance(struct, ast.ClassDef) else []:
+        if isinstance(field, ast.AnnAssign) and ast.unparse(field.target) == held.attr:
+            return where, ast.unparse(field.annotation)
+    return file, ""
+
+
+def _is_number_of_row(
+    file: str, held: ast.expr, numbers: list[object], types: dict[str, str]
+) -> bool:
+    """Whether one of two places, or a single one, is the number of a row of `held`."""
+    kind = _kind(file, held, types)
+    _, node = _declared(*kind)
+    if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) in COEFFICIENTS:
+        return False
+    name = held.attr if isinstance(held, ast.Attribute) else ast.unparse(held)
+    if name in LISTS and 0 in numbers:
+        return False
+    # Of a row that has no number a component may have one.
+    sizes = _sizes(node)[len(numbers) - 1 if numbers[0] is None else 0 :]
+    if sizes:
+        return not all(0 < size <= SMALL for size in sizes)
+    large = any(isinstance(n, int) and n >= SMALL for n in numbers)
+    return large or (bool(kind[1]) and len(numbers) == 2 and None in numbers)
+
+
+def _numbered(file: str, tree: ast.Module) -> Iterator[str]:
+    """Rows of matrices, arrays and long vectors that a kernel file numbers by hand."""
+    for function in _functions(tree):
+        types: dict[str, str] = {}
+        for node in ast.walk(function):
+            if not isinstance(node, ast.Subscript):
+                continue
+            places = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+            numbers = [p.value if isinstance(p, ast.Constant) else None for p in places]
+            if len(places) <= 2 and any(isinstance(n, int) for n in numbers):
+                types = types or _types(function)
+                if _is_number_of_row(file, node.value, numbers, types):
+                    yield f"{file}:{node.lineno}: {ast.unparse(node)}"
+
+
+def test_no_row_has_a_number_given_by_hand():
+    assert not [row for file in KERNEL_FILES for row in _numbered(file, _tree(file))]
+
+
+@pytest.mark.parametrize(
+    ("file", "line", "row"),
+    [
+        ("shape_space/contact", "x = gains[4]", "gains[4]"),
+        ("event/held_path", "p = Series()\n    x = p[4]", ""),
+        ("event_space/lane", "v = Vector()\n    x = v[2]", ""),
+        ("event_space/lane", "x = pool[2, place]", "pool[2, place]"),
+        ("dem/stack_run", "pose = rows(Pose, BLOCKS + 1)\n    pose[0, i].c = x", "pose[0, i]"),
+        ("event_space/stack", "x = pose.axes[3, 1]", "pose.axes[3, 1]"),
+        ("event_space/stack", "x = pose.axes[3 * k, 1]", ""),
+        ("impulse/block_run", "leaves[0, lane] = leaf", ""),
+        ("impulse/block_run", "leaves[1, lane] = leaf", "leaves[1, lane]"),
+    ],
+)
+def test_a_number_of_a_row_is_found(file: str, line: str, row: str):
+    arguments = "gains: Gains, pool: wp.array2d(dtype=real), pose: Pose, leaves: wp.array2d()"
+    tree = ast.parse(f"def f({arguments}):\n    {line}")
+    found = [each.split(": ")[1] for each in _numbered(f"kernels/{file}.py", tree)]
+    assert found == ([row] if row else [])
 
 
 def test_no_kernel_file_asks_for_an_adjoint():

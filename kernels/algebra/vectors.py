@@ -7,3 +7,6 @@ Vector = wp.types.vector(length=3, dtype=real)
 Quaternion = wp.types.vector(length=4, dtype=real)
 """An attitude (x, y, z, w); see shape_space/block.py."""
 Matrix = wp.types.matrix(shape=(3, 3), dtype=real)
+
+X, Y, Z = 0, 1, 2
+"""Places of the components along the axes in a vector, and of directions in rows."""

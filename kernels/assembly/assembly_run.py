@@ -67,6 +67,8 @@ from warprock.kernels.assembly.landing import (
     may_land,
 )
 from warprock.kernels.assembly.meeting import (
+    BLOCK_COUNT,
+    JOINT_COUNT,
     NONE,
     SLIP,
     Laid,
@@ -92,7 +94,7 @@ from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.lane.modes import OVERTURNED, RUNNING, SLID_OFF, STALLED, UNSOLVED
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion.kinds import Motion, base_velocity
 
 if BONDS:
     from warprock.kernels.assembly.bond import Bond, Breaks, after_break, is_torn
@@ -135,7 +137,10 @@ def run_lanes(
     pack, _one = wp.tid()
     first, dt = pack * LANES, real(knobs.time_steps[pack])
     rate = real(1.0) / dt
-    block_count, contact_count = int(laid.graph[pack, 0]), 2 * int(laid.graph[pack, 1])
+    block_count, contact_count = (
+        int(laid.graph[pack, BLOCK_COUNT]),
+        2 * int(laid.graph[pack, JOINT_COUNT]),
+    )
     samples = sample_times.shape[0]
     end = sample_times[samples - 1]
     mass = rows(Mass, BLOCKS)
@@ -381,8 +386,7 @@ def run_lanes(
                 goes = clock[i].goes > 0
                 half = larger((real(clock[i].count) + HALF) * dt, HALF * dt)
                 motion = motions[first + i]
-                line = sample_index(motion, sample_segment(motion, half))
-                moving = base_velocity(motion, half, pool[2, line], pool[0, line], pool[1, line])
+                moving = base_velocity(motion, half, pool)
                 acts = goes and clock[i].count >= 0
                 gain = wp.where(acts, moving - clock[i].base, real(0.0))
                 clock[i].gain = wp.where(goes, gain, clock[i].gain)

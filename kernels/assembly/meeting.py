@@ -38,6 +38,8 @@ BELOW = real(-1.0e30)
 """Its negative begins a search for the least number: Warp would write into a plain constant."""
 NONE = -1
 """No joint, and no edge."""
+BLOCK_COUNT, JOINT_COUNT = 0, 1
+"""Where the counts of a lane's blocks and joints stand in `graph`, and in space in `sizes`."""
 
 
 @wp.struct
@@ -206,7 +208,7 @@ class Laid:
     """Where all blocks of a launch are, and what is kept of their free contacts.
 
     Attributes:
-        graph: A row a pack: counts of blocks and joints, then the two blocks of each joint.
+        graph: A row a pack: BLOCK_COUNT, JOINT_COUNT, then the two blocks of each joint.
         spare: 1 of a lane that only fills up its pack, else 0, shape [lane].
         around: Shape [lane].
         corners: Of all blocks of a lane, block by block, shape [lane, corner].
@@ -524,8 +526,8 @@ def list_pairs(laid: Laid, lane: int, pack: int, near: Near) -> Near:
 
     What is kept of their contacts moves with them. Joints come in the order of their blocks, too.
     """
-    count = laid.graph[pack, 0]
-    joints = laid.graph[pack, 1]
+    count = laid.graph[pack, BLOCK_COUNT]
+    joints = laid.graph[pack, JOINT_COUNT]
     room = laid.pairs.shape[1] // 2
     half = wp.where(near.half == 0, room, 0)
     joint, found, old = int(0), int(0), int(0)

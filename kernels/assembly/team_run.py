@@ -78,7 +78,7 @@ from warprock.kernels.lane.modes import OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.launch.team import Crew, meet, share
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion.kinds import Motion, base_velocity
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -87,6 +87,9 @@ BYTES = {"float64": 8, "float32": 4}[PRECISION]
 
 HEAP = 64
 """Bundles whose sums one thread adds up."""
+
+ONLY = 0
+"""A team runs one lane, the only one of a launch, whose contacts are one pack."""
 
 CONTACT, FORCE, MASS, TRAIL = 12 * LANES, 6 * LANES, 4 * LANES, 6 * LANES
 """Numbers of LANES contacts, impulses with their directions, joints' masses and blocks' trails. A
@@ -281,8 +284,7 @@ def run_lanes(
         # What gravity and the base do in the step.
         half = larger((real(clock[0].count) + HALF) * dt, HALF * dt)
         motion = motions[0]
-        line = sample_index(motion, sample_segment(motion, half))
-        moving = base_velocity(motion, half, pool[2, line], pool[0, line], pool[1, line])
+        moving = base_velocity(motion, half, pool)
         acts = clock[0].count >= 0
         gain = wp.where(acts, moving - clock[0].base, real(0.0))
         clock[0].gain = gain
@@ -305,7 +307,7 @@ def run_lanes(
             )
             if near.pairs > 0 or is_old(near):
                 for k in range(scene.count):
-                    scene.laid.bodies[0, k].pose = store.pose[k]
+                    scene.laid.bodies[ONLY, k].pose = store.pose[k]
                 if is_old(near):
                     near = list_pairs(scene.laid, 0, 0, near)
                 near = find_free(scene.laid, 0, rate, near)
@@ -397,7 +399,7 @@ def run_lanes(
         if touching > 0:
             if rank == 0:
                 for q in range(touching):
-                    free = scene.laid.free[0, scene.laid.touching[0, q]]
+                    free = scene.laid.free[ONLY, scene.laid.touching[ONLY, q]]
                     va = store.now[free.a]
                     vb = store.now[free.b]
                     push(free.at, free.n, free.t, store.mass[free.a], store.mass[free.b], va, vb)
@@ -497,8 +499,8 @@ def run_lanes(
             if rank == 0:
                 own = solve[0]
                 for q in range(touching):
-                    held_at = scene.laid.touching[0, q]
-                    free = scene.laid.free[0, held_at]
+                    held_at = scene.laid.touching[ONLY, q]
+                    free = scene.laid.free[ONLY, held_at]
                     va = store.now[free.a]
                     vb = store.now[free.b]
                     pushes = Impulse(free.n, free.t)
@@ -515,7 +517,7 @@ def run_lanes(
                     free.pt = goes_on.pt
                     free.dn = goes_on.dn
                     free.dt = goes_on.dt
-                    scene.laid.free[0, held_at] = free
+                    scene.laid.free[ONLY, held_at] = free
                 store.sums[bundles] = Sums(own.square, own.worst, real(0.0), real(0.0))
             all_of = heap_up(store, crew, rank, bundles + 1)
             solve[0].square = all_of.square
@@ -679,11 +681,11 @@ def run_lanes(
             dx = store.pose[k].x - scene.blocks[k].x
             dz = store.pose[k].z - scene.blocks[k].z
             away = wp.sqrt(dot(dx, dz, dx, dz))
-            found.blocks[k, 0] = BlockResult(store.peak[k].theta, store.peak[k].moved, away)
+            found.blocks[k, ONLY] = BlockResult(store.peak[k].theta, store.peak[k].moved, away)
         for p in range(share(crew, rank, 2 * packs), share(crew, next_rank, 2 * packs)):
             for i in range(LANES):
                 tracks = store.track[p, i]
-                found.contacts[p * LANES + i, 0] = ContactResult(
+                found.contacts[p * LANES + i, ONLY] = ContactResult(
                     tracks.opening, tracks.most, tracks.slide
                 )
         if rank == 0:

@@ -19,7 +19,15 @@ from warprock.kernels.assembly.found import (
     Knobs,
     Result,
 )
-from warprock.kernels.assembly.meeting import NONE, Near, is_old, look_out, observe_free
+from warprock.kernels.assembly.meeting import (
+    BLOCK_COUNT,
+    JOINT_COUNT,
+    NONE,
+    Near,
+    is_old,
+    look_out,
+    observe_free,
+)
 from warprock.kernels.assembly.solve import Leap, decide, start_solve
 from warprock.kernels.assembly_space.block import (
     Block,
@@ -61,7 +69,7 @@ from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.lane.modes import OVERTURNED, RUNNING, UNSOLVED
 from warprock.kernels.launch.instance import VECTORS_INSIDE
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion.kinds import Motion, base_velocity
 
 wp.set_module_options(VECTORS_INSIDE)
 
@@ -149,8 +157,8 @@ def run_lanes(
     lane, _one = wp.tid()
     dt, zero = real(knobs.time_steps[lane]), real(0.0)
     rate = real(1.0) / dt
-    count = int(laid.sizes[lane, 0])
-    joints = int(laid.sizes[lane, 1])
+    count = int(laid.sizes[lane, BLOCK_COUNT])
+    joints = int(laid.sizes[lane, JOINT_COUNT])
     room = laid.contacts.shape[1] // 2
     samples = sample_times.shape[0]
     end = sample_times[samples - 1]
@@ -184,8 +192,7 @@ def run_lanes(
         half = larger((real(number) + HALF) * dt, HALF * dt)
         for d in range(3):
             way = motions[d, lane]
-            line = sample_index(way, sample_segment(way, half))
-            rides = base_velocity(way, half, pool[2, line], pool[0, line], pool[1, line])
+            rides = base_velocity(way, half, pool)
             gain[d] = wp.where(live > 0, rides - base[d], zero)
             base[d] = base[d] + gain[d]
         pull = Vector(-gain[0], -gain[1], -gain[2] - dt * knobs.gravity)

@@ -4,7 +4,7 @@ import warp as wp
 
 from warprock.kernels.assembly.block import Seen, Track, observe_gap
 from warprock.kernels.assembly.joint import Impulse as Pressed
-from warprock.kernels.assembly.meeting import NONE, SLIP, Near
+from warprock.kernels.assembly.meeting import BLOCK_COUNT, JOINT_COUNT, NONE, SLIP, Near
 from warprock.kernels.assembly_space.contact import inner
 from warprock.kernels.assembly_space.meeting import (
     DEEP,
@@ -216,8 +216,8 @@ def list_pairs(laid: Laid, lane: int, near: Near) -> Near:
 
     Joints come in the order of their blocks, too, but for those on the ground, which come last.
     """
-    count = int(laid.sizes[lane, 0])
-    joints = int(laid.sizes[lane, 1])
+    count = int(laid.sizes[lane, BLOCK_COUNT])
+    joints = int(laid.sizes[lane, JOINT_COUNT])
     room = laid.pairs.shape[1] // 2
     half = wp.where(near.half == 0, room, 0)
     found, old = int(0), int(0)

@@ -195,7 +195,7 @@ class Laid:
     """The blocks of a launch, and what is kept of their contacts.
 
     Attributes:
-        sizes: Counts of blocks and joints, shape [lane, 2].
+        sizes: A row a lane: BLOCK_COUNT, JOINT_COUNT.
         scale: Half diagonal of the smallest block [m], shape [lane].
         friction: Coulomb friction coefficient of contacts that no joint declares, shape [lane].
         solids: The blocks and the ground, shape [lane, block].

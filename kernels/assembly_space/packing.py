@@ -12,7 +12,7 @@ zeros, in the latter case between two blocks that are none.
 
 import warp as wp
 
-from warprock.kernels.assembly.meeting import NONE, Near
+from warprock.kernels.assembly.meeting import BLOCK_COUNT, JOINT_COUNT, NONE, Near
 from warprock.kernels.assembly_space.contact import Row, push, row_of
 from warprock.kernels.assembly_space.meeting import Laid, Pack, Sides, Step
 
@@ -74,7 +74,7 @@ def place_of(laid: Laid, lane: int, sides: Sides, contacts: int, step: wp.ref[St
         step.packs += 1
         laid.packs[lane, pack] = Pack()
         laid.open[lane, colour] = pack
-        none = int(laid.sizes[lane, 0]) + 1
+        none = int(laid.sizes[lane, BLOCK_COUNT]) + 1
         for i in range(WIDTH):
             laid.sides[lane, pack * WIDTH + i] = Sides(none, none)
     own = laid.packs[lane, pack]
@@ -89,12 +89,12 @@ def place_of(laid: Laid, lane: int, sides: Sides, contacts: int, step: wp.ref[St
 @wp.func
 def pack_up(laid: Laid, lane: int, near: Near, step: wp.ref[Step]):
     """Puts the meetings of a step into packs."""
-    for k in range(laid.sizes[lane, 0] + 1):
+    for k in range(laid.sizes[lane, BLOCK_COUNT] + 1):
         laid.colours[lane, k] = wp.int64(0)
     for colour in range(COLOURS + 1):
         laid.open[lane, colour] = NONE
     step.packs = 0
-    for joint in range(laid.sizes[lane, 1]):
+    for joint in range(laid.sizes[lane, JOINT_COUNT]):
         link = laid.links[lane, joint]
         count = laid.joined[lane, joint].count
         if count > 0:
@@ -199,7 +199,7 @@ def fill_packs(laid: Laid, lane: int, near: Near, step: Step):
     """Writes the contacts of a step into the rows of its packs; see `fill_place`."""
     for i in range(step.rows * WIDTH):
         laid.order[lane, i] = wp.where(laid.order[lane, i] == NONE, NONE, LEFT)
-    for joint in range(laid.sizes[lane, 1]):
+    for joint in range(laid.sizes[lane, JOINT_COUNT]):
         own = laid.joined[lane, joint]
         if own.count > 0:
             fill_place(laid, lane, own.place, step.half + own.first, own.count)

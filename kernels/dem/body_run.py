@@ -31,10 +31,10 @@ from warprock.kernels.dem.stack_lanes import (
 from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import base_velocity, sample_index, sample_segment
-from warprock.kernels.shape.above import Motions
+from warprock.kernels.motion.kinds import base_velocity
+from warprock.kernels.shape.above import ALONG, UPWARDS, Motions
 from warprock.kernels.shape.body import rotated_x
-from warprock.kernels.shape.body_found import Found, Sides, observe_sides
+from warprock.kernels.shape.body_found import TO_LEFT, TO_RIGHT, Found, Sides, observe_sides
 from warprock.kernels.shape.interface import Mass, Pose, Velocity
 from warprock.kernels.shape.rising import equivalent_gain
 from warprock.kernels.shape.stack_found import (
@@ -149,14 +149,12 @@ def run_lanes(
                 energy[i] = spent
                 climb = real(0.0)
                 if VERTICAL:
-                    lane = motions[0, first + i]
-                    up = motions[1, first + i]
-                    high = sample_index(up, sample_segment(up, mid))
-                    climb = base_velocity(up, mid, pool[2, high], pool[0, high], pool[1, high])
+                    lane = motions[ALONG, first + i]
+                    up = motions[UPWARDS, first + i]
+                    climb = base_velocity(up, mid, pool)
                 else:
                     lane = motions[first + i]
-                place = sample_index(lane, sample_segment(lane, mid))
-                v = base_velocity(lane, mid, pool[2, place], pool[0, place], pool[1, place])
+                v = base_velocity(lane, mid, pool)
                 base[i] = move_base(v, climb, pace[i].live, base[i])
                 pull = equivalent_gain(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
                 account[i] = keep_account(pull, account[i])
@@ -223,6 +221,6 @@ def run_lanes(
         account[i] = keep_account(pull, account[i])
         seen[i].steps = pace[i].steps
         found.results[first + i] = result_of(seen[i], account[i])
-        found.sides[0, first + i] = sides[i].left
-        found.sides[1, first + i] = sides[i].right
+        found.sides[TO_LEFT, first + i] = sides[i].left
+        found.sides[TO_RIGHT, first + i] = sides[i].right
         found.blocks[0, first + i] = block_result(seat[i].slide, peaks[i])

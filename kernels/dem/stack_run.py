@@ -35,9 +35,9 @@ from warprock.kernels.dem.stack_lanes import (
 from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import base_velocity, sample_index, sample_segment
-from warprock.kernels.shape.above import Motions
-from warprock.kernels.shape.interface import Mass, Pose, Velocity
+from warprock.kernels.motion.kinds import base_velocity
+from warprock.kernels.shape.above import ALONG, UPWARDS, Motions
+from warprock.kernels.shape.interface import GROUND, Mass, Pose, Velocity
 from warprock.kernels.shape.rising import equivalent_gain
 from warprock.kernels.shape.stack_body import Foot
 from warprock.kernels.shape.stack_found import (
@@ -142,8 +142,8 @@ def run_lanes(
         corners = feet.shape[0] // BLOCKS
     for i in range(LANES):
         # The ground is level and has a face.
-        face[0, i] = ground()
-        pose[0, i].c = real(1.0)
+        face[GROUND, i] = ground()
+        pose[GROUND, i].c = real(1.0)
         pace[i].dt = lanes[first + i].time_step
         seen[i] = start_seen(lanes[first + i].uplift_time)
         for k in range(1, bodies):
@@ -175,14 +175,12 @@ def run_lanes(
                 energy[i] = spent
                 rise = real(0.0)
                 if VERTICAL:
-                    lane = motions[0, first + i]
-                    up = motions[1, first + i]
-                    high = sample_index(up, sample_segment(up, mid))
-                    rise = base_velocity(up, mid, pool[2, high], pool[0, high], pool[1, high])
+                    lane = motions[ALONG, first + i]
+                    up = motions[UPWARDS, first + i]
+                    rise = base_velocity(up, mid, pool)
                 else:
                     lane = motions[first + i]
-                place = sample_index(lane, sample_segment(lane, mid))
-                v = base_velocity(lane, mid, pool[2, place], pool[0, place], pool[1, place])
+                v = base_velocity(lane, mid, pool)
                 base[i] = move_base(v, rise, pace[i].live, base[i])
                 pull = equivalent_gain(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)
                 account[i] = keep_account(pull, account[i])

@@ -6,6 +6,7 @@ its lanes has reached the next sample.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import X, Y, Z
 from warprock.kernels.dem.stack import Knobs
 from warprock.kernels.dem.stack_lanes import passes_left, time_past
 from warprock.kernels.dem_space.body import (
@@ -36,7 +37,7 @@ from warprock.kernels.dem_space.stack_lanes import (
 )
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion.kinds import Motion, base_velocity
 from warprock.kernels.shape.stack_found import Seen, start_seen
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import Found, Peaks, block_result
@@ -117,8 +118,7 @@ def run_lanes(
                 for d in range(3):
                     mid = (real(pace[i].steps) - HALF) * pace[i].dt
                     m = motions[d, first + i]
-                    at = sample_index(m, sample_segment(m, mid))
-                    v = base_velocity(m, mid, pool[2, at], pool[0, at], pool[1, at])
+                    v = base_velocity(m, mid, pool)
                     base[d, i] = move_base(v, pace[i].live, base[d, i])
                 turned, turns = turn_body(blocks[0, first + i], state[i])
                 axes[i] = turned
@@ -153,7 +153,7 @@ def run_lanes(
                 frame = lanes[first + i].frame
                 tops, sees = peaks[i], seen[i]
                 observe_points(pace[i], frame, sums[i], low[i].since, tops, sees)
-                jolt = Jolt(base[0, i].dv, base[1, i].dv, base[2, i].dv)
+                jolt = Jolt(base[X, i].dv, base[Y, i].dv, base[Z, i].dv)
                 s = state[i]
                 integrate(pace[i], blocks[0, first + i], knobs, jolt, load[i], s, energy[i].loss)
                 state[i] = s

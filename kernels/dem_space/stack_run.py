@@ -13,6 +13,7 @@ slides while it is closed in the middle and slips faster than springs swing that
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import X, Y, Z
 from warprock.kernels.dem.stack import Knobs
 from warprock.kernels.dem.stack_lanes import passes_left, time_past
 from warprock.kernels.dem_space.stack import (
@@ -42,7 +43,8 @@ from warprock.kernels.dem_space.stack_lanes import (
 from warprock.kernels.dem_space.stack_meet import Link, find_contacts
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion.kinds import Motion, base_velocity
+from warprock.kernels.shape.interface import GROUND
 from warprock.kernels.shape.stack_found import Seen, start_seen
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import Found, Peaks, block_result
@@ -52,8 +54,12 @@ wp.set_module_options(ONE_VECTOR)
 
 PAIRS = max(ITERATIONS, 1)
 """Pairs of points of an interface; one in the middle counts as a pair of two halves."""
+ALONG_X, ALONG_Y, SHARE, KIND = 0, 1, 2, 3
+"""Rows of the points: a and b of `Pair`, its share of the area, and its kind."""
+ON_AXES, DIAGONAL, OTHER_DIAGONAL = 0, 1, 2
+"""Kinds of pairs, by where they lie."""
 KINDS = 3
-"""Kinds of pairs: what is summed over each, see `Sums`, is summed apart."""
+"""Number of kinds: what is summed over each, see `Sums`, is summed apart."""
 
 Numbers = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=real)
 """One number a body, the ground first."""
@@ -84,7 +90,7 @@ def run_lanes(
     bodies, pairs, first, moves = int(BLOCKS + 1), int(PAIRS), pack * LANES, int(0)  # loops stay
     for i in range(LANES):
         # The ground is level.
-        state[0, i].qw = real(1.0)
+        state[GROUND, i].qw = real(1.0)
         pace[i].dt = lanes[first + i].time_step
         pace[i].creep = lanes[first + i].creep
         seen[i] = start_seen(lanes[first + i].uplift_time)
@@ -110,8 +116,7 @@ def run_lanes(
                     for i in range(LANES):
                         mid = (real(pace[i].steps) - HALF) * pace[i].dt
                         m = motions[d, first + i]
-                        at = sample_index(m, sample_segment(m, mid))
-                        v = base_velocity(m, mid, pool[2, at], pool[0, at], pool[1, at])
+                        v = base_velocity(m, mid, pool)
                         base[d, i] = move_base(v, pace[i].live, base[d, i])
             for k in range(1, bodies):
                 h = k - 1
@@ -126,8 +131,8 @@ def run_lanes(
                     observe_interface(pace[i], link, since[k, i], sees)
                     seen[i] = sees
                 for p in range(pairs):
-                    kind, q = int(points[3, p]), pairs * h + p
-                    pair = Pair(points[0, p], points[1, p], points[2, p])
+                    kind, q = int(points[KIND, p]), pairs * h + p
+                    pair = Pair(points[ALONG_X, p], points[ALONG_Y, p], points[SHARE, p])
                     for i in range(LANES):
                         near, far, total = one[q, i], two[q, i], sums[kind, i]
                         solve_pair(knobs, contact[i], pace[i], pair, near, far, total)
@@ -135,7 +140,9 @@ def run_lanes(
                         two[q, i] = far
                         sums[kind, i] = total
                 for i in range(LANES):
-                    stress_sums = add_sums(sums[0, i], sums[1, i], sums[2, i])
+                    stress_sums = add_sums(
+                        sums[ON_AXES, i], sums[DIAGONAL, i], sums[OTHER_DIAGONAL, i]
+                    )
                     above, below = load[k, i], load[h, i]
                     held = load_blocks(state[h, i], contact[i], stress_sums, above, below)
                     load[k, i] = above
@@ -147,7 +154,7 @@ def run_lanes(
                         sums[kind, i] = Sums()
             for k in range(1, bodies):
                 for i in range(LANES):
-                    jolt = Jolt(base[0, i].dv, base[1, i].dv, base[2, i].dv)
+                    jolt = Jolt(base[X, i].dv, base[Y, i].dv, base[Z, i].dv)
                     s = state[k, i]
                     integrate(
                         pace[i], blocks[k, first + i], knobs, jolt, load[k, i], s, energy[i].loss

@@ -13,7 +13,7 @@ from warprock.kernels.direct.block import Block, Carried, Knobs, step
 from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.lane.modes import BROKEN, RUNNING, UNSOLVED
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion.kinds import Motion, base_velocity
 from warprock.kernels.shape.block import (
     Base,
     State,
@@ -110,8 +110,7 @@ def run_lanes(
                 block.friction = blocks[first + i].friction
                 block.cfm = blocks[first + i].cfm
                 block.erp = blocks[first + i].erp
-                place = sample_index(m, sample_segment(m, half))
-                moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
+                moving = base_velocity(m, half, pool)
                 dv = moving - base[i].vx
                 loss = account[i].loss
                 after, bears, gaps, miss = step(block, knobs, dv, state[i], carried[i], loss)

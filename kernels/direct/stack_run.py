@@ -25,7 +25,7 @@ from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.launch.instance import LOOPS_STAY
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion.kinds import Motion, base_velocity
 from warprock.kernels.shape.interface import gap_of_end, place_on
 from warprock.kernels.shape.stack import Rows, Three, Triples, Values, matrix_of, three_of
 from warprock.kernels.shape.stack_found import (
@@ -267,8 +267,8 @@ def run_lanes(
     shapes = Shapes()
     poses = Poses()
     state = State()
-    parting = rows(Parting, BLOCKS)
-    peaks = rows(Peaks, BLOCKS)
+    parting = rows(Parting, lanes=BLOCKS)
+    peaks = rows(Peaks, lanes=BLOCKS)
     slide = Values()
     account = Account()
     seen = start_seen(lanes[lane].uplift_time)
@@ -287,7 +287,7 @@ def run_lanes(
         state.lean[k] = sign_of(lanes[lane].lean)
         state.left[k] = block.left
         state.right[k] = block.right
-        peaks[k, 0] = start_peaks(block.theta)
+        peaks[k] = start_peaks(block.theta)
     base, count = real(0.0), int(-1)
     time = -dt
     for sample in range(sample_times.shape[0]):
@@ -296,8 +296,7 @@ def run_lanes(
             count += 1
             time = real(count) * dt
             half = larger(time - HALF * dt, HALF * dt)
-            place = sample_index(motion, sample_segment(motion, half))
-            v = base_velocity(motion, half, pool[2, place], pool[0, place], pool[1, place])
+            v = base_velocity(motion, half, pool)
             old = state
             if count == 0:
                 # Velocities half a step before the start.
@@ -327,11 +326,11 @@ def run_lanes(
                     left = Bearing(state.left[k], gap_at(real(-1.0), shapes, poses, k))
                     right = Bearing(state.right[k], gap_at(real(1.0), shapes, poses, k))
                     limit = limit_of(shapes, poses, state, knobs, k)
-                    ends = parting[k, 0]
+                    ends = parting[k]
                     observe_ends(True, time, limit, slips, left, right, ends, seen)
-                    parting[k, 0] = ends
+                    parting[k] = ends
                     theta = poses.theta[k]
-                    peaks[k, 0] = observe_peaks(True, time, theta, slid, peaks[k, 0])
+                    peaks[k] = observe_peaks(True, time, theta, slid, peaks[k])
                     slide[k] = slid
                     turn = theta - pose_of(poses, k - 1).theta
                     if overlap <= zero:
@@ -356,4 +355,4 @@ def run_lanes(
     seen.steps = count
     found.results[lane] = result_of(seen, account)
     for k in range(BLOCKS):
-        found.blocks[k, lane] = block_result(slide[k], peaks[k, 0])
+        found.blocks[k, lane] = block_result(slide[k], peaks[k])

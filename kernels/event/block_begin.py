@@ -23,11 +23,13 @@ from warprock.kernels.motion.kinds import (
     Ground,
     Motion,
     acceleration_at,
-    base_velocity,
     expand,
     knot_step,
     knot_time,
 )
+
+if MOTION != "record":
+    from warprock.kernels.motion.kinds import velocity_at
 
 REACH = real(0.125)
 """Largest rotation in one step [rad]: keeps fast overturning inside the polynomials' range."""
@@ -66,8 +68,7 @@ else:
         m: Motion, time: real, d: real, a: real, slope: real, base: real, kick: real
     ) -> real:
         """Change of the base velocity in a step that ends at a time [m/s], without the kick."""
-        zero = real(0.0)
-        return base_velocity(m, time, zero, zero, zero) - base - kick
+        return velocity_at(m, time) - base - kick
 
 
 @wp.func

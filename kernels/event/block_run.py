@@ -24,7 +24,7 @@ from warprock.kernels.event.found import Result, block_result, result_of
 from warprock.kernels.lane.modes import FLAT, FLYING, OVERTURNED, PIVOTING, STALLED
 from warprock.kernels.launch.instance import TWO_VECTORS
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Ground, Motion, sample_index
+from warprock.kernels.motion.kinds import Motion, ground_at
 from warprock.kernels.shape.stack_found import BlockResult
 
 wp.set_module_options(TWO_VECTORS)
@@ -182,8 +182,7 @@ def run_lanes(
             if patient:
                 for i in range(LANES):
                     m = motion_of[first + i]
-                    at = sample_index(m, state[i].segment)
-                    ground = Ground(pool[0, at], pool[1, at], pool[3, at])
+                    ground = ground_at(m, state[i].segment, pool)
                     going = state[i].mode < OVERTURNED and state[i].time < until
                     going = going and clock[i].due == 0
                     limit = block_of[first + i].step_limit
@@ -203,16 +202,14 @@ def run_lanes(
             if resting > 0 and not patient:
                 for i in range(LANES):
                     m = motion_of[first + i]
-                    at = sample_index(m, state[i].segment)
-                    ground = Ground(pool[0, at], pool[1, at], real(0.0))
+                    ground = ground_at(m, state[i].segment, pool)
                     most = look_ahead(block_of[first + i], m, ground, end, state[i])
                     looks = is_at_rest(state[i]) and clock[i].due > 0
                     state[i].cap = wp.where(looks, smaller(most, state[i].cap), state[i].cap)
             if waiting > 0 and not patient:
                 for i in range(LANES):
                     m = motion_of[first + i]
-                    at = sample_index(m, state[i].segment)
-                    ground = Ground(pool[0, at], pool[1, at], real(0.0))
+                    ground = ground_at(m, state[i].segment, pool)
                     going = state[i].mode < OVERTURNED and state[i].time < until
                     going = going and clock[i].due > 0
                     limit = block_of[first + i].step_limit

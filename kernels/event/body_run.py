@@ -18,9 +18,10 @@ from warprock.kernels.event.found import Result, block_result, result_of
 from warprock.kernels.lane.modes import FLAT, OVERTURNED, PIVOTING
 from warprock.kernels.launch.instance import TWO_VECTORS
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Ground, sample_index
-from warprock.kernels.shape.above import Above, Motions
+from warprock.kernels.motion.kinds import ground_at
+from warprock.kernels.shape.above import ALONG, UPWARDS, Above, Motions, above_at
 from warprock.kernels.shape.body import Corner, is_past, rotated_x, rotated_z
+from warprock.kernels.shape.body_found import TO_LEFT, TO_RIGHT
 from warprock.kernels.shape.stack_found import BlockResult
 
 wp.set_module_options(TWO_VECTORS)
@@ -200,14 +201,12 @@ def run_lanes(
                 for i in range(LANES):
                     above = Above()
                     if VERTICAL:
-                        m = motions[0, first + i]
-                        up = motions[1, first + i]
-                        high = sample_index(up, climb[i].risen)
-                        above = Above(up, climb[i].risen, pool[0, high], pool[1, high])
+                        m = motions[ALONG, first + i]
+                        up = motions[UPWARDS, first + i]
+                        above = above_at(up, climb[i].risen, pool)
                     else:
                         m = motions[first + i]
-                    at = sample_index(m, state[i].segment)
-                    ground = Ground(pool[0, at], pool[1, at], real(0.0))
+                    ground = ground_at(m, state[i].segment, pool)
                     here = chain[i].corner
                     ahead = wp.min(here + 1, chain[i].last)
                     edge = edge_of(
@@ -224,14 +223,12 @@ def run_lanes(
             for i in range(LANES):
                 above = Above()
                 if VERTICAL:
-                    m = motions[0, first + i]
-                    up = motions[1, first + i]
-                    high = sample_index(up, climb[i].risen)
-                    above = Above(up, climb[i].risen, pool[0, high], pool[1, high])
+                    m = motions[ALONG, first + i]
+                    up = motions[UPWARDS, first + i]
+                    above = above_at(up, climb[i].risen, pool)
                 else:
                     m = motions[first + i]
-                at = sample_index(m, state[i].segment)
-                ground = Ground(pool[0, at], pool[1, at], real(0.0))
+                ground = ground_at(m, state[i].segment, pool)
                 going = state[i].mode < OVERTURNED and state[i].time < until
                 span, more = begin_step(blocks[first + i], m, ground, end, going, state[i], above)
                 weight = weight_in(knobs.gravity, above, span.time, span.d, climb[i].rising)
@@ -298,6 +295,6 @@ def run_lanes(
                 places[sample, 0, 1, first + i] = level
     for i in range(LANES):
         results[first + i] = result_of(seen[i], sides[i].needed, state[i].mode)
-        side_of[0, first + i] = sides[i].left
-        side_of[1, first + i] = sides[i].right
+        side_of[TO_LEFT, first + i] = sides[i].left
+        side_of[TO_RIGHT, first + i] = sides[i].right
         leaves[0, first + i] = block_result(state[i].slide, seen[i])

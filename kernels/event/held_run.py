@@ -14,7 +14,7 @@ from warprock.kernels.event.held_state import Block, slide_of
 from warprock.kernels.lane.modes import OVERTURNED, STALLED
 from warprock.kernels.launch.instance import BRANCHES
 from warprock.kernels.launch.rows import kernel
-from warprock.kernels.motion.kinds import Ground, Motion, sample_index
+from warprock.kernels.motion.kinds import Motion, ground_at
 from warprock.kernels.motion.series import value_of
 from warprock.kernels.shape.stack_found import BlockResult
 
@@ -68,8 +68,7 @@ def run_lanes(
     sample = int(0)
     while s.mode < OVERTURNED and s.time < end:
         begun = real(s.time)
-        at = sample_index(m, s.segment)
-        ground = Ground(pool[0, at], pool[1, at], real(0.0))
+        ground = ground_at(m, s.segment, pool)
         path, side = step(block, held, m, ground, end, s, seen)
         while sample < count and sample_times[sample] < s.time:
             if sample_times[sample] >= begun:

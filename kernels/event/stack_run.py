@@ -14,8 +14,8 @@ from warprock.kernels.event.stack.step import finish_step
 from warprock.kernels.event.stack.trial import try_step
 from warprock.kernels.lane.modes import OVERTURNED, RUNNING, STALLED
 from warprock.kernels.launch.instance import short_loops_go
-from warprock.kernels.motion.kinds import sample_index
-from warprock.kernels.shape.above import Above, Motions
+from warprock.kernels.motion.kinds import ground_at
+from warprock.kernels.shape.above import ALONG, UPWARDS, Motions, above_at
 from warprock.kernels.shape.stack import (
     CLOSED,
     Blocks,
@@ -320,8 +320,8 @@ def run_lanes(
     lane = wp.tid()
     shaking = Shaking()
     if VERTICAL:
-        shaking.motion = motions[0, lane]
-        up = motions[1, lane]
+        shaking.motion = motions[ALONG, lane]
+        up = motions[UPWARDS, lane]
     else:
         shaking.motion = motions[lane]
     pile, limits, s, offset = Blocks(), Limits(), State(), Values()
@@ -356,12 +356,11 @@ def run_lanes(
         until = sample_times[sample]
         while s.mode == RUNNING and s.time < until:
             steps += 1
-            place = sample_index(shaking.motion, s.segment)
-            shaking.value = pool[0, place]
-            shaking.slope = pool[1, place]
+            ground = ground_at(shaking.motion, s.segment, pool)
+            shaking.value = ground.value
+            shaking.slope = ground.slope
             if VERTICAL:
-                high = sample_index(up, s.risen)
-                shaking.above = Above(up, s.risen, pool[0, high], pool[1, high])
+                shaking.above = above_at(up, s.risen, pool)
             t = try_step(pile, limits, shaking, end, s)
             if CHAINS:
                 after = pile

@@ -11,7 +11,7 @@ minimises a convex function. See event_space/block_box_friction.py.
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import Vector
+from warprock.kernels.algebra.vectors import Vector, X, Y, Z
 from warprock.kernels.event_space.block_contact import (
     EDGE,
     FLAT,
@@ -43,7 +43,10 @@ OVER = by_precision(1.0 + 1.0e-12, 1.0 + 1.0e-5)
 """Part of its bound up to which friction counts as within it."""
 
 Six = wp.types.vector(length=6, dtype=real)
-"""Impulses, or velocities, of both ends of an edge."""
+"""Impulses, or velocities, of both ends of an edge: along x, y and z of the first, then of the
+second."""
+SECOND = 3
+"""Place of the second end in `Six`."""
 Gains = wp.types.matrix(shape=(6, 6), dtype=real)
 
 
@@ -143,7 +146,7 @@ def solve_corners(
     lu = factorize(rows + soft)
     p = solve_factored(lu, right)
     least = -PULLED * wp.length(p)
-    if pulls or (p[2] >= least and p[5] >= least):
+    if pulls or (p[Z] >= least and p[SECOND + Z] >= least):
         for _again in range(AGAIN):
             p = p + solve_factored(lu, right - rows * p)
     return p
@@ -152,8 +155,8 @@ def solve_corners(
 @wp.func
 def apply_impulses(body: Body, i: int, j: int, p: Six, v: Vector, w: Vector):
     """Velocities after impulses at corners i and j; if i = j, the first three numbers count."""
-    first = Vector(p[0], p[1], p[2])
-    second = Vector(p[3], p[4], p[5])
+    first = Vector(p[X], p[Y], p[Z])
+    second = Vector(p[SECOND + X], p[SECOND + Y], p[SECOND + Z])
     v_after = v + first
     w_after = w + body.inverse * wp.cross(body.corners[i], first)
     if i != j:

@@ -29,11 +29,18 @@ from warprock.kernels.event_space.block_seen import (
     turning_time,
 )
 from warprock.kernels.event_space.block_trial import Base, State, next_step
-from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
+from warprock.kernels.event_space.lane import (
+    BaseMotion,
+    Knobs,
+    Lane,
+    Limits,
+    base_motion,
+    read_samples,
+)
 from warprock.kernels.lane.modes import RUNNING, STALLED
 from warprock.kernels.launch.instance import LOOPS_STAY, ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Motion, sample_index
+from warprock.kernels.motion.kinds import Motion
 from warprock.kernels.shape_space.block import Block, slide_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found
 from warprock.kernels.shape_space.frame import turn_of_matrix
@@ -141,13 +148,7 @@ def run_lanes(
             if place[i].due:
                 lane = place[i].lane
                 if place[i].busy:
-                    mx, my, mz = motions[0, lane], motions[1, lane], motions[2, lane]
-                    px = sample_index(mx, state[i].knots[0])
-                    py = sample_index(my, state[i].knots[1])
-                    pz = sample_index(mz, state[i].knots[2])
-                    value = Vector(pool[0, px], pool[0, py], pool[0, pz])
-                    slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
-                    shaking = BaseMotion(mx, my, mz, value, slope)
+                    shaking = read_samples(base_motion(motions, lane), state[i].knots, pool)
                     limits = Limits(knobs.gravity, place[i].longest_step, place[i].rest_gap)
                     known = Seen(leaf[i], place[i].uplift_time, place[i].rest_time)
                     old = state[i]
@@ -197,13 +198,7 @@ def run_lanes(
             busy = busy + wp.where(state[i].mode == RUNNING, 1, 0)
         for i in range(PLACES):
             at = place[i].lane
-            nx, ny, nz = motions[0, at], motions[1, at], motions[2, at]
-            ix = sample_index(nx, state[i].knots[0])
-            iy = sample_index(ny, state[i].knots[1])
-            iz = sample_index(nz, state[i].knots[2])
-            values = Vector(pool[0, ix], pool[0, iy], pool[0, iz])
-            slopes = Vector(pool[1, ix], pool[1, iy], pool[1, iz])
-            motion = BaseMotion(nx, ny, nz, values, slopes)
+            motion = read_samples(base_motion(motions, at), state[i].knots, pool)
             own, now = box[i], state[i]
             bounds = Limits(knobs.gravity, place[i].longest_step, place[i].rest_gap)
             b = next_step(bounds, motion, end, now)

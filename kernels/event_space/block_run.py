@@ -7,7 +7,7 @@ blocks start in motion, see event_space/block_thrown.py.
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import Quaternion, Vector
+from warprock.kernels.algebra.vectors import Quaternion
 from warprock.kernels.event_space.block import TOGETHER, step
 from warprock.kernels.event_space.block_seen import (
     attitude_at,
@@ -18,10 +18,10 @@ from warprock.kernels.event_space.block_seen import (
     place_at,
     start,
 )
-from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
+from warprock.kernels.event_space.lane import Knobs, Lane, Limits, base_motion, read_samples
 from warprock.kernels.lane.modes import RUNNING, STALLED
 from warprock.kernels.launch.instance import BRANCHES
-from warprock.kernels.motion.kinds import Motion, sample_index
+from warprock.kernels.motion.kinds import Motion
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import Found
 from warprock.kernels.shape_space.thrown import (
@@ -55,7 +55,7 @@ def run_lanes(
     """Runs one lane a thread; `throws` say how blocks start if THROWN is true."""
     lane = wp.tid()
     block = blocks[0, lane]
-    motion = BaseMotion(motions[0, lane], motions[1, lane], motions[2, lane], Vector(), Vector())
+    motion = base_motion(motions, lane)
     limits = Limits(knobs.gravity, lanes[lane].longest_step, lanes[lane].rest_gap)
     s = start(block, TOGETHER * block.half_height)
     if THROWN:
@@ -81,11 +81,7 @@ def run_lanes(
                         named[0], named[1], named[2], named[3], gx, gy, real(0.0), gw
                     )
                     named = Quaternion(nx, ny, nz, nw)
-            px = sample_index(motion.x, s.knots[0])
-            py = sample_index(motion.y, s.knots[1])
-            pz = sample_index(motion.z, s.knots[2])
-            motion.value = Vector(pool[0, px], pool[0, py], pool[0, pz])
-            motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
+            motion = read_samples(motion, s.knots, pool)
             n = step(block, limits, motion, end, s)
             if n.taken:
                 if THROWN:

@@ -53,7 +53,18 @@ from warprock.kernels.event_space.body_face import (
     sticks,
 )
 from warprock.kernels.shape_space.body import APART
-from warprock.kernels.shape_space.contact import Gains, drag, gains_of, solve_contact
+from warprock.kernels.shape_space.contact import (
+    COUPLE_X,
+    COUPLE_Y,
+    NORMAL,
+    SLIP_1,
+    SLIP_2,
+    SLIP_3,
+    Gains,
+    drag,
+    gains_of,
+    solve_contact,
+)
 from warprock.kernels.shape_space.frame import relative_velocity
 
 if FRICTION == "box":
@@ -220,10 +231,12 @@ def press_point(mu: real, least: real, gains: Gains, e: Matrix, p: Vector, u: Ve
     zero = real(0.0)
     new = solve_contact(mu, zero, zero, gains, e, p, u)
     if new[2] < least:
-        push = larger(fused_less(gains[0], u[2], p[2]), least)
+        push = larger(fused_less(gains[NORMAL], u[2], p[2]), least)
         more = push - p[2]
-        slip_x, slip_y = fused(more, gains[10], u[0]), fused(more, gains[11], u[1])
-        fx, fy = drag(mu * push, p[0], p[1], slip_x, slip_y, gains[1], gains[2], gains[3])
+        slip_x, slip_y = fused(more, gains[COUPLE_X], u[0]), fused(more, gains[COUPLE_Y], u[1])
+        fx, fy = drag(
+            mu * push, p[0], p[1], slip_x, slip_y, gains[SLIP_1], gains[SLIP_2], gains[SLIP_3]
+        )
         new = Vector(fx, fy, push)
     return new
 

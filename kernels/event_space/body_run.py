@@ -20,10 +20,10 @@ from warprock.kernels.event_space.body_contact import (
 )
 from warprock.kernels.event_space.body_quiet import Support, support_of
 from warprock.kernels.event_space.body_start import keep_running, observe_tumbling, start_thrown
-from warprock.kernels.event_space.lane import BaseMotion, Knobs, Limits
+from warprock.kernels.event_space.lane import Knobs, Limits, base_motion, read_samples
 from warprock.kernels.lane.modes import RUNNING, STALLED
 from warprock.kernels.launch.instance import BRANCHES
-from warprock.kernels.motion.kinds import Motion, sample_index
+from warprock.kernels.motion.kinds import Motion
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
 from warprock.kernels.shape_space.body import (
@@ -176,7 +176,7 @@ def run_lanes(
     lane = wp.tid()
     block, own = blocks[0, lane], lanes[lane]
     frame = own.frame
-    motion = BaseMotion(motions[0, lane], motions[1, lane], motions[2, lane], Vector(), Vector())
+    motion = base_motion(motions, lane)
     limits = Limits(knobs.gravity, own.longest_step, own.rest_gap)
     body = shape_of(block, frame)
     body.rebound = own.rebound
@@ -203,11 +203,7 @@ def run_lanes(
         until = sample_times[sample]
         while s.mode == RUNNING and s.time < until:
             steps += 1
-            px = sample_index(motion.x, s.knots[0])
-            py = sample_index(motion.y, s.knots[1])
-            pz = sample_index(motion.z, s.knots[2])
-            motion.value = Vector(pool[0, px], pool[0, py], pool[0, pz])
-            motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
+            motion = read_samples(motion, s.knots, pool)
             if s.touch != on.touch:
                 on = support_of(block, body, s.x[2], s.q, s.touch)
             after = step(block, body, limits, motion, end, on, s)

@@ -2,8 +2,8 @@
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import Vector
-from warprock.kernels.motion.kinds import Motion
+from warprock.kernels.algebra.vectors import Vector, X, Y, Z
+from warprock.kernels.motion.kinds import Motion, ground_at
 
 Knots = wp.types.vector(length=3, dtype=int)
 """Knots of the motion passed, along x, y and z."""
@@ -47,3 +47,19 @@ class BaseMotion:
     z: Motion
     value: Vector
     slope: Vector
+
+
+@wp.func
+def base_motion(motions: wp.array2d(dtype=Motion), lane: int) -> BaseMotion:
+    """Motion of the base of a lane, without samples of a record."""
+    return BaseMotion(motions[X, lane], motions[Y, lane], motions[Z, lane], Vector(), Vector())
+
+
+@wp.func
+def read_samples(base: BaseMotion, knots: Knots, pool: wp.array2d(dtype=real)) -> BaseMotion:
+    """The same motion with the samples of its records at the last knots passed."""
+    x = ground_at(base.x, knots[X], pool)
+    y = ground_at(base.y, knots[Y], pool)
+    z = ground_at(base.z, knots[Z], pool)
+    value = Vector(x.value, y.value, z.value)
+    return BaseMotion(base.x, base.y, base.z, value, Vector(x.slope, y.slope, z.slope))

@@ -22,7 +22,20 @@ from warprock.kernels.algebra.vectors import Matrix, Vector
 from warprock.kernels.shape.faces import SLOTS
 from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.shape_space.contact import Gains, gains_of, solve_contact
+from warprock.kernels.shape_space.contact import (
+    NORMAL,
+    SLIP_1,
+    SLIP_3,
+    STOP_XX,
+    STOP_XY,
+    STOP_XZ,
+    STOP_YY,
+    STOP_YZ,
+    STOP_ZZ,
+    Gains,
+    gains_of,
+    solve_contact,
+)
 from warprock.kernels.shape_space.frame import axis_of, frame, relative_velocity, rotate_diagonal
 from warprock.kernels.shape_space.stack import (
     Axes,
@@ -59,15 +72,12 @@ Attitudes = wp.types.matrix(shape=(BLOCKS + 1, 4), dtype=real)
 Ints = wp.types.vector(length=BLOCKS + 1, dtype=int)
 
 
-Row = wp.types.vector(length=22, dtype=real)
-Rows = wp.types.matrix(shape=(BLOCKS + 1, 22), dtype=real)
-
-
 @wp.struct
 class Own:
-    """The blocks of one lane: the fields of `Block` in their order, a row a block."""
+    """The blocks of one lane: those of all lanes, shape [block, lane], and which lane it is."""
 
-    rows: Rows
+    blocks: wp.array2d(dtype=Block)
+    lane: int
 
 
 @wp.struct
@@ -105,11 +115,7 @@ class Touches:
 @wp.func
 def block_of(own: Own, k: int) -> Block:
     """One of the blocks, the lowest being 1."""
-    r = own.rows[k]
-    return Block(
-        r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9], r[10], r[11], r[12], r[13],
-        r[14], r[15], r[16], r[17], r[18], r[19], r[20], r[21],
-    )  # fmt: skip
+    return own.blocks[k - 1, own.lane]
 
 
 @wp.func
@@ -210,18 +216,18 @@ def solve_by_law(
     at = e * u
     if t.law[i] == HOLD:
         return Vector(
-            p[0] - g[4] * at[0] - g[5] * at[1] - g[6] * at[2],
-            p[1] - g[5] * at[0] - g[7] * at[1] - g[8] * at[2],
-            p[2] - g[6] * at[0] - g[8] * at[1] - g[9] * at[2],
+            p[0] - g[STOP_XX] * at[0] - g[STOP_XY] * at[1] - g[STOP_XZ] * at[2],
+            p[1] - g[STOP_XY] * at[0] - g[STOP_YY] * at[1] - g[STOP_YZ] * at[2],
+            p[2] - g[STOP_XZ] * at[0] - g[STOP_YZ] * at[1] - g[STOP_ZZ] * at[2],
         )
     if t.law[i] == AWAIT:
         return p
-    push = p[2] - g[0] * (at[2] + t.gap[i])
+    push = p[2] - g[NORMAL] * (at[2] + t.gap[i])
     if BOX:
         if t.law[i] == HOLD_X:
-            return Vector(p[0] - g[1] * at[0], zero, push)
+            return Vector(p[0] - g[SLIP_1] * at[0], zero, push)
         if t.law[i] == HOLD_Y:
-            return Vector(zero, p[1] - g[3] * at[1], push)
+            return Vector(zero, p[1] - g[SLIP_3] * at[1], push)
     return Vector(zero, zero, wp.where(t.law[i] == KEEP, push, larger(push, zero)))
 
 

@@ -21,6 +21,7 @@ from warprock.kernels.event_space.stack_contact import (
     Touches,
     add_contact,
     block_of,
+    directions,
     find_corners,
     height_of,
     sticking_law,
@@ -174,7 +175,7 @@ def look_at_step(
     slots = int(SLOTS)
     for k in range(1, bodies):
         places, gaps, there = find_corners(own, pose, k)
-        _places0, gaps0, there0 = find_corners(own, pose0, k)
+        places0, gaps0, there0 = find_corners(own, pose0, k)
         down, down0 = rows_of(pose.axes, k - 1), rows_of(pose0.axes, k - 1)
         n.there[k] = there
         n.closed = n.closed and there != 0
@@ -185,17 +186,25 @@ def look_at_step(
                 rl = wp.transpose(down) * places[i]
                 ru = rl + pose.x[k - 1] - pose.x[k]
                 point = rows_of(pose.axes, k) * ru
-                ru0 = wp.transpose(rows_of(pose0.axes, k)) * point
-                rl0 = ru0 + pose0.x[k] - pose0.x[k - 1]
-                rate = wp.dot(down[2], relative_velocity(v[k], w[k], ru, v[k - 1], w[k - 1], rl))
-                rate0 = wp.dot(
-                    down0[2], relative_velocity(s.v[k], s.w[k], ru0, s.v[k - 1], s.w[k - 1], rl0)
-                )
                 before = gaps0[i]
                 was = (s.touch[k] & bit) != 0
+                # Where a contact slides it passes over both faces: its speed at the start is that
+                # of the points which met there, along the normal that it had.
+                rl0 = wp.transpose(down0) * places0[i]
+                ru0 = rl0 + pose0.x[k - 1] - pose0.x[k]
                 if (there0 & bit) == 0:
                     before = height_of(own, pose0, k, point)
                     was = before <= rest
+                    ru0 = wp.transpose(rows_of(pose0.axes, k)) * point
+                    rl0 = ru0 + pose0.x[k] - pose0.x[k - 1]
+                rate = wp.dot(
+                    directions(pose.axes, k, i)[2],
+                    relative_velocity(v[k], w[k], ru, v[k - 1], w[k - 1], rl),
+                )
+                rate0 = wp.dot(
+                    directions(pose0.axes, k, i)[2],
+                    relative_velocity(s.v[k], s.w[k], ru0, s.v[k - 1], s.w[k - 1], rl0),
+                )
                 holds = (held[k] & bit) != 0
                 reach = near * size(rate) + grain
                 if d > near and not was and gaps[i] < -reach:

@@ -9,12 +9,13 @@ import warp as wp
 
 from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.event_space.block_moves import rotate_attitude, rotate_freely
-from warprock.kernels.event_space.lane import BaseMotion, Knobs, Lane, Limits
+from warprock.kernels.event_space.lane import Knobs, Lane, Limits, base_motion, read_samples
 from warprock.kernels.event_space.stack import step
-from warprock.kernels.event_space.stack_contact import Ints, Own, Row, block_of, pose_of
+from warprock.kernels.event_space.stack_contact import Ints, Own, block_of, pose_of
 from warprock.kernels.event_space.stack_look import State, look_at_step, momenta
 from warprock.kernels.lane.modes import RUNNING, STALLED
-from warprock.kernels.motion.kinds import Motion, sample_index
+from warprock.kernels.motion.kinds import Motion
+from warprock.kernels.shape.interface import GROUND
 from warprock.kernels.shape_space.block import Block, slide_of, turns_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
 from warprock.kernels.shape_space.frame import frame, turn_of_matrix
@@ -25,17 +26,13 @@ wp.set_module_options({"max_unroll": 6})
 LANES = 1
 """Lanes of a thread: which contacts act differs from lane to lane."""
 
-Peaks = wp.types.matrix(shape=(BLOCKS + 1, 8), dtype=real)
-"""Of each block: slide along x and y; the largest rotation and its time, the largest rotation
-across, tilt and yaw, see `turns_of`; the largest square of the slide."""
-
 
 @wp.func
 def start(own: Own, limits: Limits) -> State:
     """The state at the start."""
     s = State()
     bodies = int(BLOCKS + 1)
-    s.q[0] = Quaternion(real(0.0), real(0.0), real(0.0), real(1.0))
+    s.q[GROUND] = Quaternion(real(0.0), real(0.0), real(0.0), real(1.0))
     for k in range(1, bodies):
         b = block_of(own, k)
         s.x[k] = Vector(b.x, b.y, b.z)
@@ -84,26 +81,28 @@ def place_at(k: int, until: real, s0: State, s: State) -> Vector:
 
 
 @wp.func
-def observe(own: Own, before: Peaks, s: State) -> Peaks:
-    """The peaks so far, with those of a state."""
-    n = before
+def observe(own: Own, s: State, found: Found):
+    """Adds a state to what is seen of the blocks of a lane."""
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
         block = block_of(own, k)
         r, down = frame(s.q[k]), wp.transpose(frame(s.q[k - 1]))
         m, c = down * r, down * (s.x[k] - s.x[k - 1])
         plane, across, tilt, yaw = turns_of(block, r[0, 2], r[1, 2], r[2, 2], s.q[k, 2], s.q[k, 3])
+        n = found.blocks[k - 1, own.lane]
+        n.qz = s.q[k, 2]
+        n.qw = s.q[k, 3]
         if (s.touch[k] != 0) or s.time == real(0.0):
             x, y = slide_of(block, c[0], c[1], turn_of_matrix(m))
-            n[k, 0] = x
-            n[k, 1] = y
-            n[k, 7] = larger(x * x + y * y, n[k, 7])
-        n[k, 3] = wp.where(plane > n[k, 2], s.time, n[k, 3])
-        n[k, 2] = larger(plane, n[k, 2])
-        n[k, 4] = larger(across, n[k, 4])
-        n[k, 5] = larger(tilt, n[k, 5])
-        n[k, 6] = larger(yaw, n[k, 6])
-    return n
+            n.slide_x = x
+            n.slide_y = y
+            n.peak_slide = larger(x * x + y * y, n.peak_slide)
+        n.peak_time = wp.where(plane > n.peak, s.time, n.peak_time)
+        n.peak = larger(plane, n.peak)
+        n.peak_across = larger(across, n.peak_across)
+        n.peak_tilt = larger(tilt, n.peak_tilt)
+        n.peak_yaw = larger(yaw, n.peak_yaw)
+        found.blocks[k - 1, own.lane] = n
 
 
 @wp.kernel
@@ -114,20 +113,15 @@ def run_lanes(
 ):  # fmt: skip
     """Runs one lane a thread."""
     lane = wp.tid()
-    motion = BaseMotion(motions[0, lane], motions[1, lane], motions[2, lane], Vector(), Vector())
+    motion = base_motion(motions, lane)
     limits = Limits(knobs.gravity, lanes[lane].longest_step, lanes[lane].rest_gap)
     bodies = int(BLOCKS + 1)
-    own = Own()
-    for k in range(1, bodies):
-        b = blocks[k - 1, lane]
-        own.rows[k] = Row(
-            b.half_width, b.half_depth, b.half_height, b.centre_x, b.centre_y, b.mass, b.inverse_x,
-            b.inverse_y, b.inverse_z, b.friction, b.x, b.y, b.z, b.qx, b.qy, b.qz, b.qw, b.flat_x,
-            b.flat_y, b.flat_c, b.flat_s, b.standing,
-        )  # fmt: skip
+    own = Own(blocks, lane)
     s = start(own, limits)
     s0 = s
-    peaks = observe(own, Peaks(), s)
+    for k in range(BLOCKS):
+        found.blocks[k, lane] = BlockResult()
+    observe(own, s, found)
     uplift_time = wp.where(s.closed, NEVER, real(0.0))
     rest_time = wp.where(s.closed, real(0.0), NEVER)
     steps = int(0)
@@ -136,14 +130,10 @@ def run_lanes(
         until = sample_times[sample]
         while s.mode == RUNNING and s.time < until:
             steps += 1
-            px = sample_index(motion.x, s.knots[0])
-            py = sample_index(motion.y, s.knots[1])
-            pz = sample_index(motion.z, s.knots[2])
-            motion.value = Vector(pool[0, px], pool[0, py], pool[0, pz])
-            motion.slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
+            motion = read_samples(motion, s.knots, pool)
             n = step(own, limits, motion, end, s)
             if n.taken:
-                peaks = observe(own, peaks, n)
+                observe(own, n, found)
                 if not n.closed:
                     uplift_time = smaller(uplift_time, s.time)
                 rested = wp.where(rest_time < NEVER, rest_time, s.time)
@@ -165,8 +155,3 @@ def run_lanes(
     found.results[lane] = Result(
         uplift_time, rest_time, s.lost, s.deepest, s.impacts, s.mode, steps
     )
-    for k in range(1, bodies):
-        found.blocks[k - 1, lane] = BlockResult(
-            s.q[k, 2], s.q[k, 3], peaks[k, 0], peaks[k, 1], peaks[k, 2], peaks[k, 3], peaks[k, 4],
-            peaks[k, 5], peaks[k, 6], peaks[k, 7],
-        )  # fmt: skip

@@ -24,7 +24,7 @@ a face do no harm.
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import Matrix, Vector
+from warprock.kernels.algebra.vectors import Matrix, Vector, X, Y, Z
 from warprock.kernels.event_space.stack_contact import (
     BOX,
     CONE,
@@ -92,6 +92,8 @@ RENEW = 2
 
 SixRows = wp.types.matrix(shape=(6 * BLOCKS, 6), dtype=real)
 Sixes = wp.types.matrix(shape=(BLOCKS, 6), dtype=real)
+TURN = 3
+"""Place of the angular velocity in a row of `Sixes`, behind the velocity."""
 
 
 @wp.struct
@@ -452,8 +454,8 @@ def descent(factored: wp.ref[Factor], slope: wp.ref[Slope]):
             for j in range(i + 1, 6):
                 rest -= a[6 * k + j, i] * x[k, j]
             x[k, i] = rest
-        dv[k + 1] = Vector(x[k, 0], x[k, 1], x[k, 2])
-        dw[k + 1] = Vector(x[k, 3], x[k, 4], x[k, 5])
+        dv[k + 1] = Vector(x[k, X], x[k, Y], x[k, Z])
+        dw[k + 1] = Vector(x[k, TURN + X], x[k, TURN + Y], x[k, TURN + Z])
     return dv, dw
 
 

@@ -8,7 +8,7 @@ from warprock.kernels.housner.block_found import BlockResult, Found, Result
 from warprock.kernels.lane.modes import OVERTURNED, RESTING
 from warprock.kernels.launch.instance import BRANCHES
 from warprock.kernels.launch.rows import kernel
-from warprock.kernels.motion.kinds import Ground, Motion, sample_index
+from warprock.kernels.motion.kinds import Motion, ground_at
 
 LANES = 1
 
@@ -29,8 +29,7 @@ def run_lanes(
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         while s.mode < OVERTURNED and s.time < until:
-            at = sample_index(m, s.segment)
-            ground = Ground(pool[0, at], pool[1, at], real(0.0))
+            ground = ground_at(m, s.segment, pool)
             step(block, m, ground, until, s, seen)
             s.mode = stall(s.mode, seen.steps, block.step_limit)
         if found.rotations.shape[0] > 0:

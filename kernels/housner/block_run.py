@@ -22,7 +22,7 @@ from warprock.kernels.launch.instance import (
     module_options,
 )
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Ground, Motion, sample_index
+from warprock.kernels.motion.kinds import Motion, ground_at
 
 RECORD = MOTION == "record"
 
@@ -133,8 +133,7 @@ if RECORD and LANES > 1:
                     if place[i].due == ROLL and state[i].mode == RESTING:
                         rests = bool(True)
                         while rests and state[i].time < place[i].until:
-                            at = sample_index(motion[i], state[i].segment)
-                            ground = Ground(pool[0, at], pool[1, at], pool[3, at])
+                            ground = ground_at(motion[i], state[i].segment, pool)
                             rests, time, segment, needed = rest_on(
                                 block[i], motion[i], ground, place[i].until, state[i]
                             )
@@ -160,8 +159,7 @@ if RECORD and LANES > 1:
                     pack_seen[i] = seen[p]
                 for i in range(LANES):
                     m = motion_of[pack[i].lane]
-                    at = sample_index(m, pack_state[i].segment)
-                    ground = Ground(pool[0, at], pool[1, at], real(0.0))
+                    ground = ground_at(m, pack_state[i].segment, pool)
                     s1, o1 = step(
                         block_of[pack[i].lane], m, ground, pack[i].until, pack_state[i],
                         pack_seen[i],
@@ -179,8 +177,7 @@ if RECORD and LANES > 1:
             rolling = wp.where(waiting < LANES + enough, busy, 0)
             while rolling > 0:
                 for i in range(PLACES):
-                    at = sample_index(motion[i], state[i].segment)
-                    ground = Ground(pool[0, at], pool[1, at], real(0.0))
+                    ground = ground_at(motion[i], state[i].segment, pool)
                     due = place[i].due
                     peak = seen[i].peak
                     until = place[i].until
@@ -231,12 +228,10 @@ else:
                 busy = int(0)
                 for i in range(LANES):
                     m = motion_of[first + i]
-                    at = sample_index(m, state[i].segment)
                     going = state[i].mode < OVERTURNED and state[i].time < until
-                    ground = Ground(pool[0, at], pool[1, at], real(0.0))
+                    ground = ground_at(m, state[i].segment, pool)
                     after, shown = step(block_of[first + i], m, ground, until, state[i], seen[i])
                     if RECORD:
-                        ground.strongest = pool[3, at]
                         rests, far, passed, needed = rest_on(
                             block_of[first + i], m, ground, until, state[i]
                         )

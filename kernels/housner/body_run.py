@@ -15,12 +15,14 @@ from warprock.kernels.housner.body import (
 )
 from warprock.kernels.housner.body_series import Foot
 from warprock.kernels.lane.modes import OVERTURNED, RESTING, ROCKING
-from warprock.kernels.launch.instance import TWO_VECTORS
+from warprock.kernels.launch.instance import HALVES_VECTORS, TWO_VECTORS
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Ground, Motion, knot_step, knot_time, sample_index
-from warprock.kernels.shape.above import Above, Motions
+from warprock.kernels.motion.kinds import Motion, ground_at, knot_step, knot_time
+from warprock.kernels.shape.above import ALONG, UPWARDS, Above, Motions, above_at
+from warprock.kernels.shape.body_found import TO_LEFT, TO_RIGHT
 
-wp.set_module_options(TWO_VECTORS)
+if not (HALVES_VECTORS and MOTION == "record" and not VERTICAL):
+    wp.set_module_options(TWO_VECTORS)
 
 
 @wp.struct
@@ -123,14 +125,12 @@ def run_lanes(
             for i in range(LANES):
                 above = Above()
                 if VERTICAL:
-                    m = motions[0, first + i]
-                    up = motions[1, first + i]
-                    high = sample_index(up, state[i].risen)
-                    above = Above(up, state[i].risen, pool[0, high], pool[1, high])
+                    m = motions[ALONG, first + i]
+                    up = motions[UPWARDS, first + i]
+                    above = above_at(up, state[i].risen, pool)
                 else:
                     m = motions[first + i]
-                at = sample_index(m, state[i].segment)
-                ground = Ground(pool[0, at], pool[1, at], real(0.0))
+                ground = ground_at(m, state[i].segment, pool)
                 going = state[i].mode < OVERTURNED and state[i].time < until
                 # The last foot has no edge behind it.
                 place = state[i].place
@@ -161,6 +161,6 @@ def run_lanes(
         results[first + i] = Result(
             o.uplift_time, o.rest_time, o.loss, state[i].needed, o.impacts, state[i].mode, o.steps
         )
-        sides[0, first + i] = reach[i].left
-        sides[1, first + i] = reach[i].right
+        sides[TO_LEFT, first + i] = reach[i].left
+        sides[TO_RIGHT, first + i] = reach[i].right
         leaves[0, first + i] = BlockResult(seen[i].peak, seen[i].peak_time)

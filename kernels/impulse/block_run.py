@@ -12,7 +12,7 @@ from warprock.kernels.impulse.block import Block, Impulses, Knobs, step
 from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.lane.modes import RUNNING
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion.kinds import Motion, base_velocity
 from warprock.kernels.shape.block import (
     Base,
     State,
@@ -95,8 +95,7 @@ def run_lanes(
                 block.half_height = blocks[first + i].half_height
                 block.inverse_inertia = blocks[first + i].inverse_inertia
                 block.friction = blocks[first + i].friction
-                place = sample_index(m, sample_segment(m, half))
-                moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
+                moving = base_velocity(m, half, pool)
                 dv = moving - base[i].vx
                 loss = account[i].loss
                 after, pushed, gaps = step(block, knobs, dv, state[i], impulses[i], loss)

@@ -16,11 +16,11 @@ from warprock.kernels.impulse.body import Body, Feet, Impulses, step
 from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.lane.modes import RUNNING
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import base_velocity, sample_index, sample_segment
-from warprock.kernels.shape.above import Motions
+from warprock.kernels.motion.kinds import base_velocity
+from warprock.kernels.shape.above import ALONG, UPWARDS, Motions
 from warprock.kernels.shape.block import Base, State, mode_of
 from warprock.kernels.shape.body import Corner, is_past, rotate_corner, rotated_x
-from warprock.kernels.shape.body_found import Found, Sides, observe_sides
+from warprock.kernels.shape.body_found import TO_LEFT, TO_RIGHT, Found, Sides, observe_sides
 from warprock.kernels.shape.body_seen import CornerParting, observe_corners, shift_corners
 from warprock.kernels.shape.rising import base_work, equivalent_gain
 from warprock.kernels.shape.stack_found import (
@@ -133,16 +133,14 @@ def run_lanes(
             for i in range(LANES):
                 dz = real(0.0)
                 if VERTICAL:
-                    m = motions[0, first + i]
-                    up = motions[1, first + i]
-                    high = sample_index(up, sample_segment(up, half))
-                    rise = base_velocity(up, half, pool[2, high], pool[0, high], pool[1, high])
+                    m = motions[ALONG, first + i]
+                    up = motions[UPWARDS, first + i]
+                    rise = base_velocity(up, half, pool)
                     dz = rise - base[i].vz
                     base[i].vz = rise
                 else:
                     m = motions[first + i]
-                there = sample_index(m, sample_segment(m, half))
-                moving = base_velocity(m, half, pool[2, there], pool[0, there], pool[1, there])
+                moving = base_velocity(m, half, pool)
                 dv = moving - base[i].vx
                 mid = now[i]
                 by = mid - place[i].low
@@ -210,6 +208,6 @@ def run_lanes(
                 places[sample, 0, 1, first + i] = at_sample(mode, past, state[i].z, state[i].vz)
     for i in range(LANES):
         results[first + i] = result_of(seen[i], account[i])
-        to_sides[0, first + i] = sides[i].left
-        to_sides[1, first + i] = sides[i].right
+        to_sides[TO_LEFT, first + i] = sides[i].left
+        to_sides[TO_RIGHT, first + i] = sides[i].right
         leaves[0, first + i] = block_result(place[i].slide, peaks[i])

@@ -29,9 +29,17 @@ from warprock.kernels.impulse.stack import (
 from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import base_velocity, sample_index, sample_segment
-from warprock.kernels.shape.above import Motions, move_up
-from warprock.kernels.shape.interface import Impulse, Mass, Point, Pose, Velocity, add_impulses
+from warprock.kernels.motion.kinds import base_velocity
+from warprock.kernels.shape.above import ALONG, UPWARDS, Motions, move_up
+from warprock.kernels.shape.interface import (
+    GROUND,
+    Impulse,
+    Mass,
+    Point,
+    Pose,
+    Velocity,
+    add_impulses,
+)
 from warprock.kernels.shape.rising import equivalent_gain
 from warprock.kernels.shape.stack_body import Foot
 from warprock.kernels.shape.stack_found import (
@@ -141,8 +149,8 @@ def run_lanes(
         lean = sign_of(lanes[first + i].lean)
         lane[i] = start_lane(lanes[first + i])
         seen[i] = start_seen(lanes[first + i].uplift_time)
-        face[0, i] = ground()
-        pose[0, i].c = real(1.0)
+        face[GROUND, i] = ground()
+        pose[GROUND, i].c = real(1.0)
         for k in range(1, bodies):
             block = blocks[k - 1, first + i]
             face[k, i] = face_of(block)
@@ -169,15 +177,13 @@ def run_lanes(
             half, kept = larger(time - HALF * dt, HALF * dt), part_kept(count)
             for i in range(LANES):
                 if VERTICAL:
-                    motion = motions[0, first + i]
-                    up = motions[1, first + i]
-                    line = sample_index(up, sample_segment(up, half))
-                    climb = base_velocity(up, half, pool[2, line], pool[0, line], pool[1, line])
+                    motion = motions[ALONG, first + i]
+                    up = motions[UPWARDS, first + i]
+                    climb = base_velocity(up, half, pool)
                     move_up(climb, count > 0, base[i].rise, base[i].rising)
                 else:
                     motion = motions[first + i]
-                line = sample_index(motion, sample_segment(motion, half))
-                moving = base_velocity(motion, half, pool[2, line], pool[0, line], pool[1, line])
+                moving = base_velocity(motion, half, pool)
                 base[i] = move_base(moving, count, base[i])
                 lane[i] = begin_step(count, seen[i].mode, base[i].hint, lane[i])
                 seen[i].steps = seen[i].steps + lane[i].live

@@ -137,9 +137,14 @@ class Contact:
     on: real
 
 
+REAR, AHEAD_X, AHEAD_Y, LOWEST = 0, 1, 2, 3
+"""Numbers of the corners of a face, by how they lie towards the lean: away from it along both axes,
+ahead along x, ahead along y, ahead along both."""
+
+
 @wp.struct
 class Corners:
-    """The corners of a face, in the order in which a step visits them."""
+    """The corners of a face, in the order in which a step visits them: REAR to LOWEST."""
 
     a: Contact
     b: Contact

@@ -14,8 +14,13 @@ impulse_space/block_seen.py defines when a block rocks, lands and lifts.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import X, Y, Z
 from warprock.kernels.impulse_space.block import (
+    AHEAD_X,
+    AHEAD_Y,
     FAR,
+    LOWEST,
+    REAR,
     Box,
     Contact,
     Corners,
@@ -49,7 +54,7 @@ from warprock.kernels.impulse_space.block_seen import (
 from warprock.kernels.lane.modes import OVERTURNED, RUNNING
 from warprock.kernels.launch.instance import BRANCHES, ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion.kinds import Motion, base_velocity
 from warprock.kernels.shape_space.block import Block, turn_freely, turns_of
 from warprock.kernels.shape_space.block_found import Found, Peaks, Result, block_result, start_peaks
 from warprock.kernels.shape_space.lanes import State, Symmetric, Triple
@@ -73,6 +78,9 @@ if THROWN:
     )
 
 wp.set_module_options(BRANCHES if THROWN else ONE_VECTOR)
+
+ONLY = 0
+"""The only lane of a thread that runs a thrown block."""
 
 R = wp.types.vector(length=LANES, dtype=real)
 """A number a lane."""
@@ -189,34 +197,35 @@ def run_lanes(
     for sample in range(sample_times.shape[0]):
         while time < sample_times[sample]:
             if THROWN:
-                if seen[0].mode != RUNNING:
+                if seen[ONLY].mode != RUNNING:
                     break
-                if tumbles and needs_new_axes(state[0].qx, state[0].qy):
-                    s = state[0]
+                if tumbles and needs_new_axes(state[ONLY].qx, state[ONLY].qy):
+                    s = state[ONLY]
                     gx, gy, gw = new_axes(s.qx, s.qy, s.qz, s.qw)
                     own = rename_block_axes(own, gx, gy)
-                    box[0] = box_of(own)
+                    box[ONLY] = box_of(own)
                     x, y, z, w = compose(s.qx, s.qy, s.qz, s.qw, gx, gy, zero, gw)
-                    state[0] = set_attitude(s, x, y, z, w)
+                    state[ONLY] = set_attitude(s, x, y, z, w)
                     x, y, z, w = compose(named[0], named[1], named[2], named[3], gx, gy, zero, gw)
                     named = Quaternion(x, y, z, w)
                     for c in range(corners):
-                        impulse[c, 0] = Impulse(zero, zero, zero)
-                        apart[c, 0] = zero
+                        impulse[c, ONLY] = Impulse(zero, zero, zero)
+                        apart[c, ONLY] = zero
             count += 1
             time, half = real(count) * dt, (real(count) - HALF) * dt
             for i in range(LANES):
                 for d in range(3):
                     way = motions[d, first + i]
-                    place = sample_index(way, sample_segment(way, half))
-                    v = base_velocity(way, half, pool[2, place], pool[0, place], pool[1, place])
+                    v = base_velocity(way, half, pool)
                     dv[d, i] = v - base[d, i]
                     base[d, i] = v
             # A loop of its own: what reads a record and does more than that is no vector code.
             for i in range(LANES):
-                flat = stands(impulse[0, i], impulse[1, i], impulse[2, i], impulse[3, i])
+                flat = stands(
+                    impulse[REAR, i], impulse[AHEAD_X, i], impulse[AHEAD_Y, i], impulse[LOWEST, i]
+                )
                 since[i] = wp.where(flat, NEVER, smaller(since[i], time - dt))
-                change = Triple(dv[0, i], dv[1, i], dv[2, i])
+                change = Triple(dv[X, i], dv[Y, i], dv[Z, i])
                 u, j = predict(change, knobs, inverse_of(box[i]), state[i])
                 was, now = lean[i], find_lean(change, state[i], u, lean[i])
                 free[i] = u
@@ -225,19 +234,24 @@ def run_lanes(
                 gaps[i] = Gaps(FAR, zero, zero)
                 # Corners swap if the block leans to another side.
                 swaps_x, swaps_y = was.x != now.x, was.y != now.y
-                p1, p2, p3, p4 = impulse[0, i], impulse[1, i], impulse[2, i], impulse[3, i]
+                p1, p2, p3, p4 = (
+                    impulse[REAR, i],
+                    impulse[AHEAD_X, i],
+                    impulse[AHEAD_Y, i],
+                    impulse[LOWEST, i],
+                )
                 swap_impulses_if(swaps_x, p1, p2)
                 swap_impulses_if(swaps_x, p3, p4)
                 swap_impulses_if(swaps_y, p1, p3)
                 swap_impulses_if(swaps_y, p2, p4)
-                impulse[0, i] = p1
-                impulse[1, i] = p2
-                impulse[2, i] = p3
-                impulse[3, i] = p4
-                swap_if(swaps_x, apart[0, i], apart[1, i])
-                swap_if(swaps_x, apart[2, i], apart[3, i])
-                swap_if(swaps_y, apart[0, i], apart[2, i])
-                swap_if(swaps_y, apart[1, i], apart[3, i])
+                impulse[REAR, i] = p1
+                impulse[AHEAD_X, i] = p2
+                impulse[AHEAD_Y, i] = p3
+                impulse[LOWEST, i] = p4
+                swap_if(swaps_x, apart[REAR, i], apart[AHEAD_X, i])
+                swap_if(swaps_x, apart[AHEAD_Y, i], apart[LOWEST, i])
+                swap_if(swaps_y, apart[REAR, i], apart[AHEAD_Y, i])
+                swap_if(swaps_y, apart[AHEAD_X, i], apart[LOWEST, i])
             for c in range(corners):
                 for i in range(LANES):
                     at = find_contact(c, knobs, box[i], lean[i], state[i])
@@ -253,34 +267,50 @@ def run_lanes(
             for i in range(LANES):
                 plane[i] = find_plane(knobs, box[i], state[i], free[i])
                 face = mirror_aims(
-                    plane[i], Corners(contact[0, i], contact[1, i], contact[2, i], contact[3, i])
+                    plane[i],
+                    Corners(
+                        contact[REAR, i],
+                        contact[AHEAD_X, i],
+                        contact[AHEAD_Y, i],
+                        contact[LOWEST, i],
+                    ),
                 )
                 held = stop_contacts(knobs, box[i], lean[i], state[i], free[i], face)
-                contact[0, i] = face.a
-                contact[1, i] = face.b
-                contact[2, i] = face.c
-                contact[3, i] = face.d
-                impulse[0, i] = impulse_if(held.fits, held.a, impulse[0, i])
-                impulse[1, i] = impulse_if(held.fits, held.b, impulse[1, i])
-                impulse[2, i] = impulse_if(held.fits, held.c, impulse[2, i])
-                impulse[3, i] = impulse_if(held.fits, held.d, impulse[3, i])
+                contact[REAR, i] = face.a
+                contact[AHEAD_X, i] = face.b
+                contact[AHEAD_Y, i] = face.c
+                contact[LOWEST, i] = face.d
+                impulse[REAR, i] = impulse_if(held.fits, held.a, impulse[REAR, i])
+                impulse[AHEAD_X, i] = impulse_if(held.fits, held.b, impulse[AHEAD_X, i])
+                impulse[AHEAD_Y, i] = impulse_if(held.fits, held.c, impulse[AHEAD_Y, i])
+                impulse[LOWEST, i] = impulse_if(held.fits, held.d, impulse[LOWEST, i])
                 free[i] = velocity_if(held.touches, held.after, free[i])
                 for c in range(4):
                     contact[c, i].on = wp.where(held.fits, zero, contact[c, i].on)
             planar = int(0)
             for i in range(LANES):
-                left = contact[0, i].on + contact[1, i].on + contact[2, i].on + contact[3, i].on
+                left = (
+                    contact[REAR, i].on
+                    + contact[AHEAD_X, i].on
+                    + contact[AHEAD_Y, i].on
+                    + contact[LOWEST, i].on
+                )
                 planar += wp.where(plane[i] * left > zero, 1, 0)
             if planar > 0:
                 for i in range(LANES):
-                    corner = Corners(contact[0, i], contact[1, i], contact[2, i], contact[3, i])
+                    corner = Corners(
+                        contact[REAR, i],
+                        contact[AHEAD_X, i],
+                        contact[AHEAD_Y, i],
+                        contact[LOWEST, i],
+                    )
                     solved = solve_in_plane(
                         plane[i], knobs, box[i], lean[i], state[i], free[i], corner
                     )
-                    impulse[0, i] = impulse_if(solved.found, solved.a, impulse[0, i])
-                    impulse[1, i] = impulse_if(solved.found, solved.b, impulse[1, i])
-                    impulse[2, i] = impulse_if(solved.found, solved.c, impulse[2, i])
-                    impulse[3, i] = impulse_if(solved.found, solved.d, impulse[3, i])
+                    impulse[REAR, i] = impulse_if(solved.found, solved.a, impulse[REAR, i])
+                    impulse[AHEAD_X, i] = impulse_if(solved.found, solved.b, impulse[AHEAD_X, i])
+                    impulse[AHEAD_Y, i] = impulse_if(solved.found, solved.c, impulse[AHEAD_Y, i])
+                    impulse[LOWEST, i] = impulse_if(solved.found, solved.d, impulse[LOWEST, i])
                     free[i] = velocity_if(solved.touches, solved.after, free[i])
                     for c in range(4):
                         contact[c, i].on = wp.where(solved.found, zero, contact[c, i].on)
@@ -305,7 +335,7 @@ def run_lanes(
                         free[i] = u
             for i in range(LANES):
                 live = seen[i].mode == RUNNING
-                change = Triple(dv[0, i], dv[1, i], dv[2, i])
+                change = Triple(dv[X, i], dv[Y, i], dv[Z, i])
                 if THROWN:
                     u = free[i]
                     remove_gained_energy(knobs, change, inverse_of(box[i]), state[i], u)

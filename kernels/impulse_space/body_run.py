@@ -5,6 +5,7 @@ As impulse_space/block_run.py, with as many rows as the body with the most point
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import X, Y, Z
 from warprock.kernels.impulse_space.block import (
     FAR,
     Contact,
@@ -51,7 +52,7 @@ from warprock.kernels.impulse_space.bounce import remove_gained_energy
 from warprock.kernels.lane.modes import RUNNING
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion.kinds import Motion, base_velocity
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import Found, Peaks, Result, block_result, start_peaks
 from warprock.kernels.shape_space.body import (
@@ -133,11 +134,10 @@ def run_lanes(
             for i in range(LANES):
                 for d in range(3):
                     ride = motions[d, first + i]
-                    place = sample_index(ride, sample_segment(ride, half))
-                    v = base_velocity(ride, half, pool[2, place], pool[0, place], pool[1, place])
+                    v = base_velocity(ride, half, pool)
                     dv[d, i] = v - base[d, i]
                     base[d, i] = v
-                change = Triple(dv[0, i], dv[1, i], dv[2, i])
+                change = Triple(dv[X, i], dv[Y, i], dv[Z, i])
                 r = turn_of(state[i])
                 j = inertia_of(r, inverse[i])
                 turn[i] = r
@@ -242,7 +242,7 @@ def run_lanes(
                         free[i] = u
             for i in range(LANES):
                 live, sees, u = seen[i].mode == RUNNING, seen[i], free[i]
-                change = Triple(dv[0, i], dv[1, i], dv[2, i])
+                change = Triple(dv[X, i], dv[Y, i], dv[Z, i])
                 lowest = gaps[i].lowest
                 remove_gained_energy(knobs, change, inverse[i], state[i], u)
                 s = integrate(live, knobs, inverse[i], change, u, lowest, state[i], sees.loss)

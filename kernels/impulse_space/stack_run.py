@@ -21,6 +21,7 @@ to the vertical or to the block below.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import X, Y, Z
 from warprock.kernels.impulse_space.block import (
     FAR,
     Gains,
@@ -63,8 +64,9 @@ from warprock.kernels.impulse_space.stack import (
 from warprock.kernels.lane.modes import RUNNING
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion.kinds import Motion, base_velocity
 from warprock.kernels.shape.faces import SLOTS, Faces, mirror_slot
+from warprock.kernels.shape.interface import GROUND
 from warprock.kernels.shape_space.block import Block, turn_freely
 from warprock.kernels.shape_space.block_found import Found, Peaks, Result, block_result
 from warprock.kernels.shape_space.lanes import (
@@ -139,7 +141,7 @@ def run_lanes(
     bodies, slots, uppers, edges = int(BLOCKS + 1), int(SLOTS), int(UPPER), int(12)  # loops stay
     count, running, time = int(-1), int(1), -dt
     for i in range(LANES):
-        turn[0, i] = Turn(one, zero, zero, zero, one, zero, zero, zero, one)
+        turn[GROUND, i] = Turn(one, zero, zero, zero, one, zero, zero, zero, one)
         seen[i] = Result(NEVER, zero, zero, zero, 0, RUNNING, 0)
     for k in range(1, bodies):
         for i in range(LANES):
@@ -167,8 +169,7 @@ def run_lanes(
             for i in range(LANES):
                 for d in range(3):
                     way = motions[d, first + i]
-                    place = sample_index(way, sample_segment(way, half))
-                    rides = base_velocity(way, half, pool[2, place], pool[0, place], pool[1, place])
+                    rides = base_velocity(way, half, pool)
                     hint[d, i] = rides - base[d, i]
                     dv[d, i] = wp.where(count > 0, hint[d, i], zero)
                     base[d, i] = wp.where(count > 0, rides, zero)
@@ -182,7 +183,7 @@ def run_lanes(
                     j = inertia_of(
                         turn[k, i], Triple(block.inverse_x, block.inverse_y, block.inverse_z)
                     )
-                    jump = Triple(dv[0, i], dv[1, i], dv[2, i])
+                    jump = Triple(dv[X, i], dv[Y, i], dv[Z, i])
                     new[k, i] = predict(jump, knobs, j, state[k, i])
                     each = light[k, i]
                     ease[k, i] = Symmetric(
@@ -195,7 +196,7 @@ def run_lanes(
                 for i in range(LANES):
                     m = turn_between(turn[k, i], turn[low, i])
                     away = place_between(state[k, i], state[low, i], turn[low, i])
-                    starts = Triple(hint[0, i], hint[1, i], hint[2, i])
+                    starts = Triple(hint[X, i], hint[Y, i], hint[Z, i])
                     was = lean[k, i]
                     now = find_lean(m, turn[low, i], new[k, i], new[low, i], starts, was)
                     flips_x += wp.where(was.x != now.x, 1, 0)
@@ -382,7 +383,7 @@ def run_lanes(
                 for i in range(LANES):
                     live = going[i] > zero
                     block = blocks[k - 1, first + i]
-                    jump = Triple(dv[0, i], dv[1, i], dv[2, i])
+                    jump = Triple(dv[X, i], dv[Y, i], dv[Z, i])
                     inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
                     own, took = integrate(
                         count == 0, dt, knobs.gravity, inverse, jump, state[k, i], new[k, i],

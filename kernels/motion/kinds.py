@@ -2,19 +2,19 @@
 
 Each kind defines the same functions: `knot_time` and `knot_step` (the time at which the motion
 changes its formula, and the velocity step there), `expand` (Taylor coefficients of the acceleration
-at a time) and `base_velocity`. `segment` counts the knots passed: 0 before the motion starts. The
-struct `Motion` holds one lane. Its fields are the attributes of the class of the same kind in
-warprock/model/motion.py.
+at a time) and `base_velocity`; all but a record also `velocity_at`, which needs no samples.
+`segment` counts the knots passed: 0 before the motion starts. The struct `Motion` holds one lane.
+Its fields are the attributes of the class of the same kind in warprock/model/motion.py.
 
-The last arguments of `expand` and `base_velocity` are the sample of a record (velocity,
-acceleration and its slope) that the kernel reads at `sample_index`. The other kinds ignore them.
+The last arguments of `expand` are the acceleration of a record and its slope at the last knot, see
+`ground_at`. `base_velocity` reads the samples of a record itself. The other kinds ignore both.
 """
 
 from typing import Any
 
 import warp as wp
 
-from warprock.kernels.motion.pool import AHEAD
+from warprock.kernels.motion.pool import ACCELERATION, AHEAD, PEAK, SLOPE, VELOCITY
 
 TWO_PI = real(6.283185307179586)
 OVER_TWO_PI = real(0.5 / 3.141592653589793)
@@ -35,11 +35,6 @@ if MOTION != "record":
     @wp.func
     def sample_index(m: Any, segment: int) -> int:
         """Place in the pool of the sample that the segment starts at: no record, no sample."""
-        return 0
-
-    @wp.func
-    def sample_segment(m: Any, time: real) -> int:
-        """Segment that a time lies in, for `sample_index`: no record, no sample."""
         return 0
 
 
@@ -113,7 +108,7 @@ if MOTION == "still":
         return Acceleration()
 
     @wp.func
-    def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
+    def velocity_at(m: Motion, time: real) -> real:
         """Velocity of the base: zero."""
         return real(0.0)
 
@@ -178,7 +173,7 @@ if MOTION == "harmonic":
         return wave(w, amplitude * s, amplitude * w * c)
 
     @wp.func
-    def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
+    def velocity_at(m: Motion, time: real) -> real:
         """Velocity of the base just after a time, with all velocity steps up to then."""
         w = TWO_PI * m.frequency
         _s, c = cycle(fused(m.frequency, time - m.start, m.phase * OVER_TWO_PI))
@@ -246,7 +241,7 @@ if MOTION == "ricker":
         return Acceleration(a0, a1, a2, a3, a4, a5, a6, a7, a8)
 
     @wp.func
-    def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
+    def velocity_at(m: Motion, time: real) -> real:
         """Velocity of the base just after a time."""
         x = m.rate * (time - real(0.5) * (m.start + m.stop))
         swing = fused(x, fused(x, fused(x, m.c3, m.c2), m.c1), m.c0)
@@ -315,7 +310,7 @@ if MOTION == "modulated":
         return swing * c
 
     @wp.func
-    def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
+    def velocity_at(m: Motion, time: real) -> real:
         """Velocity of the base just after a time."""
         one = real(1.0)
         moving = m.velocity_offset + swing_velocity(m, one, m.swing_1, time)
@@ -391,9 +386,26 @@ if MOTION == "record":
         return int(wp.where(last < real(0.0), real(-1.0), last)) + 1
 
     @wp.func
-    def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
+    def base_velocity(m: Motion, time: real, pool: wp.array2d(dtype=real)) -> real:
         """Velocity of the base just after a time: the integral from the last sample."""
-        tau = time - fused(real(sample_segment(m, time) - 1), m.interval, m.start)
+        segment = sample_segment(m, time)
+        place = sample_index(m, segment)
+        tau = time - fused(real(segment - 1), m.interval, m.start)
         tau = wp.where(tau < m.interval, tau, m.interval)
-        moving = m.scale * fused(tau, fused(HALF * slope, tau, value), start)
+        gain = fused(HALF * pool[SLOPE, place], tau, pool[ACCELERATION, place])
+        moving = m.scale * fused(tau, gain, pool[VELOCITY, place])
         return wp.where(time < m.start, real(0.0), moving)
+
+else:
+
+    @wp.func
+    def base_velocity(m: Motion, time: real, pool: wp.array2d(dtype=real)) -> real:
+        """Velocity of the base just after a time."""
+        return velocity_at(m, time)
+
+
+@wp.func
+def ground_at(m: Motion, segment: int, pool: wp.array2d(dtype=real)) -> Ground:
+    """The sample of a record at which a segment starts; of other motions the pool has zeros."""
+    place = sample_index(m, segment)
+    return Ground(pool[ACCELERATION, place], pool[SLOPE, place], pool[PEAK, place])

@@ -2,10 +2,12 @@
 
 import warp as wp
 
-from warprock.kernels.motion.kinds import Motion
+from warprock.kernels.motion.kinds import Motion, ground_at
 
 Motions = wp.array2d(dtype=Motion) if VERTICAL else wp.array(dtype=Motion)
 """Motions of the base: along x, shape [lane]; with those upwards, shape [direction, lane]."""
+ALONG, UPWARDS = 0, 1
+"""Directions of `Motions`."""
 
 
 @wp.struct
@@ -22,6 +24,13 @@ class Above:
     segment: int
     value: real
     slope: real
+
+
+@wp.func
+def above_at(motion: Motion, segment: int, pool: wp.array2d(dtype=real)) -> Above:
+    """The vertical motion in a segment, with the sample of a record at which that starts."""
+    ground = ground_at(motion, segment, pool)
+    return Above(motion, segment, ground.value, ground.slope)
 
 
 @wp.func

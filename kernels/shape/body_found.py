@@ -4,6 +4,9 @@ import warp as wp
 
 from warprock.kernels.shape.stack_found import BlockResult, Result
 
+TO_LEFT, TO_RIGHT = 0, 1
+"""Rows of the largest rotations to -x and to +x."""
+
 
 @wp.struct
 class Sides:

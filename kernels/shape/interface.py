@@ -10,6 +10,9 @@ import warp as wp
 GROUND_FACE = real(1.0e9)
 """Half width, and half depth, of the ground's face [m]: no block reaches its ends."""
 
+GROUND = 0
+"""Number of the ground where bodies are numbered from it upwards: the lowest block is 1."""
+
 
 @wp.struct
 class Box:

@@ -18,8 +18,15 @@ CONE = FRICTION == "cone"
 """Whether friction is bound as a cone, else as a box along x and y."""
 
 Gains = wp.types.vector(length=12, dtype=real)
-"""Numbers of one contact: the inverse of K_zz, p1 to p3 of `slip_gains`, h11 to h33 of
-`stop_gains`, K_xz and K_yz."""
+"""Numbers of one contact; those below say which number is which."""
+NORMAL = 0
+"""The inverse of K_zz."""
+SLIP_1, SLIP_2, SLIP_3 = 1, 2, 3
+"""The numbers of `slip_gains`."""
+STOP_XX, STOP_XY, STOP_XZ, STOP_YY, STOP_YZ, STOP_ZZ = 4, 5, 6, 7, 8, 9
+"""The matrix of `stop_gains`."""
+COUPLE_X, COUPLE_Y = 10, 11
+"""K_xz and K_yz."""
 
 
 @wp.func
@@ -73,7 +80,7 @@ def holds(fx: real, fy: real, n: real, mu: real) -> bool:
 
 @wp.func
 def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vector) -> Gains:
-    """Effect of impulses at a contact: pn, p1 to p3, h11 to h33, kx, ky of `Gains`.
+    """Effect of impulses at a contact.
 
     Args:
         both: Sum of the inverse masses of its bodies [1/kg].
@@ -113,14 +120,14 @@ def solve_contact(
     zero, g = real(0.0), gains
     x, y, parting = parts_along(e, u)
     z = fused(larger(gap, zero), rate, parting)
-    stop_x = p[0] - product(g[4], g[5], g[6], x, y, z)
-    stop_y = p[1] - product(g[5], g[7], g[8], x, y, z)
-    stop_z = p[2] - product(g[6], g[8], g[9], x, y, z)
+    stop_x = p[0] - product(g[STOP_XX], g[STOP_XY], g[STOP_XZ], x, y, z)
+    stop_y = p[1] - product(g[STOP_XY], g[STOP_YY], g[STOP_YZ], x, y, z)
+    stop_z = p[2] - product(g[STOP_XZ], g[STOP_YZ], g[STOP_ZZ], x, y, z)
     if holds(stop_x, stop_y, stop_z, mu):
         return Vector(stop_x, stop_y, stop_z)
-    push = larger(fused_less(g[0], z, p[2]), zero)
+    push = larger(fused_less(g[NORMAL], z, p[2]), zero)
     # Slip velocity after the normal impulse.
     more = push - p[2]
-    slip_x, slip_y = fused(more, g[10], x), fused(more, g[11], y)
-    fx, fy = drag(mu * push, p[0], p[1], slip_x, slip_y, g[1], g[2], g[3])
+    slip_x, slip_y = fused(more, g[COUPLE_X], x), fused(more, g[COUPLE_Y], y)
+    fx, fy = drag(mu * push, p[0], p[1], slip_x, slip_y, g[SLIP_1], g[SLIP_2], g[SLIP_3])
     return Vector(fx, fy, push)

@@ -7,7 +7,7 @@ import warp as wp
 
 from warprock.kernels.lane.modes import RUNNING, STALLED
 from warprock.kernels.launch.instance import BRANCHES
-from warprock.kernels.motion.kinds import Motion, expand, knot_step, knot_time, sample_index
+from warprock.kernels.motion.kinds import Motion, expand, ground_at, knot_step, knot_time
 from warprock.kernels.two_block.stack import check_state, reopen_contacts, start_lane, step, strike
 from warprock.kernels.two_block.stack_mechanics import Block, Lane, stack_of
 from warprock.kernels.two_block.stack_series import Series, motion_series, value
@@ -66,6 +66,10 @@ def base_series(m: Motion, segment: int, time: real, sample: real, slope: real) 
     return Series(a.a0, a.a1, a.a2, a.a3, a.a4, a.a5, a.a6, a.a7, a.a8, zero, zero)
 
 
+LOWER, UPPER = 0, 1
+"""Numbers of the blocks."""
+
+
 @wp.kernel
 def run_lanes(
     blocks: wp.array2d(dtype=Block),
@@ -79,27 +83,27 @@ def run_lanes(
     """Runs one lane a thread."""
     lane = wp.tid()
     m = motions[lane]
-    stack = stack_of(blocks[0, lane], blocks[1, lane], lanes[lane])
+    stack = stack_of(blocks[LOWER, lane], blocks[UPPER, lane], lanes[lane])
     s = start_lane(stack)
     s = check_state(stack, s, real(0.0))
     samples = wp.where(found.rotations.shape[0] > 0, sample_times.shape[0], 0)
     sample = int(0)
     steps = int(0)
     while s.mode == RUNNING and s.time < knobs.duration:
-        place = sample_index(m, s.segment)
         knot = knot_time(m, s.segment)
         if s.time >= knot:
             dv = knot_step(m, s.segment)
             s.segment = s.segment + 1
             s.regrip = 1
             if dv != real(0.0):
-                place = sample_index(m, s.segment)
-                a = base_series(m, s.segment, s.time, pool[0, place], pool[1, place])
+                ground = ground_at(m, s.segment, pool)
+                a = base_series(m, s.segment, s.time, ground.value, ground.slope)
                 flat = s.ground == real(0.0)
                 glued = s.interface == real(0.0)
                 s = strike(stack, s, flat, glued, dv, a[0])
         else:
-            a = base_series(m, s.segment, s.time, pool[0, place], pool[1, place])
+            ground = ground_at(m, s.segment, pool)
+            a = base_series(m, s.segment, s.time, ground.value, ground.slope)
             if s.regrip == 1:
                 s = reopen_contacts(stack, s, a[0])
             x1, x2 = motion_series(stack, s.ground, s.interface, s.rotation, s.rate, a)
@@ -107,15 +111,15 @@ def run_lanes(
             s = step(stack, s, a, smaller(knot, knobs.duration), x1, x2)
             while sample < samples and sample_times[sample] <= s.time:
                 tau = sample_times[sample] - begin
-                found.rotations[sample, 0, lane] = value(x1, tau)
-                found.rotations[sample, 1, lane] = value(x2, tau)
+                found.rotations[sample, LOWER, lane] = value(x1, tau)
+                found.rotations[sample, UPPER, lane] = value(x2, tau)
                 sample += 1
             steps += 1
             if steps >= stack.step_limit and s.mode == RUNNING:
                 s.mode = STALLED
     while sample < samples:
-        found.rotations[sample, 0, lane] = s.rotation[0]
-        found.rotations[sample, 1, lane] = s.rotation[1]
+        found.rotations[sample, LOWER, lane] = s.rotation[0]
+        found.rotations[sample, UPPER, lane] = s.rotation[1]
         sample += 1
     for k in range(2):
         block = BlockResult()

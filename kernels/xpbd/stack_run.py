@@ -14,8 +14,8 @@ from warprock.kernels.contact.parting import Parting
 from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
-from warprock.kernels.motion.kinds import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.shape.interface import Box, Impulse, Mass, Point, Pose, Velocity
+from warprock.kernels.motion.kinds import Motion, base_velocity
+from warprock.kernels.shape.interface import GROUND, Box, Impulse, Mass, Point, Pose, Velocity
 from warprock.kernels.shape.stack_found import (
     Found,
     Peaks,
@@ -128,9 +128,9 @@ def run_lanes(
         lean = sign_of(lanes[first + i].lean)
         lane[i] = start_lane(lanes[first + i])
         seen[i] = start_seen(lanes[first + i].uplift_time)
-        box[0, i] = ground()
-        pose[0, i].c = real(1.0)
-        ahead[0, i].c = real(1.0)
+        box[GROUND, i] = ground()
+        pose[GROUND, i].c = real(1.0)
+        ahead[GROUND, i].c = real(1.0)
         for k in range(1, bodies):
             block = blocks[k - 1, first + i]
             box[k, i] = box_of(block)
@@ -154,8 +154,7 @@ def run_lanes(
             half, kept = larger(time - HALF * dt, HALF * dt), part_kept(count)
             for i in range(LANES):
                 motion = motions[first + i]
-                line = sample_index(motion, sample_segment(motion, half))
-                moving = base_velocity(motion, half, pool[2, line], pool[0, line], pool[1, line])
+                moving = base_velocity(motion, half, pool)
                 base[i] = move_base(moving, count, base[i])
                 lane[i] = begin_step(count, seen[i].mode, base[i].hint, lane[i])
                 seen[i].steps = seen[i].steps + lane[i].live

@@ -205,3 +205,68 @@ def test_where_a_corner_of_an_overlap_comes_and_goes_the_step_is_halved() -> Non
     assert found["status"][0] == Status.OK
     # The 200 steps of a run without events, and a few of each impact.
     assert found["step_count"][0] < 1000
+
+
+def test_a_block_that_slides_over_the_edge_below_it_and_tips_takes_no_more_steps_than_it_has() -> (
+    None
+):
+    """Corners of the lower face under a tilted one are no hops: that took 14,600 steps."""
+    slides = spatial_stack(
+        [0.411, 0.394], [0.775, 0.441], depth=[[0.218, 0.447]], friction=[[0.671, 0.202]],
+        yaw_start=[[0.015, 0.21]], offset=[[0.0, 0.007]], offset_across=[[0.0, 0.007]],
+    )  # fmt: skip
+    one = np.ones(1)
+    motions = along(
+        sines(Control.ACCELERATION, 0.791 * GRAVITY * one, 1.839 * one, 2.0),
+        sines(Control.ACCELERATION, 0.508 * GRAVITY * one, 3.007 * one, 2.0),
+    )
+    found = respond(slides, motions, SampleTimes(0.48))
+    assert found["status"][0] == Status.OK
+    assert found["peak_slide"][0, 1] > 0.25
+    # The 96 steps of a run without events, and some of each event.
+    assert found["step_count"][0] < 300
+
+
+def test_a_scene_that_is_turned_about_the_vertical_has_the_same_answer() -> None:
+    pair = spatial_stack(
+        [0.2, 0.25], [0.6, 0.5], depth=[[0.3, 0.4]], friction=0.6, yaw_start=[[0.1, 0.3]],
+        offset=[[0.0, 0.01]], offset_across=[[0.0, -0.02]],
+    )  # fmt: skip
+    wave = sines(Control.ACCELERATION, 0.7 * GRAVITY, 3.0, 1.0)
+    times, angle = SampleTimes(1.0), 0.9
+    c, s = np.cos(angle), np.sin(angle)
+    turned = dataclasses.replace(
+        pair, yaw_start=pair.yaw_start + angle,
+        offset=c * pair.offset - s * pair.offset_across,
+        offset_across=s * pair.offset + c * pair.offset_across,
+    )  # fmt: skip
+    one = np.ones(1)
+    found = respond(pair, along(wave, wave.scaled(0.4 * one)), times)
+    image = respond(
+        turned, along(wave.scaled((c - 0.4 * s) * one), wave.scaled((s + 0.4 * c) * one)), times
+    )
+    assert found["impact_count"][0] >= 3
+    for name in ("peak_tilt", "residual_yaw", "peak_slide", "energy_lost"):
+        # Round-off, which impacts magnify.
+        np.testing.assert_allclose(image[name], found[name], rtol=1e-8, atol=1e-8, err_msg=name)
+    way = np.array([found["residual_slide"][0], found["residual_slide_across"][0]])
+    there = np.array([image["residual_slide"][0], image["residual_slide_across"][0]])
+    np.testing.assert_allclose(there, np.array([[c, -s], [s, c]]) @ way, rtol=0.0, atol=1e-8)
+
+
+def test_blocks_that_a_falling_base_leaves_behind_fly_freely() -> None:
+    pair = spatial_stack([0.2, 0.25], [0.6, 0.5], depth=0.4, friction=0.6, yaw_start=[[0.1, 0.3]])
+    shake = sines(Control.ACCELERATION, 0.5 * GRAVITY, 4.0, 1.0)
+    fall = sines(Control.ACCELERATION, -5.0 * GRAVITY, 1.0, 0.5, start=0.2)
+    base = along(shake, shake.scaled(np.full(1, 0.4)), fall)
+    flight = SampleTimes(0.6, 0.02, places=True)
+    found = respond(pair, base, flight)
+    seen = (found.times >= 0.3) & (found.times <= 0.4)
+    between = [np.diff(found[name][0][:, seen], axis=0)[0] for name in ("x", "y", "z")]
+    # They turned before they left the ground, and go their own ways.
+    assert np.ptp(between[2]) > 1e-4
+    # The same fall in both: what is between their centres changes at one rate, to round-off.
+    assert np.abs(np.diff(between, n=2, axis=1)).max() <= 1e-12
+    lost = [respond(pair, base, SampleTimes(until))["energy_lost"][0] for until in (0.3, 0.4)]
+    # Work of the base on flying blocks, of third order in the step.
+    assert lost[1] == pytest.approx(lost[0], abs=1e-4 * np.abs(lost[0]))

@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from warprock.errors import InputError
 from warprock.kernels.launch.instance import BYTES, LANE_WIDTH
-from warprock.kernels.motion.pool import AHEAD
+from warprock.kernels.motion.pool import ACCELERATION, AHEAD
 from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions
 from warprock.model.response import SampleTimes
 
@@ -354,6 +354,6 @@ def pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Arra
         pool = placed.pool
         names = np.dtype(struct.numpy_dtype()).names or ()
         rows.append(struct_rows(struct, {name: getattr(placed, name) for name in names}, count))
-        pools.append(np.concatenate([pool, strongest_ahead(pool[0], AHEAD)[None]]))
+        pools.append(np.concatenate([pool, strongest_ahead(pool[ACCELERATION], AHEAD)[None]]))
         first += pool.shape[1]
     return np.concatenate(pools, axis=1), np.stack(rows)
