@@ -264,6 +264,30 @@ def format_quantity(value: float, dimension: Dimension | str, unit: str | None =
     return f"{value / float(sizes[unit]):.12g} {unit}".rstrip()
 
 
+def unit_written(text: str) -> str:
+    """The unit that a quantity is written in; empty where it is no number with a known unit.
+
+    >>> unit_written("0.8 g"), unit_written("2 m/s2"), unit_written("3"), unit_written("sine")
+    ('g', 'm/s^2', '', '')
+    """
+    match = _QUANTITY.fullmatch(text) if len(text) <= MOST_CHARACTERS else None
+    unit = (match["unit"] or "").strip() if match else ""
+    unit = ALIASES.get(unit, unit)
+    return unit if any(unit in sizes for sizes in UNITS.values()) else ""
+
+
+def relative_size(unit: str, other: str) -> float | None:
+    """The size of a unit over that of another one; None where they measure different things.
+
+    >>> round(relative_size("m/s^2", "g"), 6), relative_size("m", "g")
+    (0.101972, None)
+    """
+    for sizes in UNITS.values():
+        if unit in sizes and other in sizes:
+            return float(sizes[unit]) / float(sizes[other])
+    return None
+
+
 ENDINGS = {
     "1/year": "_per_year",
     "years": "_years",

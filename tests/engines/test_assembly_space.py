@@ -12,13 +12,20 @@ import numpy.typing as npt
 import pytest
 from scipy.integrate import quad
 
-from tests.shared.assemblies import assembly_lanes, built
+from tests.shared.assemblies import assembly_lanes, built, pushes
 from warprock.engines.assembly import Assembly
 from warprock.errors import InputError
 from warprock.model import patterns
 from warprock.model.assembly import Assemblies, Piece
 from warprock.model.lanes import SpatialLanes
-from warprock.model.motion import SpatialMotions, no_motion
+from warprock.model.motion import (
+    Control,
+    SpatialMotions,
+    Waveform,
+    harmonic_motions,
+    no_motion,
+)
+from warprock.model.pose import product
 from warprock.model.response import JointState, Outcome, Response, SampleTimes, Status
 from warprock.model.solids import SpatialAssembly, assemble_solids
 from warprock.model.tilt import steady, tilt_motions
@@ -196,6 +203,79 @@ def test_what_moves_in_a_plane_moves_as_in_the_plane() -> None:
         # Both settle a step to 1e-3 g dt, in another order.
         np.testing.assert_allclose(space["peak_rotation"], plane["peak_rotation"], rtol=2e-3)
         np.testing.assert_allclose(space["collapse_time"], plane["collapse_time"], atol=2e-3)
+
+
+@pytest.mark.thorough
+def test_a_block_that_flies_keeps_its_momentum_and_its_energy() -> None:
+    # The base falls away with up to 3 g, sideways with up to 2 g: the block rocks off and flies.
+    block = [
+        box("ground", (-2.0, -2.0, -0.2), (3.0, 3.0, 0.0), fixed=True),
+        box("block", (0.0, 0.0, 0.0), (0.3, 0.2, 0.7)),
+    ]
+    kind, step, end = solids(block), 1e-3, 1.0
+    aside, down = pushes([2.0], 1.0, end), pushes([3.0], 1.0, end)
+    motions = SpatialMotions(
+        aside.scaled(np.full(1, np.cos(0.5))), aside.scaled(np.full(1, np.sin(0.5))), down
+    )
+    found = Assembly(AssemblySettings(time_step=step)).run(
+        lanes_of([kind]), motions, SampleTimes(end, step, places=True)
+    )
+    times = found.times
+    # Acceleration of the base: -load g t.
+    base = -GRAVITY * times**3 / 6.0 * np.array([[2.0 * np.cos(0.5)], [2.0 * np.sin(0.5)], [3.0]])
+    path = np.stack([found[axis][0, 0] for axis in "xyz"]) + base
+    flies = slice(600, 990)
+    velocity = np.diff(path[:, flies], axis=1) / step
+    np.testing.assert_allclose(np.ptp(velocity[:2], axis=1), 0.0, atol=1e-6)
+    # Each step adds g dt; what the base moved in a step differs from that of its middle by 1e-6 g.
+    np.testing.assert_allclose(np.diff(velocity[2]), -GRAVITY * step, rtol=1e-5)
+    attitude = np.stack([found[f"attitude_{part}"][0, 0] for part in "xyzw"], axis=-1)[flies]
+    turn = product(attitude[1:], attitude[:-1] * (-1.0, -1.0, -1.0, 1.0))
+    spin = 2.0 * turn[:, :3] / step
+    middle = attitude[1:] + attitude[:-1]
+    middle /= np.linalg.norm(middle, axis=1, keepdims=True)
+    back = middle * (-1.0, -1.0, -1.0, 1.0)
+    own = rotate(back, spin)
+    moments = np.diag(kind.inertia[1])
+    momentum = rotate(middle, own * moments)
+    energy = 0.5 * (own**2 * moments).sum(axis=1)
+    assert np.linalg.norm(spin, axis=1).min() > 0.5
+    # Differences of attitudes are second order: (spin x step)^2 / 12.
+    scale = np.linalg.norm(momentum[0])
+    np.testing.assert_allclose(
+        momentum, np.broadcast_to(momentum[0], momentum.shape), atol=1e-5 * scale
+    )
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-5)
+
+
+@pytest.mark.thorough
+def test_errors_halve_with_the_step_as_in_the_plane() -> None:
+    pieces, end, steps = patterns.arch(5.0, 0.8, np.pi, 7), 0.8, (4e-3, 2e-3, 1e-3)
+    shake = harmonic_motions(
+        Waveform.SINE, [Control.ACCELERATION], np.full(1, 0.5 * GRAVITY), np.full(1, 2.0),
+        np.zeros(1), np.full(1, 0.5),
+    )  # fmt: skip
+    times = SampleTimes(end, 0.02, places=True)
+
+    def plane(step: float) -> Array:
+        engine = Assembly(AssemblySettings(time_step=step))
+        found = engine.run(assembly_lanes([built(pieces, 0.7)]), shake, times)
+        return np.stack([found["x"][0], found["z"][0]])
+
+    def space(step: float) -> Array:
+        engine = Assembly(AssemblySettings(time_step=step))
+        still = no_motion(shake)
+        motions = SpatialMotions(shake, still, still)
+        found = engine.run(lanes_of([solids(extruded(pieces, 1.0))]), motions, times)
+        # What a solve leaves, 1e-3 g dt, in every step.
+        assert np.abs(found["y"]).max() < 1e-3 * GRAVITY * step * end
+        return np.stack([found["x"][0], found["z"][0]])
+
+    exact = plane(1.25e-4)
+    errors = [np.hypot(*(space(step) - exact)).max() for step in steps]
+    # First order: 2 where the exact path is exact, more as steps come near its own.
+    assert errors[0] > 1.7 * errors[1]
+    assert errors[1] > 1.7 * errors[2]
 
 
 def test_a_face_with_more_corners_than_there_is_room_for_is_refused() -> None:

@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import make_lanes, sines
-from tests.shared.planar_bodies import STEPPED, body_lanes
+from tests.shared.planar_bodies import STEPPED, body_lanes, planar_bodies
 from tests.shared.speed import require_gain
 from warprock.engines import engine_class
 from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.launching import NEVER
 from warprock.model import rocking
-from warprock.model.bodies import planar_bodies
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control
 from warprock.model.response import SampleTimes

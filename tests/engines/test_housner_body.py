@@ -18,9 +18,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tests.shared.blocks import Array, at_rest, free_lanes, make_lanes, sines
+from tests.shared.planar_bodies import planar_bodies
 from warprock.engines.housner import Housner
 from warprock.errors import InputError
-from warprock.model.bodies import Bodies, planar_bodies
+from warprock.model.bodies import Bodies
 from warprock.model.hull import rounded_centres
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control

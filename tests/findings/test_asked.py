@@ -5,8 +5,28 @@ from __future__ import annotations
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.case.round_base import round_base_note
-from warprock.findings.asked import asked
+from warprock.findings.asked import asked, units_given
+from warprock.findings.lanes import lane_name
 from warprock.running.provenance import case_facts
+
+
+def test_lanes_are_named_in_the_unit_in_which_the_case_gives_them():
+    over = [
+        'motion.frequency="1 Hz"',
+        'motion.amplitude={ from = "0.2 g", to = "0.8 g", count = 2 }',
+    ]
+    case = load_case("overturning-map", over)
+    facts, inputs = {"case": case_facts(case)}, expand_lanes(case).inputs
+    (column,) = set(units_given(facts["case"]))
+    assert column == "amplitude_m_s2"
+    table = inputs.assign(lane=range(len(inputs)))
+    assert lane_name(facts, table, 1) == "lane 1 (half sine, amplitude 0.800 g)"
+    plain = {
+        "case": case_facts(
+            load_case("overturning-map", [over[0], 'motion.amplitude=["2 m/s^2", "3 m/s2"]'])
+        )
+    }
+    assert units_given(plain["case"]) == {}
 
 
 def test_a_page_says_what_runs_in_the_place_of_a_cylinder():

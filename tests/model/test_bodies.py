@@ -7,8 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from tests.shared.planar_bodies import planar_bodies
 from warprock.model import rocking
-from warprock.model.bodies import Bodies, planar_bodies
+from warprock.model.bodies import Bodies
 from warprock.model.hull import lower_hull, rounded_centres
 from warprock.model.turning import principal_axes, rotate
 from warprock.units import GRAVITY

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 import scipy
 
+from tests.shared.assemblies import assembly_lanes
+from warprock.measure.bench import in_space
 from warprock.model import patterns
 from warprock.model.assembly import Piece, assemble
 from warprock.model.solids import SpatialAssembly, assemble_solids
@@ -74,6 +76,15 @@ def test_blocks_of_the_plane_have_the_same_joints_in_space(pieces: list[Piece]):
     assert found.centre[:, [0, 2]] == pytest.approx(flat.centre)
     assert found.inertia[:, 1, 1] == pytest.approx(flat.mass * flat.gyration)
     assert found.size[[0, 2]] == pytest.approx(flat.size)
+
+
+def test_lanes_in_space_measure_rotations_as_those_in_the_plane():
+    arch = patterns.arch(5.0, 0.8, np.pi, 11)
+    space = in_space(assembly_lanes([built(patterns.extruded(arch, 1.0))]))
+    plane = assembly_lanes([assemble(arch, depth=1.0, density=2000.0, friction=0.6)])
+    # In space a corner is farther from the middle of a joint, by half of the depth.
+    assert space.slenderness_angle == pytest.approx(plane.slenderness_angle, rel=0.01)
+    assert space.slenderness_angle_across == space.slenderness_angle
 
 
 def test_joints_turn_with_the_scene():

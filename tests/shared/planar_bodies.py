@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tests.shared.blocks import make_lanes
-from warprock.model.bodies import planar_bodies
+from warprock.model.bodies import Bodies
+from warprock.model.hull import lower_hull
 from warprock.model.lanes import Lanes
 
 Points = Sequence[tuple[float, float]]
@@ -18,6 +19,34 @@ STEPPED: Points = ((-0.3, -0.44), (-0.22, -0.48), (-0.1, -0.5), (0.15, -0.5), (0
 """Corners of a base with steps on both sides, from the centre of mass [m]."""
 GYRATION = 0.09
 """Moment of inertia of the bodies over their mass [m^2]."""
+
+
+def planar_bodies(
+    *,
+    mass: npt.ArrayLike,
+    inertia: npt.ArrayLike,
+    points: npt.NDArray[np.float64],
+    corner_radius: npt.ArrayLike = 0.0,
+) -> Bodies:
+    """Bodies in the plane, all with the same base.
+
+    Args:
+        mass: [kg], one or shape [lane].
+        inertia: Moment of inertia about the centre of mass [kg m^2], one or shape [lane].
+        points: Contact points from the centre of mass, x and z [m], shape [point, 2].
+        corner_radius: [m], one or shape [lane].
+    """
+    parts = np.broadcast_arrays(*(np.asarray(v, float) for v in (mass, inertia, corner_radius)))
+    mass, inertia, radius = (np.atleast_1d(part) for part in parts)
+    base, count = lower_hull(points), len(mass)
+    return Bodies(
+        mass=mass,
+        gyration=np.asarray(inertia / mass),
+        points=np.broadcast_to(base, (count, *base.shape)),
+        count=np.full(count, len(base), np.int32),
+        corner_radius=radius,
+        axes=np.broadcast_to((0.0, 0.0, 0.0, 1.0), (count, 4)),
+    )
 
 
 def body_lanes(

@@ -254,8 +254,9 @@ def entry() -> None:
     # Else NumPy starts a thread of OpenBLAS for each core, at every start. Lanes have threads of
     # their own, and what a product of matrices sums first must not depend on the machine.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # Else a tenth of the start of a command goes into looks for garbage among what it imports.
-    gc.set_threshold(100_000)
+    # Else a tenth of the start of a command goes into looks for garbage among what it imports; Warp
+    # alone makes more than 100,000 objects that stay.
+    gc.set_threshold(200_000)
     for name in ("stdout", "stderr"):
         # Closed by whoever started us; a result's file must not take its number.
         if getattr(sys, name) is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from warprock.findings.digits import number_of
 from warprock.findings.numbers import counted, listed, three
 from warprock.model.response import Outcome, Status
 from warprock.model.words import BLOCK, OUTCOMES, STATUSES, Thing
+from warprock.units import relative_size, split_unit, unit_written
 
 Facts = Mapping[str, Any]
 Pairs = list[tuple[str, str]]
@@ -157,6 +158,49 @@ def swept_keys(case: Facts) -> list[str]:
     """
     found = [key for axis in _axes(case) for key in axis]
     return found + list(case.get("resolved", {}).get("sample", {}).get("over", {}))
+
+
+def units_given(case: Facts) -> dict[str, tuple[str, float]]:
+    """Units in which a case gives what it sweeps or draws, where columns have another one.
+
+    Args:
+        case: What `run.json` says of the case.
+
+    Returns:
+        By column the unit, and the number in it over that in the column.
+    """
+    resolved = case.get("resolved", {})
+    found = {}
+    for axis in [*resolved.get("sweep", []), resolved.get("sample", {}).get("over", {})]:
+        for key, value in _given(axis):
+            unit = unit_written(_first_text(value))
+            for column in columns_of(key) if unit else ():
+                own = split_unit(column)[1]
+                size = relative_size(own, unit)
+                if size is not None and unit != own:
+                    found[column] = unit, size
+    return found
+
+
+def _given(value: Mapping[str, Any], table: str = "") -> Iterator[tuple[str, Any]]:
+    """Keys of an axis and what it gives for each, without labels."""
+    for name, inner in value.items():
+        key = f"{table}.{name}" if table else name
+        plain = not isinstance(inner, Mapping) or {"from", "distribution"} & set(inner)
+        if plain and not key.startswith(LABEL):
+            yield key, inner
+        elif not plain:
+            yield from _given(inner, key)
+
+
+def _first_text(value: Any) -> str:
+    """The first text of what an axis gives; empty where there is none but words."""
+    if isinstance(value, Mapping):
+        texts = [_first_text(each) for name, each in value.items() if name != "distribution"]
+        return next(filter(None, texts), "")
+    if isinstance(value, list):
+        return _first_text(value[0]) if value else ""
+    return value if isinstance(value, str) else ""
 
 
 def require_known_keys(facts: Facts, source: str) -> None:

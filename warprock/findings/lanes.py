@@ -80,14 +80,15 @@ def falling(table: Table) -> int:
 
 def lane_name(facts: Mapping[str, Any], table: Table, row: int) -> str:
     """A lane by number and by what sets it apart: `lane 8 (slip, frequency 3 Hz)`."""
-    parts = []
+    parts, given = [], asked.units_given(facts["case"])
     for name in asked.naming_columns(facts, table):
         value = np.asarray(table[name])[row]
         head = heading(name)
         if isinstance(value, str):
             parts.append(value)
         else:
-            parts.append(f"{head.text} {three(float(value))} {head.unit}".strip())
+            unit, size = given.get(name, (head.unit, 1.0))
+            parts.append(f"{head.text} {three(size * float(value))} {unit}".strip())
     number = f"lane {int(np.asarray(table['lane'])[row]):,}"
     return f"{number} ({', '.join(parts)})" if parts else number
 
@@ -139,7 +140,11 @@ def _columns(
         yield _scaled(f"peak slide{of}", "peak_slide_m", block)
 
     wanted: list[tuple[Heading | None, str, float]] = [(Heading("lane"), "lane", 1.0)]
-    wanted += [(None, name, 1.0) for name in (*asked.naming_columns(facts, table), *besides)]
+    given = asked.units_given(facts["case"])
+    for name in asked.naming_columns(facts, table):
+        unit, size = given.get(name, ("", 1.0))
+        wanted.append((Heading(heading(name).text, unit) if unit else None, name, size))
+    wanted += [(None, name, 1.0) for name in besides]
     wanted += [column for block in blocks for column in of_block(block)]
     wanted += [(None, name, 1.0) for name in RESULTS]
     for block in blocks:

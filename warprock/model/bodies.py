@@ -27,7 +27,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from warprock.model.hull import LEVEL, inner_radius, lower_hull, rounded_centres
+from warprock.model.hull import LEVEL, inner_radius, rounded_centres
 from warprock.model.turning import rotate
 from warprock.units import GRAVITY
 
@@ -53,14 +53,6 @@ class Bodies:
             space zero.
         axes: In space, the attitude of the principal axes as seen in the axes of the block,
             quaternions (x, y, z, w), shape [lane, 4]; in the plane (0, 0, 0, 1).
-
-    Example:
-        >>> import numpy as np
-        >>> from warprock.model.bodies import planar_bodies
-        >>> base = np.array([[-0.1, -0.3], [0.2, -0.3]])
-        >>> body = planar_bodies(mass=350.0, inertia=18.0, points=base)
-        >>> body.slenderness_angles.round(3).tolist()
-        [[0.322, 0.588]]
     """
 
     mass: Array
@@ -317,32 +309,4 @@ def boxes_on_corners(
         count=np.full(count, CORNERS, np.int32),
         corner_radius=np.zeros(count),
         axes=np.tile((0.0, 0.0, 0.0, 1.0), (count, 1)),
-    )
-
-
-def planar_bodies(
-    *,
-    mass: npt.ArrayLike,
-    inertia: npt.ArrayLike,
-    points: Array,
-    corner_radius: npt.ArrayLike = 0.0,
-) -> Bodies:
-    """Bodies in the plane, all with the same base.
-
-    Args:
-        mass: [kg], one or shape [lane].
-        inertia: Moment of inertia about the centre of mass [kg m^2], one or shape [lane].
-        points: Contact points from the centre of mass, x and z [m], shape [point, 2].
-        corner_radius: [m], one or shape [lane].
-    """
-    parts = np.broadcast_arrays(*(np.asarray(v, float) for v in (mass, inertia, corner_radius)))
-    mass, inertia, radius = (np.atleast_1d(part) for part in parts)
-    base, count = lower_hull(points), len(mass)
-    return Bodies(
-        mass=mass,
-        gyration=np.asarray(inertia / mass),
-        points=np.broadcast_to(base, (count, *base.shape)),
-        count=np.full(count, len(base), np.int32),
-        corner_radius=radius,
-        axes=np.broadcast_to((0.0, 0.0, 0.0, 1.0), (count, 4)),
     )

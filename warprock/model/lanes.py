@@ -270,7 +270,12 @@ class SpatialLanes(Lanes):
 
     @property
     def slenderness_angle(self) -> Array:
-        """Critical angle of every block about the nearer edge at the ends of its width [rad]."""
+        """Critical angle of every block about the nearer edge at the ends of its width [rad].
+
+        Of an assembly it is that of `model.assembly.Assembly`, along and across.
+        """
+        if self.assembly is not None:
+            return self.assembly.slenderness_angle
         if self.body is not None:
             return self._of_body(self.body.slenderness_angles.min(axis=1))
         return np.arctan2(self.face_width - 2.0 * np.abs(self.centre_offset_x), self.height)
@@ -278,6 +283,8 @@ class SpatialLanes(Lanes):
     @property
     def slenderness_angle_across(self) -> Array:
         """The same about the nearer edge at the ends of its depth [rad]."""
+        if self.assembly is not None:
+            return self.assembly.slenderness_angle
         if self.body is not None:
             return self._of_body(self.body.slenderness_angles_across.min(axis=1))
         return np.arctan2(self.face_depth - 2.0 * np.abs(self.centre_offset_y), self.height)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy.typing as npt
 from warprock.case.axes import LABEL, Axis, Numbers, Texts
 from warprock.case.case import Case
 from warprock.case.sampling import Distribution, Shape
-from warprock.units import ALIASES, UNITS, format_quantity
+from warprock.units import UNITS, format_quantity, unit_written
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
@@ -34,7 +33,6 @@ TICKS = 12
 """Names that fit side by side below an axis."""
 
 _SPACING_TOLERANCE = 1e-6
-_BEFORE_UNIT = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -243,8 +241,7 @@ def _without_direction(key: str) -> tuple[str, str]:
 def _unit(column: Numbers | Distribution) -> str:
     """The unit that the first value was written in; the SI unit where that is not told."""
     sizes = UNITS[column.dimension]
-    unit = _BEFORE_UNIT.sub("", column.first) if isinstance(column.first, str) else ""
-    unit = ALIASES.get(unit.strip(), unit.strip())
+    unit = unit_written(column.first) if isinstance(column.first, str) else ""
     return unit if unit in sizes else next(iter(sizes))
 
 
