@@ -44,6 +44,7 @@ LONGEST = (
     "engines/test_vertical.py",
     "engines/test_two_block.py",
     "engines/test_event_body.py",
+    "engines/test_assembly.py",
     "engines/test_thrown.py",
     "engines/test_dem_space.py",
 )

@@ -28,8 +28,6 @@ from typing import Any
 
 GRAVITY = 9.80665
 DEBIAN = "/usr/bin/python3"
-SWEEPS, SETTLED = 1000, 1e-8
-"""Of Gauss-Seidel in Siconos: sweeps at most, and the error at which they end."""
 MARGIN = 0.02
 """Margin of Bullet's boxes inside them, over their smaller side."""
 ALERT = 1e-3
@@ -112,8 +110,8 @@ def run_siconos(scene: Scene) -> Told:
     options.perturbationIterations = 0
     options.minimumPointsPerturbationThreshold = 0
     solver = solver_options_create(numerics.SICONOS_FRICTION_2D_NSGS)
-    solver.iparam[numerics.SICONOS_IPARAM_MAX_ITER] = SWEEPS
-    solver.dparam[numerics.SICONOS_DPARAM_TOL] = SETTLED
+    solver.iparam[numerics.SICONOS_IPARAM_MAX_ITER] = scene["sweeps"]
+    solver.dparam[numerics.SICONOS_DPARAM_TOL] = scene["settled"]
 
     def take(body: Any) -> None:
         bodies.append(body)
@@ -194,6 +192,8 @@ def main() -> None:
     parser.add_argument("program", choices=PROGRAMS)
     parser.add_argument("scenes", nargs="*", default=["drums", "wall"], help="drums, wall")
     parser.add_argument("--step", type=float, default=2e-3, help="time step [s]")
+    parser.add_argument("--sweeps", type=int, default=1000, help="of Siconos, at most")
+    parser.add_argument("--settled", type=float, default=1e-8, help="error at which they end")
     parser.add_argument("--path", type=pathlib.Path, help="folder with the packages of the program")
     parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
     asked = parser.parse_args()
@@ -212,6 +212,8 @@ def main() -> None:
                 "friction": float(each.kind.joints.friction.max()),
                 "depth": each.kind.depth,
                 "step": asked.step,
+                "sweeps": asked.sweeps,
+                "settled": asked.settled,
                 "low": each.low,
                 "high": each.high,
             }

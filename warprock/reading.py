@@ -17,11 +17,11 @@ _KINDS = (
     (stat.S_ISSOCK, errno.ENODEV, "a socket"),
     (stat.S_ISLNK, errno.ELOOP, "a link"),
 )
-"""What is no plain file: how it is recognised, its error number, and what it is called."""
+"""Kinds of entries that are no plain file: test, error number, and name."""
 
 
 def kind_of(mode: int) -> str:
-    """What something is that is no plain file; empty for a plain file.
+    """The name of an entry that is no plain file; empty for a plain file.
 
     Args:
         mode: Its `st_mode`.

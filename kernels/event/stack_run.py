@@ -13,7 +13,7 @@ from warprock.kernels.event.stack.state import Limits, Rebound, Shaking, State, 
 from warprock.kernels.event.stack.step import finish_step
 from warprock.kernels.event.stack.trial import try_step
 from warprock.kernels.lane.modes import OVERTURNED, RUNNING, STALLED
-from warprock.kernels.launch.instance import SHORT_LOOPS_GO
+from warprock.kernels.launch.instance import short_loops_go
 from warprock.kernels.motion.kinds import ground_at
 from warprock.kernels.shape.above import ALONG, UPWARDS, Motions, above_at
 from warprock.kernels.shape.stack import (
@@ -35,7 +35,7 @@ from warprock.kernels.shape.stack_found import BlockResult
 if CHAINS:
     from warprock.kernels.event.stack.edges import roll_on, stand_on
 
-wp.set_module_options(SHORT_LOOPS_GO)
+wp.set_module_options(short_loops_go(BLOCKS))
 
 LANES = 1
 """Lanes that a thread runs."""

@@ -88,7 +88,7 @@ SETTLING = 20000
 
 ROWS = CONTACTS * BLOCKS + 1
 """Rows of contacts. An even number would map all rows of a contact to the same places in the cache,
-which takes twice as long."""
+which takes 1.6 times as long."""
 R = wp.types.vector(length=LANES, dtype=real)
 """A number a lane."""
 Three = wp.types.matrix(shape=(3, LANES), dtype=real)

@@ -311,6 +311,21 @@ def test_axes_that_are_zipped_and_stacks_make_no_map(tmp_path: pathlib.Path):
         run_grid(load_case("stack-sine-pulse"), "event")
 
 
+def test_what_finds_the_load_of_a_tilting_table_is_named(tmp_path: pathlib.Path):
+    file = tmp_path / "case.toml"
+    text = """
+        title = "a block on a tilting table"
+        source = "made up"
+        block = { width = "0.5 m", height = "2 m", depth = "1 m", density = "2 t/m^3" }
+        contact = { friction = 0.7 }
+        motion = { waveform = "tilt", tilt_rate = "4 deg/s" }
+        run = { duration = "5 s" }
+    """
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"got tilt, must be a pulse: `warprock limit --push`"):
+        run_grid(load_case(file), "assembly")
+
+
 def test_a_bracket_whose_middle_has_no_number_stays_as_it_is(
     tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ):

@@ -12,7 +12,6 @@ from warprock.engines.bodies import box_bodies
 from warprock.engines.energy import energy_held
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import StillBase
 from warprock.model.response import USABLE, SampleTimes
 from warprock.running.batch import run_batch
 from warprock.settings.engines import DemSettings, DirectSettings, EventSettings, build_settings
@@ -52,8 +51,7 @@ def test_a_block_at_rest_sinks_by_its_weight_over_the_springs(engine: str, stack
     if stacked and engine == "housner":
         engine = "two-block"
     lanes = two_equal(lanes) if stacked else lanes
-    motions = at_rest(2) if stacked else StillBase(2)
-    found = run_batch(engine, lanes, motions, SampleTimes(0.5))["peak_penetration"]
+    found = run_batch(engine, lanes, at_rest(2), SampleTimes(0.5))["peak_penetration"]
     assert found.shape == (2,)
     # Round-off of heights, and for the sweeps of impulse what a step's fall may leave, 2 g dt^2;
     # dashpots and sweeps settle to some thousandths.
@@ -68,7 +66,7 @@ def test_a_landing_corner_is_through_by_no_more_than_a_step_of_its_way(engine: s
     lanes = free_lanes()
     settings = build_settings(engine, {}, "test")
     step = settings.time_step
-    found = run_batch(engine, lanes, StillBase(9), SampleTimes(2.0))["peak_penetration"]
+    found = run_batch(engine, lanes, at_rest(9), SampleTimes(2.0))["peak_penetration"]
     # A corner is a contact from the step after it has passed the face. The energy at the start
     # bounds its speed; gravity adds one step's fall, the pose that is corrected another.
     held = energy_held(lanes, lanes.rotation_start)
@@ -83,12 +81,12 @@ def test_what_event_puts_back_is_of_third_order_in_the_step():
     lanes, found = free_lanes(), []
     # Steps of a box whose corner sticks put nothing back; those of bodies do.
     assert np.all(
-        run_batch("event", lanes, StillBase(9), SampleTimes(2.0))["peak_penetration"] < 1e-12
+        run_batch("event", lanes, at_rest(9), SampleTimes(2.0))["peak_penetration"] < 1e-12
     )
     lanes = dataclasses.replace(lanes, body=box_bodies(lanes))
     for step in (1e-2, 2.5e-3):
         settings = EventSettings(time_step=step)
-        response = run_batch("event", lanes, StillBase(9), SampleTimes(2.0), settings=settings)
+        response = run_batch("event", lanes, at_rest(9), SampleTimes(2.0), settings=settings)
         found.append(response["peak_penetration"])
     assert np.all(found[0] < 1e-5)
     # 4^3 = 64, less where an impact is met a part of a step late, which is of first order.
@@ -102,7 +100,7 @@ def test_softer_springs_sink_deeper(engine: str, stiffness: str):
     settings = build_settings(engine, {}, "test")
     soft = dataclasses.replace(settings, **{stiffness: 0.01 * getattr(settings, stiffness)})
     one, other = (
-        run_batch(engine, make_lanes(0.5, 1.0), StillBase(1), SampleTimes(0.1), settings=each)
+        run_batch(engine, make_lanes(0.5, 1.0), at_rest(1), SampleTimes(0.1), settings=each)
         for each in (settings, soft)
     )
     ratio = other["peak_penetration"] / one["peak_penetration"]
@@ -115,7 +113,7 @@ def test_a_corner_that_goes_through_the_ground_is_no_answer():
     lanes = make_lanes(np.full(8, 0.05), 0.05 * np.linspace(1.0, 8.0, 8))
     lanes = dataclasses.replace(lanes, rotation_start=0.9 * lanes.slenderness_angle)
     settings = build_settings(engine, {"frames_per_second": 10.0, "substeps": 0}, "test")
-    found = run_batch(engine, lanes, StillBase(8), SampleTimes(3.0), settings=settings)
+    found = run_batch(engine, lanes, at_rest(8), SampleTimes(3.0), settings=settings)
     deep = found["peak_penetration"] > 0.5 * np.minimum(lanes.width, lanes.height)
     assert deep.any()
     assert not np.isin(found["status"][deep], USABLE).any()

@@ -19,7 +19,7 @@ from tests.shared.blocks import (
 from tests.shared.spatial_blocks import along, in_space, unmoved
 from warprock.engines import engine_class
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, StillBase
+from warprock.model.motion import Control, GroundMotions
 from warprock.model.response import Response, SampleTimes, Status
 from warprock.running.batch import run_batch
 from warprock.units import GRAVITY
@@ -46,7 +46,7 @@ def on_corner(lanes: Lanes, rotation: Array) -> tuple[Array, Array]:
 @every_engine
 def test_a_block_that_does_not_slide_is_where_its_rotation_says(engine: str) -> None:
     lanes = make_lanes(np.full(3, 0.5), np.array([0.75, 1.0, 1.25]), np.array([0.3, -0.5, 0.9]))
-    response = run_batch(engine, lanes, StillBase(3), TIMES)
+    response = run_batch(engine, lanes, at_rest(3), TIMES)
     x, z = on_corner(lanes, response["rotation"])
     # What the lane itself says of its slide and its penetration, which are none of `housner`; hops
     # and the springs of `dem` raise it by no more.
@@ -93,7 +93,7 @@ def test_a_flat_block_slides_as_friction_stops_it(engine: str, spatial: bool) ->
 @every_engine
 def test_a_block_at_rest_stays_where_it_is(engine: str) -> None:
     lanes = make_lanes(0.3, 1.0)
-    response = run_batch(engine, lanes, StillBase(1), TIMES)
+    response = run_batch(engine, lanes, at_rest(1), TIMES)
     # Sweeps that end early leave a remainder.
     assert np.max(np.abs([response["x"], response["slide"]])) <= 1e-9
     # On springs it stands lower, by its weight over their stiffness.
@@ -103,8 +103,8 @@ def test_a_block_at_rest_stays_where_it_is(engine: str) -> None:
 
 def test_without_places_histories_are_rotations_alone() -> None:
     lanes, bare = make_lanes(0.3, 1.0, 0.5), dataclasses.replace(TIMES, places=False)
-    whole = run_batch("event", lanes, StillBase(1), TIMES)
-    alone = run_batch("event", lanes, StillBase(1), bare)
+    whole = run_batch("event", lanes, at_rest(1), TIMES)
+    alone = run_batch("event", lanes, at_rest(1), bare)
     assert set(whole.fields) - set(alone.fields) == {"slide", "x", "z"}
     for name, values in alone.fields.items():
         np.testing.assert_array_equal(values, whole[name], err_msg=name)

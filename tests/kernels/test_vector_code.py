@@ -4,6 +4,7 @@ Without vector code the packed form costs as much as the plain one, or more.
 """
 
 import dataclasses
+import itertools
 import time
 from typing import Any
 
@@ -11,9 +12,10 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import free_lanes, make_lanes, sines
+from tests.shared.spatial_blocks import along, spatial_stack
 from tests.shared.speed import require_gain
 from warprock.engines.launching import Form
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import Control, GroundMotions
 from warprock.model.response import SampleTimes
 from warprock.recordings import load_record, record_motions
@@ -50,11 +52,15 @@ def scenes() -> dict[str, Scene]:
     # not agree wait for one another, which says nothing about either: the plain form does not.
     wide = make_lanes(np.full(LANES, 1.0), np.linspace(0.8, 1.2, LANES), 0.0, 0.9)
     slippery = make_lanes(np.linspace(0.3, 0.5, LANES), 2.0, 0.5, 0.08)
+    pair = spatial_stack([0.2, 0.2], [0.6, 0.6], depth=0.4)
+    pairs = SpatialLanes(**{k: np.repeat(v, LANES, axis=0) for k, v in pair.arrays.items()})
     return {
         # 2.0 to 3.8.
         "housner": Scene("housner", rocking, 2.0, None, 1.4),
         # 4.5 to 5.1.
         "impulse": Scene("impulse", rocking, 2.0, ImpulseSettings(substeps=1), 2.5),
+        # 3.0.
+        "impulse in space": Scene("impulse", pairs, 0.05, None, 1.6),
         # 1.6 to 2.1: short text, whose state is read and written in every step.
         "event at rest": Scene("event", wide, 2.0, EventSettings(time_step=1e-3), 1.25),
         # 2.1 to 2.5.
@@ -66,7 +72,8 @@ def motions_of(kind: str, name: str) -> GroundMotions:
     if kind == "harmonic":
         # Below what lifts the wide blocks.
         most = 5.0 if name == "event at rest" else 12.0
-        return sines(Control.ACCELERATION, np.linspace(0.5 * most, most, LANES), 2.0, 4.0)
+        motions = sines(Control.ACCELERATION, np.linspace(0.5 * most, most, LANES), 2.0, 4.0)
+        return along(motions) if name == "impulse in space" else motions
     record = load_record("ridgecrest-2019-ccc-090")
     zero = np.zeros(LANES)
     return record_motions([record], index=zero.astype(int), scale=zero + 2.0, start=zero)
@@ -82,8 +89,15 @@ def cpu_time(scene: Scene, motions: GroundMotions, form: Form) -> float:
 
 
 @pytest.mark.speed
-@pytest.mark.parametrize("kind", ["harmonic", "record"])
-@pytest.mark.parametrize("name", ["housner", "impulse", "event at rest", "event sliding"])
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        *itertools.product(
+            ["housner", "impulse", "event at rest", "event sliding"], ["harmonic", "record"]
+        ),
+        ("impulse in space", "harmonic"),
+    ],
+)
 def test_packed_kernels_are_vectorised(name: str, kind: str) -> None:
     scene, motions = scenes()[name], motions_of(kind, name)
     for form in (Form.PLAIN, Form.PACKED):

@@ -216,10 +216,13 @@ def _layout(case: Case) -> tuple[tuple[str, ...], npt.NDArray[np.intp]]:
     ):
         if given:
             raise InputError(case.source_of(key), key, Said("the table"), f"must not be {what}")
-    if tables.motion is not None and tables.motion.waveform is Waveform.PUSH:
-        allowed = "must be a pulse: `warprock limit --push` finds the load of a push by halving"
+    if tables.motion is not None and tables.motion.waveform in (Waveform.PUSH, Waveform.TILT):
+        allowed = (
+            "must be a pulse: `warprock limit --push` finds the load of a push, and of a tilting "
+            "table, by halving, for all lanes of a sweep"
+        )
         key = f"{MOTION}.waveform"
-        raise InputError(case.source_of(key), key, Said("push"), allowed)
+        raise InputError(case.source_of(key), key, Said(tables.motion.waveform.value), allowed)
     places = {}
     for key in (FREQUENCY, AMPLITUDE):
         found = [n for n, axis in enumerate(case.axes) if key in axis.columns]

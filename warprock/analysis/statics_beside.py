@@ -1,9 +1,9 @@
-"""Static answers beside what became of the same lanes under their motions.
+"""Static answers beside the outcomes of the same lanes under their motions.
 
-Two numbers say how strong a motion is to the statics of a block: its largest acceleration over the
-multiplier, beyond which the block turns at all, and its largest velocity over the step of velocity
-that carries the block to where nothing resists any more. What became of it comes from `housner`, so
-that both are of the same rigid block on the same edges.
+Two ratios say how strong a motion is for the statics of a block. The first is its largest
+acceleration over the multiplier, beyond which the block turns. The second is its largest velocity
+over the velocity step that just overturns the block. Outcomes come from `housner`: it has the same
+rigid block on the same edges.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ Array = npt.NDArray[np.float64]
 
 ENGINE = "housner"
 LOOKS = 20_001
-"""Times at which a base is looked at for its largest acceleration and velocity."""
+"""Times at which the largest acceleration and velocity of a base are looked for."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Beside:
-    """What became of lanes, shape [lane] each.
+    """Outcomes of lanes, shape [lane] each.
 
     Attributes:
         acceleration: Largest acceleration of the base [m/s^2].

@@ -1,4 +1,4 @@
-"""Largest rotations and slides that somebody measured, beside those that are predicted."""
+"""Measured largest rotations and slides beside the predicted ones."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from warprock.verification.validation import Judged, Validation
 Array = npt.NDArray[np.float64]
 
 _BLOCK = re.compile(r"_[1-9]$")
-"""How the name of a quantity ends that is of one block of a stack."""
+"""End of the name of a quantity that belongs to one block of a stack."""
 _STOOD = ["at_rest", "rocking"]
 
 
@@ -26,10 +26,10 @@ def unit_of(what: str) -> str:
 
 
 def predict_largest(engine: Judged, what: str, members: int) -> Array:
-    """Largest rotation [rad], slide or displacement [m] that is predicted of each test, [test].
+    """The predicted largest rotation [rad], slide or displacement [m] of each test, [test].
 
-    The median over the lanes of the test that stood and have numbers, of a stack the largest of its
-    blocks where none is named; NaN without such a lane.
+    It is the median over those lanes of the test that stood and have usable numbers; NaN without
+    such a lane. Of a stack the largest of all blocks counts, unless the quantity names one.
 
     Args:
         engine: The engine.
@@ -77,5 +77,5 @@ def measured_rows(found: Validation) -> Iterator[dict[str, Any]]:
 
 
 def measured_quantities(found: Validation) -> list[str]:
-    """What somebody measured, in the order of the table."""
+    """Measured quantities, in the order of the table."""
     return [what for what, each in found.tests.measured.items() if np.isfinite(each).any()]
