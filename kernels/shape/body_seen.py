@@ -1,9 +1,9 @@
 """Observed response of a body on contact points: the lowest corner and its two neighbours.
 
 As contact/parting.py for the two ends of an interface: a corner has *parted* once its gap exceeds
-`slack`, and has *landed*, an impact, once it carries again after it had parted. A body stands on an edge
-while two of its corners are closed. It has *lifted* once fewer are, and it *moves* while that is
-so, or while it slips.
+`slack`, and has *landed*, an impact, once it carries again after it had parted. A body stands on
+an edge while two of its corners are closed. It has *lifted* once fewer are, and it *moves* while
+that is so, or while it slips.
 """
 
 import warp as wp

@@ -66,8 +66,8 @@ class Housner(KernelEngine):
     g tan(slenderness angle) or the base velocity steps.
 
     A lane has the status OUTSIDE_MODEL where the block would have slid: at some moment the friction
-    is less than |force along| / (force upwards) of its contact. So has a lane whose base would
-    have to pull the block down. Impulses at impacts and velocity steps count as forces do. Its numbers
+    is less than |force along| / (force upwards) of its contact. So has a lane whose base would have
+    to pull the block down. Impulses at impacts and velocity steps count as forces do. Its numbers
     are those of Housner's equation all the same. The end of a fall is not judged: once a block
     leans beyond its balance by more than the friction angle (at most 45 degrees) and turns
     outwards, it falls whatever its contact does.
