@@ -40,7 +40,7 @@ from warprock.kernels.assembly_space.block import (
     integrate,
     observe_block,
     start_place,
-    turned,
+    turn_block,
 )
 from warprock.kernels.assembly_space.contact import (
     Drift,
@@ -49,10 +49,10 @@ from warprock.kernels.assembly_space.contact import (
     Move,
     Rest,
     Row,
+    add_part,
     drift_of,
     inner,
     move_of,
-    moved,
     sweep_contact,
     times,
 )
@@ -324,7 +324,7 @@ def run_lanes(
                 joined = laid.joined[lane, joint]
                 if seen.collapse_time >= NEVER:
                     slip = slip_of_joint(laid, lane, step.half, joined)
-                    joined.slide = moved(dt, slip, joined.slide)
+                    joined.slide = add_part(dt, slip, joined.slide)
                     joined.most = larger(wp.sqrt(inner(joined.slide, joined.slide)), joined.most)
                     laid.joined[lane, joint] = joined
             for k in range(count):
@@ -353,8 +353,8 @@ def run_lanes(
                     v = laid.moves[lane, k]
                     if block.light > zero:
                         spin = times(inertia(block, laid.places[lane, k].r), v.o)
-                        q = turned(block, q, spin, -back)
-                    at = moved(-back, v.v, laid.places[lane, k].at)
+                        q = turn_block(block, q, spin, -back)
+                    at = add_part(-back, v.v, laid.places[lane, k].at)
                     for i in range(4):
                         found.attitudes[sample, k, i, lane] = q[i]
                     if found.places.shape[0] > 0:
