@@ -40,7 +40,7 @@ from warprock.kernels.assembly_space.block import (
     integrate,
     observe_block,
     start_place,
-    turned,
+    turn_block,
 )
 from warprock.kernels.assembly_space.contact import (
     Drift,
@@ -49,10 +49,10 @@ from warprock.kernels.assembly_space.contact import (
     Move,
     Rest,
     Row,
+    add_part,
     drift_of,
     inner,
     move_of,
-    moved,
     sweep_contact,
     times,
 )
@@ -325,7 +325,7 @@ def run_lanes(
                 link = laid.links[lane, joint]
                 joined = laid.joined[lane, joint]
                 slip = slip_of_joint(laid, lane, step.half, joined)
-                joined.slide = moved(dt, slip, joined.slide)
+                joined.slide = add_part(dt, slip, joined.slide)
                 far = wp.sqrt(inner(joined.slide, joined.slide))
                 joined.most = larger(far, joined.most)
                 laid.joined[lane, joint] = joined
@@ -359,8 +359,8 @@ def run_lanes(
                     v = laid.moves[lane, k]
                     if block.light > zero:
                         spin = times(inertia(block, laid.places[lane, k].r), v.o)
-                        q = turned(block, q, spin, -back)
-                    at = moved(-back, v.v, laid.places[lane, k].at)
+                        q = turn_block(block, q, spin, -back)
+                    at = add_part(-back, v.v, laid.places[lane, k].at)
                     for i in range(4):
                         found.attitudes[sample, k, i, lane] = q[i]
                     if found.places.shape[0] > 0:

@@ -28,8 +28,8 @@ from warprock.kernels.assembly_space.contact import (
     Heft,
     Impulse,
     Move,
+    cross,
     inner,
-    outer,
     relative,
     tangent_of,
     times,
@@ -439,7 +439,7 @@ def crossing(laid: Laid, lane: int, a: int, b: int, so_far: Met) -> Met:
     for i in range(one.lines):
         e = times(laid.places[lane, a].r, laid.lines[lane, one.line + i])
         for j in range(two.lines):
-            n = outer(e, times(laid.places[lane, b].r, laid.lines[lane, two.line + j]))
+            n = cross(e, times(laid.places[lane, b].r, laid.lines[lane, two.line + j]))
             square = inner(n, n)
             if square > ACROSS * ACROSS:
                 n = (sign_of(inner(n, away)) / wp.sqrt(square)) * n
@@ -524,7 +524,7 @@ def cut(laid: Laid, lane: int, k: int, face: int, other: int, facing: int, rim: 
     for j in range(sides):
         here = ring_corner(laid, lane, k, face, j)
         there = ring_corner(laid, lane, k, face, wp.where(j + 1 < sides, j + 1, 0))
-        inwards = outer(n, there - here)
+        inwards = cross(n, there - here)
         inwards = (real(1.0) / wp.sqrt(inner(inwards, inwards))) * inwards
         edge = inner(inwards, here) + rim
         into = room - start
@@ -550,7 +550,7 @@ def cut(laid: Laid, lane: int, k: int, face: int, other: int, facing: int, rim: 
 
 
 @wp.func
-def known(laid: Laid, lane: int, step: Step, first: int, count: int, spot: Vector) -> Known:
+def take_known(laid: Laid, lane: int, step: Step, first: int, count: int, spot: Vector) -> Known:
     """The contact of the last step nearest to a place in the axes of the first body, if near.
 
     It is taken once.
@@ -587,7 +587,7 @@ def add_contact(laid: Laid, lane: int, spot: Spot, mark: Mark, was: Known, step:
     at.b = spot.b
     at.n = spot.normal
     at.t = tangent_of(spot.normal)
-    at.s = outer(at.n, at.t)
+    at.s = cross(at.n, at.t)
     at.ra = spot.at - laid.places[lane, spot.a].at
     at.rb = spot.at - laid.places[lane, spot.b].at
     at.friction = spot.friction
@@ -614,7 +614,7 @@ def crossing_spot(laid: Laid, lane: int, spot: Spot, met: Met) -> Spot:
     )
     e = laid.spots[lane, one.corner + own.stop] - p
     # The plane of the other edge and the normal cuts this edge there.
-    across = outer(laid.spots[lane, two.corner + other.stop] - q, met.normal)
+    across = cross(laid.spots[lane, two.corner + other.stop] - q, met.normal)
     part = inner(across, q - p) / inner(across, e)
     found.at = p + smaller(larger(part, real(0.0)), real(1.0)) * e
     return found

@@ -224,7 +224,10 @@ def _links(kind: SpatialAssembly, struct: Any) -> Rows:
                 rows[f"face_{name}"][joint] = _face_along(kind, shapes, int(place), normals[joint])
     rows["friction"], rows["number"] = kind.joints.friction, np.arange(kind.joints.count)
     least = np.array(
-        [shapes.width[start:stop].min(initial=NEVER) for start, stop in itertools.pairwise(shapes.span_of)]
+        [
+            shapes.width[start:stop].min(initial=NEVER)
+            for start, stop in itertools.pairwise(shapes.span_of)
+        ]
     )
     rows["least"] = least[kind.joints.blocks].min(axis=1)
     return rows[np.lexsort((rows["b"], rows["a"]))]
