@@ -213,6 +213,15 @@ def test_a_slab_slides_off_once_it_has_left_where_it_stood() -> None:
 
 
 @pytest.mark.thorough
+def test_a_corner_that_falls_has_not_slid_off() -> None:
+    wall = patterns.corner(0.4, 0.2, 3, 4, 0.2, return_blocks=2, returns=1)
+    found = run([solids(wall, 0.7)], [-ACROSS], 5.0, time_step=2e-3)
+    assert found["outcome"][0] == Outcome.OVERTURNED
+    # The return holds it: a wall alone falls at its thickness over its height.
+    assert found["collapse_load"][0] > 0.2 / 0.8
+
+
+@pytest.mark.thorough
 def test_what_moves_in_a_plane_moves_as_in_the_plane() -> None:
     for pieces, friction, end in (
         (patterns.arch(5.0, 0.8, np.pi, 7), 0.7, 2.4),

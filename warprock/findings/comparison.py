@@ -183,7 +183,7 @@ def _assemblies(table: pd.DataFrame) -> Iterator[str]:
 
 
 def judged_by_falls(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    """That programs of others are asked for falls alone, where an assembly slid off.
+    """That in programs of others only falls count, where an assembly slid off.
 
     Args:
         rows: Of a comparison of assemblies.
@@ -195,7 +195,7 @@ def judged_by_falls(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     ]
     if not programs or all(row["outcome"] != "slid_off" for row in rows):
         return []
-    return [f"Falls alone are looked for in {listed(programs)}: what slides off goes on there."]
+    return [f"Only falls count in {listed(programs)}: what slides off goes on there."]
 
 
 def _summary(rows: list[list[str]]) -> Sheet:

@@ -8,7 +8,6 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.findings.comparison import judged_by_falls
 from warprock.findings.digits import number_of, short_heading, value_of
 from warprock.tables.terminal import plain_table, print_table, say, stdout
 
@@ -132,8 +131,6 @@ def print_assembly_comparison(found: Mapping[str, Any], console: Console | None 
         f"* of the largest rotation of any block so far, from that in {reference}; the most over "
         "the run",
     )
-    for sentence in judged_by_falls(rows):
-        say(out, sentence)
     count = len({row["lane_number"] for row in rows})
     if count > len(shown):
         say(out, f"{count - len(shown)} more lanes are in the table of the results (-o FOLDER)")
