@@ -322,14 +322,14 @@ def run_lanes(
             seen.speed = zero
             # A joint tells of its slide until something has fallen or slid off.
             for joint in range(wp.where(seen.collapse_time >= NEVER, joints, 0)):
-                link = laid.links[lane, joint]
                 joined = laid.joined[lane, joint]
                 slip = slip_of_joint(laid, lane, step.half, joined)
                 joined.slide = add_part(dt, slip, joined.slide)
                 far = wp.sqrt(inner(joined.slide, joined.slide))
                 joined.most = larger(far, joined.most)
                 laid.joined[lane, joint] = joined
-                if far > link.least:
+                if far > laid.links[lane, joint].least:
+                    link = laid.links[lane, joint]
                     off = has_left(laid, lane, link.a, joined.slide)
                     off = off or has_left(laid, lane, link.b, joined.slide)
                     observe_off(off, time, seen)
