@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import pathlib
 import socket
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ import pytest
 from tests.shared.moving import swinging, tumbling
 from warprock.errors import InputError
 from warprock.scenes.viewers import open_viewer, play, write_usd
+
+SQUARE = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 pytestmark = pytest.mark.thorough
 """Newton's viewers take 4 s to import."""
@@ -61,6 +64,7 @@ def test_a_viewer_is_shown_every_sample() -> None:
         def __init__(self) -> None:
             super().__init__()
             self.shown, self.curves, self.eye = 0, set[str](), np.zeros(3)
+            self.shapes = set[str]()
 
         def set_camera(self, pos: object, pitch: float, yaw: float) -> None:
             self.eye = np.array(pos)
@@ -71,11 +75,20 @@ def test_a_viewer_is_shown_every_sample() -> None:
         def end_frame(self) -> None:
             self.shown += 1
 
+        def log_shapes(self, name: str, *args: Any, **options: Any) -> None:
+            self.shapes.add(name)
+            super().log_shapes(name, *args, **options)
+
     viewer = Counted()
     motion = swinging(5)
     play(viewer, motion, 100.0, rounds=2)
     assert viewer.shown == 10
+    # A viewer that reads a name as a path would show its last part alone.
+    assert len(viewer.curves) == 4
+    assert all(name.replace("_", "").isalnum() for name in viewer.curves), viewer.curves
+    assert viewer.shapes == {"/base", "/ground", "/block_1", "/block_2"}
     before = viewer.eye
+    viewer.curves, viewer.shapes = set(), set()
     # An assembly a hundred metres long that begins at x = 0 is seen from before its middle, and
     # whole: half of it is within the 22.5 degrees to each side of a view of 45 degrees.
     shift = np.array([50.0, 0.0, 0.0])
@@ -85,15 +98,17 @@ def test_a_viewer_is_shown_every_sample() -> None:
         sizes=np.broadcast_to(long, motion.sizes.shape),
         position=motion.position - motion.position[..., :1] * [1.0, 0.0, 0.0] + shift,
         base=0.0 * motion.base,
+        outline=np.array([[long * (0.5 * x, 0.0, 0.5 * z) for x, z in SQUARE]] * 2),
         fixed=1,
     )
     play(viewer, wide, 100.0, rounds=1)
     assert viewer.eye[0] == pytest.approx(50.0, abs=1.0)
     assert before[0] == pytest.approx(0.0, abs=0.1)
     assert -np.tan(np.deg2rad(22.5)) * viewer.eye[1] >= 50.0
-    # A viewer that reads a name as a path would show its last part alone.
-    assert len(viewer.curves) == 4
-    assert all(name.replace("_", "").isalnum() for name in viewer.curves), viewer.curves
+    # Its blocks of one shape are shown together, and its rotations as one curve, however many.
+    assert viewer.shapes == {"/base", "/ground", "/block_1"}
+    assert len(viewer.curves) == 3
+    assert "largest_rotation_deg" in viewer.curves
 
 
 @pytest.mark.parametrize("kind", ["viser", "rerun"])

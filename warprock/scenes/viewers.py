@@ -23,6 +23,8 @@ PAUSE = 1.0
 WIDTH_SEEN = 0.6
 """Size of the scene over its width, at least: from 2.2 sizes away a view of 45 degrees is 1.8 sizes
 high, and in a window that is no higher than wide the width is seen whole."""
+ALIKE = 9
+"""Decimals [m] in which the corners of blocks of one shape agree."""
 BASE_COLOUR, GROUND_COLOUR = (0.75, 0.75, 0.75), (0.92, 0.92, 0.92)
 
 
@@ -137,21 +139,39 @@ def _look(viewer: Any, motion: SceneMotion) -> None:
     viewer.set_camera(wp.vec3(0.5 * (low + high), -2.2 * size, 0.9 * size), -12.0, 90.0)
 
 
-def _meshes(motion: SceneMotion) -> list[Any]:
-    """What viewers show of bodies that are no boxes, one a block; None of boxes."""
+class _Alike(NamedTuple):
+    """Blocks of one shape, which viewers show as one shape in many places.
+
+    Attributes:
+        blocks: Their numbers, from 0.
+        mesh: What is shown of bodies that are no boxes; None of boxes.
+    """
+
+    blocks: list[int]
+    mesh: Any
+
+
+def _alike(motion: SceneMotion) -> list[_Alike]:
+    """Blocks by shape: those of an assembly together, of all other lanes each alone."""
     import newton
 
-    found: list[Any] = []
+    groups: dict[bytes | int, list[int]] = {}
     for block in range(len(motion.sizes)):
-        surface = motion.surface(block)
-        if surface is None:
-            found.append(None)
-            continue
-        corners, normals = surface
-        # Flat faces: each triangle has corners of its own.
-        flat, order = np.repeat(normals, 3, axis=0), np.arange(3 * len(corners))
-        points = corners.reshape(-1, 3)
-        found.append(newton.Mesh(points, order, normals=flat, compute_inertia=False))
+        same: bytes | int = block
+        if motion.fixed and motion.outline is not None:
+            # Zeros of both signs are one number.
+            same = (motion.outline[block].round(ALIKE) + 0.0).tobytes()
+        groups.setdefault(same, []).append(block)
+    found = []
+    for blocks in groups.values():
+        surface, mesh = motion.surface(blocks[0]), None
+        if surface is not None:
+            corners, normals = surface
+            # Flat faces: each triangle has corners of its own.
+            flat, order = np.repeat(normals, 3, axis=0), np.arange(3 * len(corners))
+            points = corners.reshape(-1, 3)
+            mesh = newton.Mesh(points, order, normals=flat, compute_inertia=False)
+        found.append(_Alike(blocks, mesh))
     return found
 
 
@@ -159,12 +179,12 @@ class _Shown(NamedTuple):
     """What is shown of a lane besides its blocks.
 
     Attributes:
-        meshes: Of its blocks; None of boxes.
+        alike: Its blocks by shape.
         rigid: What holds them and keeps its size.
         lines: What holds them and becomes longer.
     """
 
-    meshes: Sequence[Any]
+    alike: Sequence[_Alike]
     rigid: Sequence[Solid]
     lines: Sequence[Solid]
 
@@ -172,7 +192,7 @@ class _Shown(NamedTuple):
 def _shown(motion: SceneMotion) -> _Shown:
     held = list(solids(motion, _thickness(motion)))
     rigid = [each for each in held if each.rigid]
-    return _Shown(_meshes(motion), rigid, [each for each in held if not each.rigid])
+    return _Shown(_alike(motion), rigid, [each for each in held if not each.rigid])
 
 
 def _thickness(motion: SceneMotion) -> float:
@@ -210,19 +230,26 @@ def _show(viewer: Any, motion: SceneMotion, shown: _Shown, sample: int, at: floa
         name, half = each.name.replace(" ", "_"), tuple(0.5 * each.sizes[0])
         place, turn = each.places[sample], each.turns[sample]
         shapes.append((f"held_{name}", half, place, turn, _rgb(each.colour)))
-    for block, size in enumerate(motion.sizes):
-        colour = _rgb(SERIES[block % len(SERIES)])
-        place, turn = motion.position[block, sample], motion.attitude[block, sample]
-        half = tuple(0.5 * size) if shown.meshes[block] is None else (1.0, 1.0, 1.0)
-        shapes.append((f"block_{block + 1}", half, place, turn, colour))
-    of_shapes = [None] * (2 + len(shown.rigid)) + list(shown.meshes)
-    for (name, scale, place, turn, colour), mesh in zip(shapes, of_shapes, strict=True):
+    for name, scale, place, turn, colour in shapes:
         viewer.log_shapes(
             f"/{name}",
-            newton.GeoType.BOX if mesh is None else newton.GeoType.MESH,
+            newton.GeoType.BOX,
             tuple(float(part) for part in scale),
             wp.array([wp.transform(place, turn)], dtype=wp.transform),
             wp.array([wp.vec3(*colour)], dtype=wp.vec3),
+        )
+    for blocks, mesh in shown.alike:
+        size = motion.sizes[blocks[0]] if mesh is None else np.full(3, 2.0)
+        places = np.concatenate(
+            [motion.position[blocks, sample], motion.attitude[blocks, sample]], axis=-1
+        )
+        colours = [_rgb(SERIES[block % len(SERIES)]) for block in blocks]
+        viewer.log_shapes(
+            f"/block_{blocks[0] + 1}",
+            newton.GeoType.BOX if mesh is None else newton.GeoType.MESH,
+            tuple(0.5 * float(part) for part in size),
+            wp.array(places, dtype=wp.transform),
+            wp.array(colours, dtype=wp.vec3),
             geo_src=mesh,
         )
     for each in shown.lines:
@@ -234,8 +261,11 @@ def _show(viewer: Any, motion: SceneMotion, shown: _Shown, sample: int, at: floa
     # Viewers take such names as paths: no blank, slash or bracket.
     viewer.log_scalar("time_s", float(motion.times[sample]))
     viewer.log_scalar("base_acceleration_m_per_s2", float(motion.acceleration[sample, 0]))
-    for block, ratio in enumerate(motion.ratio[:, sample]):
-        viewer.log_scalar(f"rotation_ratio_{block + 1}", float(ratio))
+    if motion.fixed:
+        viewer.log_scalar("largest_rotation_deg", float(np.abs(motion.ratio[:, sample]).max()))
+    else:
+        for block, ratio in enumerate(motion.ratio[:, sample]):
+            viewer.log_scalar(f"rotation_ratio_{block + 1}", float(ratio))
     viewer.end_frame()
 
 
