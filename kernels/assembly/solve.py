@@ -42,11 +42,12 @@ LONG, SHARE = 200, real(1.0e-2)
 that slide and fall wedge one another in, sweeps go on in circles, or impulses grow without end. The
 length of the step is a larger error there: what touches late by a step has moved by all of it."""
 
-EASY = real(20.0)
-"""After `LONG` sweeps a lane that moves takes a part of each change of T: 1 / 2 after EASY more
-sweeps, 1 / 3 after twice as many, and so on (under-relaxation). Where a contact slides, T follows N,
-and through a chain of blocks N follows T. If friction is high, whole changes overshoot by more than
-they mend. What a lane has left is the whole change."""
+STEEP, EASY, TURN = real(1.0), real(20.0), 1000
+"""After `LONG` sweeps a lane that moves takes a part of each change of T where friction is above
+STEEP: 1 / 2 after EASY more sweeps, 1 / 3 after twice as many, and so on (under-relaxation). Where a
+contact slides, T follows N, and through a chain of blocks N follows T. Whole changes then overshoot
+by more than they mend. Blocks that wedge one another in need whole changes, which come in turn,
+TURN sweeps each. What a lane has left is the whole change in either case."""
 
 
 @wp.struct
@@ -179,7 +180,7 @@ def sweep_contact(
     bound = most_drag(at.friction, n, impulse)
     dragged = smaller(larger(fused_less(at.wt, w, t0), -bound), bound)
     whole = on * (dragged - t0)
-    dt = solve.eased * whole
+    dt = wp.where(at.friction > STEEP, solve.eased * whole, whole)
     impulse.n = n
     impulse.t = t0 + dt
     way.dn = dn
@@ -217,8 +218,9 @@ def decide(bound: real, most: int, leaps: bool, solve: wp.ref[Solve], leap: wp.r
     plain = solve.sweeps % (ALONG + STRAIGHT) >= ALONG
     shrinks = before > zero and square < GROWN * before and not plain
     solve.sweeps = solve.sweeps + wp.where(live, 1, 0)
-    over = wp.where(solve.loose > bound and solve.sweeps > LONG, solve.sweeps - LONG, 0)
-    solve.eased = EASY / (EASY + real(over))
+    turn = (solve.sweeps - LONG) % (2 * TURN)
+    eases = solve.loose > bound and solve.sweeps > LONG and turn < TURN
+    solve.eased = EASY / (EASY + real(wp.where(eases, turn, 0)))
     kept = smaller(square / wp.where(shrinks, before, real(1.0)), real(1.0))
     solve.beta = wp.where(goes and shrinks and not jumps, kept, zero)
     solve.before = wp.where(live, wp.where(jumps, zero, square), before)
