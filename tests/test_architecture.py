@@ -252,6 +252,14 @@ READ = {"pool", "motions"}
 """Arrays that a func may take, to read the motion of the base; others come in structs."""
 
 
+def test_functions_of_kernels_are_no_lone_participles():
+    for file in KERNEL_FILES:
+        for function in _functions(_tree(file)):
+            name = function.name
+            lone = "_" not in name and name.endswith(("ed", "known", "gone", "taken"))
+            assert not lone or name == "fused", f"{file}: {name}"
+
+
 def test_kernels_have_few_arguments_and_funcs_take_few_arrays():
     for file in KERNEL_FILES:
         for function in _functions(_tree(file)):

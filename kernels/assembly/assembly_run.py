@@ -23,6 +23,7 @@ from warprock.kernels.assembly.block import (
     Track,
     add_energy,
     integrate,
+    last_mode,
     length_of,
     observe_block,
     observe_gap,
@@ -91,7 +92,7 @@ from warprock.kernels.assembly.solve import (
 )
 from warprock.kernels.contact.parting import slack
 from warprock.kernels.lane.account import Account, keep_account
-from warprock.kernels.lane.modes import OVERTURNED, RUNNING, SLID_OFF, STALLED, UNSOLVED
+from warprock.kernels.lane.modes import RUNNING, STALLED, UNSOLVED
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import Motion, base_velocity
@@ -328,7 +329,7 @@ def run_lanes(
                         stands = clock[i].keeps > 0 and seen[i].collapse_time >= NEVER
                         time = real(clock[i].count) * dt
                         sees = seen[i]
-                        observe_off(stands, time, length, track[q, i], sees)
+                        observe_off(stands and size(track[q, i].slide) > length, time, sees)
                         seen[i] = sees
             if BONDS:
                 for joint in range(contact_count // 2):
@@ -735,12 +736,10 @@ def run_lanes(
                         found.places[sample, k, 0, f] = pose[k, i].x
                         found.places[sample, k, 1, f] = pose[k, i].z
     for i in range(LANES):
-        if seen[i].mode == RUNNING and seen[i].collapse_time < NEVER:
-            seen[i].mode = wp.where(seen[i].off > 0, SLID_OFF, OVERTURNED)
         sees = seen[i]
         book = account[i]
         found.results[first + i] = Result(
-            sees.mode, sees.steps, sees.impacts, sees.sweeps, sees.astray, sees.uplift_time,
+            last_mode(sees), sees.steps, sees.impacts, sees.sweeps, sees.astray, sees.uplift_time,
             sees.moved, sees.deepest, sees.peak, sees.peak_time, sees.collapse_time, sees.still,
             sees.residual, book.loss, book.supplied, book.returned,
         )  # fmt: skip

@@ -12,7 +12,7 @@ import warp as wp
 
 from warprock.kernels.assembly.joint import Impulse, Mass, Pose, Velocity
 from warprock.kernels.lane.account import Account
-from warprock.kernels.lane.modes import BROKEN, RUNNING
+from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
 
 TURN, OVER_TURN = real(6.283185307179586), real(0.15915494309189535)
 """A whole turn [rad], and its reciprocal."""
@@ -221,19 +221,23 @@ def length_of(block: Block) -> real:
 
 
 @wp.func
-def observe_off(live: bool, time: real, length: real, track: Track, seen: wp.ref[Seen]):
-    """Whether a block has slid off what bore it: by more than its longest joint.
+def observe_off(off: bool, time: real, seen: wp.ref[Seen]):
+    """Keeps that a block has slid off what bore it: by more than its longest joint.
 
     Args:
-        live: Whether the lane still runs, and has not collapsed.
+        off: Whether it has, in a lane that still runs and had not collapsed.
         time: End of the step [s].
-        length: Of the longest joint of either block of a contact, the shorter one [m].
-        track: The contact from step to step.
         seen: What is seen of the lane.
     """
-    off = live and size(track.slide) > length
     seen.collapse_time = wp.where(off, smaller(time, seen.collapse_time), seen.collapse_time)
     seen.off = wp.where(off, 1, seen.off)
+
+
+@wp.func
+def last_mode(seen: Seen) -> int:
+    """How a lane has ended: whether it had collapsed, and how, if nothing else ended it."""
+    fell = wp.where(seen.off > 0, SLID_OFF, OVERTURNED)
+    return wp.where(seen.mode == RUNNING and seen.collapse_time < NEVER, fell, seen.mode)
 
 
 @wp.func

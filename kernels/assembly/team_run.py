@@ -24,6 +24,7 @@ from warprock.kernels.assembly.block import (
     Track,
     add_energy,
     integrate,
+    last_mode,
     length_of,
     observe_block,
     observe_gap,
@@ -74,7 +75,7 @@ from warprock.kernels.assembly.solve import (
 )
 from warprock.kernels.contact.parting import slack
 from warprock.kernels.lane.account import Account, keep_account
-from warprock.kernels.lane.modes import OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
+from warprock.kernels.lane.modes import RUNNING, UNSOLVED
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.launch.team import Crew, meet, share
@@ -591,7 +592,7 @@ def run_lanes(
                     )
                     stands = keeps and lane[0].collapse_time >= NEVER
                     sees = seen[i]
-                    observe_off(stands, time, length, track[i], sees)
+                    observe_off(stands and size(track[i].slide) > length, time, sees)
                     seen[i] = sees
                 for i in range(LANES):
                     store.track[2 * p + side, i] = track[i]
@@ -693,10 +694,8 @@ def run_lanes(
                 for i in range(LANES):
                     sees = lane[0]
                     lane[0] = merge(sees, store.seen[r, i])
-            if lane[0].mode == RUNNING and lane[0].collapse_time < NEVER:
-                lane[0].mode = wp.where(lane[0].off > 0, SLID_OFF, OVERTURNED)
             found.results[0] = Result(
-                lane[0].mode, lane[0].steps, lane[0].impacts, lane[0].sweeps, lane[0].astray,
+                last_mode(lane[0]), lane[0].steps, lane[0].impacts, lane[0].sweeps, lane[0].astray,
                 lane[0].uplift_time, lane[0].moved, lane[0].deepest, lane[0].peak,
                 lane[0].peak_time, lane[0].collapse_time, lane[0].still, lane[0].residual,
                 account[0].loss, account[0].supplied, account[0].returned,

@@ -9,7 +9,7 @@ code, in the order of packing.py.
 import warp as wp
 
 from warprock.kernels.algebra.vectors import Vector
-from warprock.kernels.assembly.block import start_seen
+from warprock.kernels.assembly.block import last_mode, observe_off, start_seen
 from warprock.kernels.assembly.found import (
     FIRST,
     ROOM,
@@ -40,7 +40,7 @@ from warprock.kernels.assembly_space.block import (
     integrate,
     observe_block,
     start_place,
-    turned,
+    turn_block,
 )
 from warprock.kernels.assembly_space.contact import (
     Drift,
@@ -49,15 +49,15 @@ from warprock.kernels.assembly_space.contact import (
     Move,
     Rest,
     Row,
+    add_part,
     drift_of,
     inner,
     move_of,
-    moved,
     sweep_contact,
     times,
 )
 from warprock.kernels.assembly_space.finding import find_joint, find_pairs, list_pairs
-from warprock.kernels.assembly_space.meeting import Laid, Sides, Step, slip_of_joint
+from warprock.kernels.assembly_space.meeting import Laid, Sides, Step, has_left, slip_of_joint
 from warprock.kernels.assembly_space.packing import (
     NUMBERS,
     WIDTH,
@@ -66,7 +66,7 @@ from warprock.kernels.assembly_space.packing import (
     pack_up,
 )
 from warprock.kernels.lane.account import Account, keep_account
-from warprock.kernels.lane.modes import OVERTURNED, RUNNING, UNSOLVED
+from warprock.kernels.lane.modes import RUNNING, UNSOLVED
 from warprock.kernels.launch.instance import VECTORS_INSIDE
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import Motion, base_velocity
@@ -320,13 +320,19 @@ def run_lanes(
         if live > 0:
             seen.steps += 1
             seen.speed = zero
-            for joint in range(joints):
+            # A joint tells of its slide until something has fallen or slid off.
+            for joint in range(wp.where(seen.collapse_time >= NEVER, joints, 0)):
                 joined = laid.joined[lane, joint]
-                if seen.collapse_time >= NEVER:
-                    slip = slip_of_joint(laid, lane, step.half, joined)
-                    joined.slide = moved(dt, slip, joined.slide)
-                    joined.most = larger(wp.sqrt(inner(joined.slide, joined.slide)), joined.most)
-                    laid.joined[lane, joint] = joined
+                slip = slip_of_joint(laid, lane, step.half, joined)
+                joined.slide = add_part(dt, slip, joined.slide)
+                far = wp.sqrt(inner(joined.slide, joined.slide))
+                joined.most = larger(far, joined.most)
+                laid.joined[lane, joint] = joined
+                if far > laid.links[lane, joint].least:
+                    link = laid.links[lane, joint]
+                    off = has_left(laid, lane, link.a, joined.slide)
+                    off = off or has_left(laid, lane, link.b, joined.slide)
+                    observe_off(off, time, seen)
             for k in range(count):
                 block = blocks[k, lane]
                 place = laid.places[lane, k]
@@ -353,8 +359,8 @@ def run_lanes(
                     v = laid.moves[lane, k]
                     if block.light > zero:
                         spin = times(inertia(block, laid.places[lane, k].r), v.o)
-                        q = turned(block, q, spin, -back)
-                    at = moved(-back, v.v, laid.places[lane, k].at)
+                        q = turn_block(block, q, spin, -back)
+                    at = add_part(-back, v.v, laid.places[lane, k].at)
                     for i in range(4):
                         found.attitudes[sample, k, i, lane] = q[i]
                     if found.places.shape[0] > 0:
@@ -369,10 +375,8 @@ def run_lanes(
                 if found.places.shape[0] > 0:
                     for i in range(3):
                         found.places[late, k, i, lane] = laid.places[lane, k].at[i]
-    if seen.mode == RUNNING and seen.collapse_time < NEVER:
-        seen.mode = OVERTURNED
     found.results[lane] = Result(
-        seen.mode, seen.steps, seen.impacts, seen.sweeps, seen.astray, seen.uplift_time,
+        last_mode(seen), seen.steps, seen.impacts, seen.sweeps, seen.astray, seen.uplift_time,
         seen.moved, seen.deepest, seen.peak, seen.peak_time, seen.collapse_time, seen.still,
         seen.residual, account.loss, account.supplied, account.returned,
     )  # fmt: skip

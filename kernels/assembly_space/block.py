@@ -16,7 +16,7 @@ import warp as wp
 
 from warprock.kernels.algebra.vectors import Matrix, Quaternion, Vector
 from warprock.kernels.assembly.block import Seen
-from warprock.kernels.assembly_space.contact import Drift, Heft, Move, inner, moved, times
+from warprock.kernels.assembly_space.contact import Drift, Heft, Move, add_part, inner, times
 from warprock.kernels.lane.account import Account
 from warprock.kernels.lane.modes import BROKEN
 from warprock.kernels.shape_space.block import turn_freely
@@ -128,7 +128,7 @@ def turn_block(block: Block, q: Quaternion, spin: Vector, step: real) -> Quatern
 def integrate(step: real, block: Block, v: wp.ref[Move], at: wp.ref[Place]):
     """Moves a block that is not fixed on by a step of a length [s]."""
     spin = times(inertia(block, at.r), v.o)
-    at.at = moved(step, v.v, at.at)
+    at.at = add_part(step, v.v, at.at)
     at.q = turn_block(block, at.q, spin, step)
     at.r = frame(at.q)
     v.o = times(rotate_diagonal(at.r, block.inverse_x, block.inverse_y, block.inverse_z), spin)

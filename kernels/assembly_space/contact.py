@@ -179,7 +179,7 @@ def inner(a: Vector, b: Vector) -> real:
 
 
 @wp.func
-def outer(a: Vector, b: Vector) -> Vector:
+def cross(a: Vector, b: Vector) -> Vector:
     """The vector product of two vectors."""
     return Vector(
         fused_less(a[2], b[1], a[1] * b[2]),
@@ -189,8 +189,8 @@ def outer(a: Vector, b: Vector) -> Vector:
 
 
 @wp.func
-def moved(part: real, a: Vector, b: Vector) -> Vector:
-    """The sum of a part of a and of b."""
+def add_part(part: real, a: Vector, b: Vector) -> Vector:
+    """Gives part a + b."""
     return Vector(fused(part, a[0], b[0]), fused(part, a[1], b[1]), fused(part, a[2], b[2]))
 
 
@@ -243,7 +243,7 @@ def move_of(m: Heft, y: Drift) -> Move:
 @wp.func
 def relative(at: Contact, va: Move, vb: Move) -> Vector:
     """Velocity w of a contact [m/s]."""
-    return (va.v - vb.v) + (outer(va.o, at.ra) - outer(vb.o, at.rb))
+    return (va.v - vb.v) + (cross(va.o, at.ra) - cross(vb.o, at.rb))
 
 
 @wp.func
@@ -251,14 +251,14 @@ def row_of(at: Contact, ma: Heft, mb: Heft) -> Row:
     """A contact as a sweep takes it."""
     n, t, s = at.n, at.t, at.s
     an, at_, as_ = (
-        times(ma.turns, outer(at.ra, n)),
-        times(ma.turns, outer(at.ra, t)),
-        times(ma.turns, outer(at.ra, s)),
+        times(ma.turns, cross(at.ra, n)),
+        times(ma.turns, cross(at.ra, t)),
+        times(ma.turns, cross(at.ra, s)),
     )
     bn, bt, bs = (
-        -times(mb.turns, outer(at.rb, n)),
-        -times(mb.turns, outer(at.rb, t)),
-        -times(mb.turns, outer(at.rb, s)),
+        -times(mb.turns, cross(at.rb, n)),
+        -times(mb.turns, cross(at.rb, t)),
+        -times(mb.turns, cross(at.rb, s)),
     )
     light = fused(ma.root, ma.root, mb.root * mb.root)
     one = real(1.0)

@@ -19,10 +19,10 @@ from warprock.kernels.assembly_space.meeting import (
     crossing_spot,
     cut,
     is_new,
-    known,
     meet,
     meet_joint,
     own_spot,
+    take_known,
 )
 from warprock.kernels.contact.parting import slack
 
@@ -71,7 +71,7 @@ def add_spot(
     zero = real(0.0)
     va, vb = laid.moves[lane, spot.a], laid.moves[lane, spot.b]
     place = own_spot(laid, lane, spot.a, spot.at)
-    was = known(laid, lane, step, search.first, search.count, place)
+    was = take_known(laid, lane, step, search.first, search.count, place)
     mark = Mark(place, NEVER, 0)
     if search.joint > 0:
         ra, rb = (

@@ -28,8 +28,8 @@ from warprock.kernels.assembly_space.contact import (
     Heft,
     Impulse,
     Move,
+    cross,
     inner,
-    outer,
     relative,
     tangent_of,
     times,
@@ -60,6 +60,7 @@ class Solid:
         face, faces: Its faces.
         line, lines: Directions of its edges.
         edge, edges: Its edges.
+        span, spans: Widths of its largest joint.
         reach: Distance of the farthest corner from its centre [m].
         moves: 1 where it is not fixed, else 0.
     """
@@ -72,6 +73,8 @@ class Solid:
     lines: int
     edge: int
     edges: int
+    span: int
+    spans: int
     reach: real
     moves: int
 
@@ -104,6 +107,19 @@ class Edge:
 
 
 @wp.struct
+class Span:
+    """A width of a joint.
+
+    Attributes:
+        across: Unit vector across an edge of the joint, in its plane, in the axes of the block.
+        width: How wide the joint is that way [m].
+    """
+
+    across: Vector
+    width: real
+
+
+@wp.struct
 class Link:
     """A joint of a lane, in the order of the blocks.
 
@@ -111,6 +127,7 @@ class Link:
         a, b: Its blocks.
         face_a, face_b: Its faces on them.
         number: Which of the joints of the model it is.
+        least: Slide up to which neither block has left what bears it [m], see `has_left`.
         friction: Coulomb friction coefficient.
     """
 
@@ -119,6 +136,7 @@ class Link:
     face_a: int
     face_b: int
     number: int
+    least: real
     friction: real
 
 
@@ -201,7 +219,7 @@ class Laid:
         solids: The blocks and the ground, shape [lane, block].
         corners: In the axes of the blocks, from their centres [m], shape [lane, corner].
         spots: The same where the blocks are, likewise.
-        faces, rings, lines, edges: Of all blocks, block by block.
+        faces, rings, lines, edges, spans: Of all blocks, block by block.
         links: Shape [lane, joint].
         joined: Shape [lane, joint].
         places: Where the blocks and the ground are, shape [lane, block].
@@ -228,6 +246,7 @@ class Laid:
     rings: wp.array2d(dtype=int)
     lines: wp.array2d(dtype=Vector)
     edges: wp.array2d(dtype=Edge)
+    spans: wp.array2d(dtype=Span)
     links: wp.array2d(dtype=Link)
     joined: wp.array2d(dtype=Joined)
     places: wp.array2d(dtype=Place)
@@ -420,7 +439,7 @@ def crossing(laid: Laid, lane: int, a: int, b: int, so_far: Met) -> Met:
     for i in range(one.lines):
         e = times(laid.places[lane, a].r, laid.lines[lane, one.line + i])
         for j in range(two.lines):
-            n = outer(e, times(laid.places[lane, b].r, laid.lines[lane, two.line + j]))
+            n = cross(e, times(laid.places[lane, b].r, laid.lines[lane, two.line + j]))
             square = inner(n, n)
             if square > ACROSS * ACROSS:
                 n = (sign_of(inner(n, away)) / wp.sqrt(square)) * n
@@ -505,7 +524,7 @@ def cut(laid: Laid, lane: int, k: int, face: int, other: int, facing: int, rim: 
     for j in range(sides):
         here = ring_corner(laid, lane, k, face, j)
         there = ring_corner(laid, lane, k, face, wp.where(j + 1 < sides, j + 1, 0))
-        inwards = outer(n, there - here)
+        inwards = cross(n, there - here)
         inwards = (real(1.0) / wp.sqrt(inner(inwards, inwards))) * inwards
         edge = inner(inwards, here) + rim
         into = room - start
@@ -531,7 +550,7 @@ def cut(laid: Laid, lane: int, k: int, face: int, other: int, facing: int, rim: 
 
 
 @wp.func
-def known(laid: Laid, lane: int, step: Step, first: int, count: int, spot: Vector) -> Known:
+def take_known(laid: Laid, lane: int, step: Step, first: int, count: int, spot: Vector) -> Known:
     """The contact of the last step nearest to a place in the axes of the first body, if near.
 
     It is taken once.
@@ -568,7 +587,7 @@ def add_contact(laid: Laid, lane: int, spot: Spot, mark: Mark, was: Known, step:
     at.b = spot.b
     at.n = spot.normal
     at.t = tangent_of(spot.normal)
-    at.s = outer(at.n, at.t)
+    at.s = cross(at.n, at.t)
     at.ra = spot.at - laid.places[lane, spot.a].at
     at.rb = spot.at - laid.places[lane, spot.b].at
     at.friction = spot.friction
@@ -595,7 +614,7 @@ def crossing_spot(laid: Laid, lane: int, spot: Spot, met: Met) -> Spot:
     )
     e = laid.spots[lane, one.corner + own.stop] - p
     # The plane of the other edge and the normal cuts this edge there.
-    across = outer(laid.spots[lane, two.corner + other.stop] - q, met.normal)
+    across = cross(laid.spots[lane, two.corner + other.stop] - q, met.normal)
     part = inner(across, q - p) / inner(across, e)
     found.at = p + smaller(larger(part, real(0.0)), real(1.0)) * e
     return found
@@ -629,3 +648,25 @@ def slip_of_joint(laid: Laid, lane: int, old: int, joined: Joined) -> Vector:
         found = found + n * (w - inner(at.n, w) * at.n)
         total = total + n
     return wp.where(total > real(0.0), (real(1.0) / larger(total, TINY)) * found, Vector())
+
+
+@wp.func
+def has_left(laid: Laid, lane: int, k: int, slide: Vector) -> bool:
+    """Whether a block has slid so far that its largest joint is nowhere over where it was.
+
+    A convex polygon has no point in common with itself moved along its plane once it has moved
+    across one of its edges by its width there (separating axes).
+
+    Args:
+        laid: Where the bodies are.
+        lane: The lane.
+        k: The body; what is fixed leaves nothing.
+        slide: How far it has slid along another body [m].
+    """
+    one = laid.solids[lane, k]
+    own = wp.transpose(laid.places[lane, k].r) * slide
+    found = bool(False)
+    for i in range(one.spans):
+        span = laid.spans[lane, one.span + i]
+        found = found or size(inner(own, span.across)) > span.width
+    return found

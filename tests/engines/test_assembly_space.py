@@ -187,21 +187,57 @@ def test_a_block_slides_as_its_friction_lets_it() -> None:
     assert found["opened_joints"][0] == 0
 
 
+def slab() -> list[Piece]:
+    """A slab of .4 x .3 m on a large table."""
+    return [
+        box("table", (-3.0, -3.0, -0.2), (3.0, 3.0, 0.0), fixed=True),
+        box("slab", (0.0, 0.0, 0.0), (0.4, 0.3, 0.2)),
+    ]
+
+
+def test_a_slab_slides_off_once_it_has_left_where_it_stood() -> None:
+    # From tan = friction on, in any direction; turned about the vertical, it is the same slab.
+    friction, ways, turn = 0.3, np.array([0.0, 0.4, ACROSS]), 0.6
+    kinds = [solids(slab(), friction)] * 3 + [solids(turned(slab(), turn), friction)]
+    found = run(kinds, [*ways, ways[1] + turn], 3.2, after_collapse=9.0)
+    assert (found["status"] == Status.OK).all()
+    assert (found["outcome"] == Outcome.SLID_OFF).all()
+    # It counts as moving once it is .1 g dt fast; the load grows by its rate meanwhile.
+    rate = np.radians(RATE) * (1.0 + friction**2)
+    late = np.sqrt(2.0 * 0.1 * 1e-3 * rate)
+    np.testing.assert_allclose(found["collapse_load"], friction + late, rtol=2e-3)
+    # It lies nowhere over where it stood once it has left one of its widths; a step adds v dt.
+    left = np.minimum(0.4 / np.cos(ways), 0.3 / np.maximum(np.sin(ways), 1e-9))
+    np.testing.assert_allclose(found["peak_slide"], [*left, left[1]], rtol=5e-3)
+    np.testing.assert_allclose(found["collapse_time"][3], found["collapse_time"][1], atol=1.5e-3)
+
+
+@pytest.mark.thorough
+def test_a_corner_that_falls_has_not_slid_off() -> None:
+    wall = patterns.corner(0.4, 0.2, 3, 4, 0.2, return_blocks=2, returns=1)
+    found = run([solids(wall, 0.7)], [-ACROSS], 5.0, time_step=2e-3)
+    assert found["outcome"][0] == Outcome.OVERTURNED
+    # The return holds it: a wall alone falls at its thickness over its height.
+    assert found["collapse_load"][0] > 0.2 / 0.8
+
+
 @pytest.mark.thorough
 def test_what_moves_in_a_plane_moves_as_in_the_plane() -> None:
-    for pieces, end in (
-        (patterns.arch(5.0, 0.8, np.pi, 7), 2.4),
-        (patterns.column(1, 0.5, 6), 2.4),
+    for pieces, friction, end in (
+        (patterns.arch(5.0, 0.8, np.pi, 7), 0.7, 2.4),
+        (patterns.column(1, 0.5, 6), 0.7, 2.4),
+        (patterns.column(1, 0.5, 6), 0.3, 3.2),
     ):
         table = tilt_motions(steady(np.full(1, np.radians(RATE)), np.zeros(1)), np.full(1, end))
         plane = Assembly(AssemblySettings()).run(
-            assembly_lanes([built(pieces, 0.7)]), table, SampleTimes(end)
+            assembly_lanes([built(pieces, friction)]), table, SampleTimes(end)
         )
-        space = run([solids(extruded(pieces, 3.0))], [0.0], end)
+        space = run([solids(extruded(pieces, 3.0), friction)], [0.0], end)
         np.testing.assert_array_equal(space["outcome"], plane["outcome"])
         np.testing.assert_array_equal(space["opened_joints"], plane["opened_joints"])
         # Both settle a step to 1e-3 g dt, in another order.
-        np.testing.assert_allclose(space["peak_rotation"], plane["peak_rotation"], rtol=2e-3)
+        peaks = space["peak_rotation"], plane["peak_rotation"]
+        np.testing.assert_allclose(*peaks, rtol=2e-3, atol=1e-4)
         np.testing.assert_allclose(space["collapse_time"], plane["collapse_time"], atol=2e-3)
 
 

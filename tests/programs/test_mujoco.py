@@ -92,7 +92,7 @@ def test_a_scene_tells_the_tensor_in_the_axes_of_the_block():
 def test_programs_that_are_given_boxes_decline_bodies():
     lanes = body_lanes(ROCK_POINTS, ROCK_TENSOR, 1)
     require_scenes("mujoco", lanes, still(1), TIMES, MujocoSettings())
-    with pytest.raises(DeclinedError, match="boxes alone"):
+    with pytest.raises(DeclinedError, match="boxes only"):
         require_scenes("bullet", lanes, still(1), TIMES, BulletSettings())
 
 
@@ -109,7 +109,7 @@ def test_a_stack_with_a_body_rocks_as_impulse_says(block: int):
     # Soft contacts on one side, a step of 0.2 ms on the other: thousandths of a rotation.
     np.testing.assert_allclose(answer["rotation"], ours["rotation"], atol=0.02 * peak)
     np.testing.assert_allclose(answer["peak_slide"], ours["peak_slide"], atol=2e-3)
-    with pytest.raises(DeclinedError, match="boxes alone"):
+    with pytest.raises(DeclinedError, match="boxes only"):
         require_scenes("bullet", lanes, motions, times, BulletSettings())
 
 

@@ -180,8 +180,8 @@ def test_what_a_program_is_not_given_it_declines():
     strip = strips(lanes, 0.5, 0.0, 0.0)
     for name, held, said in (
         ("mujoco", wall, "plastic"),
-        ("mujoco", strip, "in one piece, and the case has strip"),
-        ("bullet", wall, "free-standing blocks, and the case has transverse_wall"),
+        ("mujoco", strip, "in one piece only; the case has strip"),
+        ("bullet", wall, "free-standing blocks only; the case has transverse_wall"),
     ):
         settings = MujocoSettings() if name == "mujoco" else BulletSettings()
         with pytest.raises(DeclinedError, match=said):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pathlib
 import socket
 
@@ -59,7 +60,10 @@ def test_a_viewer_is_shown_every_sample() -> None:
     class Counted(newton.viewer.ViewerNull):
         def __init__(self) -> None:
             super().__init__()
-            self.shown, self.curves = 0, set[str]()
+            self.shown, self.curves, self.eye = 0, set[str](), np.zeros(3)
+
+        def set_camera(self, pos: object, pitch: float, yaw: float) -> None:
+            self.eye = np.array(pos)
 
         def log_scalar(self, name: str, value: float, **options: object) -> None:
             self.curves.add(name)
@@ -68,8 +72,25 @@ def test_a_viewer_is_shown_every_sample() -> None:
             self.shown += 1
 
     viewer = Counted()
-    play(viewer, swinging(5), 100.0, rounds=2)
+    motion = swinging(5)
+    play(viewer, motion, 100.0, rounds=2)
     assert viewer.shown == 10
+    before = viewer.eye
+    # An assembly a hundred metres long that begins at x = 0 is seen from before its middle, and
+    # whole: half of it is within the 22.5 degrees to each side of a view of 45 degrees.
+    shift = np.array([50.0, 0.0, 0.0])
+    long = np.array([100.0, *motion.sizes[0, 1:]])
+    wide = dataclasses.replace(
+        motion,
+        sizes=np.broadcast_to(long, motion.sizes.shape),
+        position=motion.position - motion.position[..., :1] * [1.0, 0.0, 0.0] + shift,
+        base=0.0 * motion.base,
+        fixed=1,
+    )
+    play(viewer, wide, 100.0, rounds=1)
+    assert viewer.eye[0] == pytest.approx(50.0, abs=1.0)
+    assert before[0] == pytest.approx(0.0, abs=0.1)
+    assert -np.tan(np.deg2rad(22.5)) * viewer.eye[1] >= 50.0
     # A viewer that reads a name as a path would show its last part alone.
     assert len(viewer.curves) == 4
     assert all(name.replace("_", "").isalnum() for name in viewer.curves), viewer.curves

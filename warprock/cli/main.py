@@ -149,17 +149,21 @@ def _after_run(
     """The command to try after a run."""
     if folder is None:
         return f"{asked_command()} -o results"
+    import numpy as np
+
     from warprock.analysis.bands import LEAST_RECORDS
     from warprock.analysis.fragility import INTENSITY, MOST_DOUBT
     from warprock.analysis.groups import record_numbers
-    from warprock.model.response import Outcome
+    from warprock.model.response import FALLEN
     from warprock.running.engine_choice import another_engine
 
     ran = case_run.response.engine
-    fell = int((case_run.response["outcome"] == Outcome.OVERTURNED).sum())
+    fell = int(np.isin(case_run.response["outcome"], FALLEN).sum())
     if 0 < fell < case_run.response.lane_count and case_run.case.tables.motion is not None:
         inputs = case_run.lane_set.inputs
         enough = int(record_numbers(inputs).max()) + 1 >= LEAST_RECORDS
+        # A function of the intensity needs more than one.
+        enough &= inputs[INTENSITY].nunique() > 1
         if enough and _doubted(case_run) <= MOST_DOUBT:
             return shlex.join(["warprock", "fragility", str(folder)])
         if (inputs[INTENSITY] > 0.0).all():

@@ -100,9 +100,10 @@ class Assembly(KernelEngine):
     side than there is room for, too (EVENT_LIMIT).
 
     A lane has collapsed (outcome OVERTURNED) once the centre of a block is lower than at the start
-    by half of the longest joint of the block, or a block has turned by a right angle. In the plane
-    it has slid off (SLID_OFF), which is a collapse, too, once a block has slid along another or the
-    ground by more than its longest joint. It goes on for `after_collapse`. It is at rest while no
+    by half of the longest joint of the block, or a block has turned by a right angle. It has slid
+    off (SLID_OFF), which is a collapse, too, once a block has slid along another or the ground by
+    more than its longest joint; in space, so far that its largest joint lies nowhere over where it
+    was. It goes on for `after_collapse`. It is at rest while no
     corner moves and no joint gapes, but for blocks that lie or lean on others. A lane that gained
     more energy than its base supplied, or whose blocks went through one another, has the status
     UNSTABLE.

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.assembly_packs import falls_by, least_reach, reach_of
+from warprock.engines.launching import NEVER
 from warprock.errors import InputError
 from warprock.model.assembly import Assemblies
 from warprock.model.solids import SpatialAssembly
@@ -62,6 +64,10 @@ class Shapes:
         line_of: Where those of each block begin, shape [block + 1].
         edges: Two corners and a direction, numbered in their blocks, shape [edge, 3].
         edge_of: Where those of each block begin, shape [block + 1].
+        across: Unit vectors across the edges of the largest joint of each block that can move, one
+            of each direction, shape [span, 3].
+        width: How wide the joint is along each [m], shape [span].
+        span_of: Where those of each block begin, shape [block + 1].
     """
 
     principal: Array
@@ -77,6 +83,9 @@ class Shapes:
     line_of: Places
     edges: Places
     edge_of: Places
+    across: Array
+    width: Array
+    span_of: Places
 
 
 @functools.lru_cache(maxsize=64)
@@ -89,6 +98,7 @@ def shapes_of(kind: SpatialAssembly) -> Shapes:
     principal = [principal_axes(tensor) for tensor in kind.inertia]
     moments, attitude = (np.array(each) for each in zip(*principal, strict=True))
     corners, normals, levels, rings, lines, edges = ([] for _ in range(6))
+    spans = [_spans(kind, block, attitude[block]) for block in range(kind.count)]
     for block in range(kind.count):
         offset = kind.corners[block, : kind.corner_count[block]] - kind.centre[block]
         own = rotate(_back(attitude[block]), offset)
@@ -123,7 +133,25 @@ def shapes_of(kind: SpatialAssembly) -> Shapes:
         line_of=_starts(lines),
         edges=np.concatenate(edges),
         edge_of=_starts(edges),
+        across=np.concatenate([across for across, _ in spans]),
+        width=np.concatenate([width for _, width in spans]),
+        span_of=_starts([width for _, width in spans]),
     )
+
+
+def _spans(kind: SpatialAssembly, block: int, attitude: Array) -> tuple[Array, Array]:
+    """Across the edges of the largest joint of a block in its axes, and its widths there [m]."""
+    joints = kind.joints
+    own = np.flatnonzero((joints.blocks == block).any(axis=1))
+    if kind.fixed[block] or not len(own):
+        return np.empty((0, 3)), np.empty(0)
+    joint = own[np.argmax(joints.area[own])]
+    corners = joints.ends[joint, : joints.corner_count[joint]]
+    directions: list[Array] = []
+    for edge in np.roll(corners, -1, axis=0) - corners:
+        _direction(directions, np.cross(joints.normal[joint], edge))
+    across = np.asarray(directions)
+    return rotate(_back(attitude), across), np.ptp(corners @ across.T, axis=0)
 
 
 def _starts(parts: Any) -> Places:
@@ -195,6 +223,13 @@ def _links(kind: SpatialAssembly, struct: Any) -> Rows:
             if not ground[place]:
                 rows[f"face_{name}"][joint] = _face_along(kind, shapes, int(place), normals[joint])
     rows["friction"], rows["number"] = kind.joints.friction, np.arange(kind.joints.count)
+    least = np.array(
+        [
+            shapes.width[start:stop].min(initial=NEVER)
+            for start, stop in itertools.pairwise(shapes.span_of)
+        ]
+    )
+    rows["least"] = least[kind.joints.blocks].min(axis=1)
     return rows[np.lexsort((rows["b"], rows["a"]))]
 
 
@@ -230,6 +265,7 @@ def _rows(kind: SpatialAssembly, structs: dict[str, Any]) -> dict[str, npt.NDArr
         "face": shapes.face_of,
         "line": shapes.line_of,
         "edge": shapes.edge_of,
+        "span": shapes.span_of,
     }
     for name, start in starts.items():
         solids[name] = start
@@ -246,6 +282,8 @@ def _rows(kind: SpatialAssembly, structs: dict[str, Any]) -> dict[str, npt.NDArr
     edges = np.zeros(len(shapes.edges), dtype=structs["edges"].numpy_dtype())
     for name, values in zip(("start", "stop", "line"), shapes.edges.T, strict=True):
         edges[name] = values
+    spans = np.zeros(len(shapes.width), dtype=structs["spans"].numpy_dtype())
+    spans["across"], spans["width"] = shapes.across, shapes.width
     places = np.zeros(count + 1, dtype=structs["places"].numpy_dtype())
     places["at"][count] = 0.0, 0.0, kind.ground
     places["q"][count] = 0.0, 0.0, 0.0, 1.0
@@ -258,6 +296,7 @@ def _rows(kind: SpatialAssembly, structs: dict[str, Any]) -> dict[str, npt.NDArr
         "rings": shapes.rings,
         "lines": shapes.lines,
         "edges": edges,
+        "spans": spans,
         "links": _links(kind, structs["links"]),
         "places": places,
     }

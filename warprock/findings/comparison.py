@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import shlex
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -59,6 +59,8 @@ def tell_comparison(facts: Facts, tables: Tables) -> Finding:
     shown = table[[name for name in _WANTED if name in table]] if "cell" not in table else table
     engines = list(_engines(table))
     said = [sentence for sentence, _ in engines] or list(_assemblies(table))
+    if facts.get("assembly"):
+        said += judged_by_falls(facts["rows"])
     sheets = [_summary([row for _, row in engines])] if engines else []
     sheets.append(
         sheet_of(
@@ -178,6 +180,22 @@ def _assemblies(table: pd.DataFrame) -> Iterator[str]:
         if np.isfinite(off).any():
             text += f"; its largest rotations differ by {three(float(np.nanmax(off)))} deg at most"
         yield text + "."
+
+
+def judged_by_falls(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """That in programs of others only falls count, where an assembly slid off.
+
+    Args:
+        rows: Of a comparison of assemblies.
+    """
+    programs = [
+        name
+        for name in dict.fromkeys(str(row["engine"]) for row in rows)
+        if plain_name(name) not in SETTINGS
+    ]
+    if not programs or all(row["outcome"] != "slid_off" for row in rows):
+        return []
+    return [f"Only falls count in {listed(programs)}: what slides off goes on there."]
 
 
 def _summary(rows: list[list[str]]) -> Sheet:

@@ -99,6 +99,9 @@ def _fit_text(row: pd.Series[Any], groups: Sequence[str], measured: Measure) -> 
             band = f" (5 to 95 %: {' to '.join(ends)})"
         text = f"half of the lanes reach {what} at {name} {measured.text(row['median'])}{band}"
         text += f", with a dispersion of {three(row['dispersion'])}"
+    elif row["verdict"] == "separated" and row["none_up_to"] == row["all_from"]:
+        text = f"at {name} {low} some lanes reach {what} and some do not: a function needs lanes"
+        text += " at more intensities"
     else:
         known = {
             "separated": f"every lane reaches {what} from {name} {high} up and none up to {low}",
@@ -114,6 +117,8 @@ def _fit_text(row: pd.Series[Any], groups: Sequence[str], measured: Measure) -> 
 def fit_cells(row: pd.Series[Any]) -> list[str]:
     """Median and dispersion of a row, or why there are none."""
     low_text, high_text = (value_of(row, name) for name in ("none_up_to", "all_from"))
+    if row["verdict"] == "separated" and row["none_up_to"] == row["all_from"]:
+        return [f"about {low_text}", "none: too few intensities"]
     known = {
         "separated": [f"between {low_text} and {high_text}", "none: data are parted"],
         "none reached": [f"above {low_text}", "none: nothing reached it"],

@@ -20,6 +20,9 @@ from warprock.scenes.solids import GAP, GONE, Solid, solids
 
 PAUSE = 1.0
 """Seconds for which the end of a lane is shown before it plays again."""
+WIDTH_SEEN = 0.6
+"""Size of the scene over its width, at least: from 2.2 sizes away a view of 45 degrees is 1.8 sizes
+high, and in a window that is no higher than wide the width is seen whole."""
 BASE_COLOUR, GROUND_COLOUR = (0.75, 0.75, 0.75), (0.92, 0.92, 0.92)
 
 
@@ -128,8 +131,10 @@ def _look(viewer: Any, motion: SceneMotion) -> None:
     """Puts the camera where the whole scene is seen."""
     import warp as wp
 
-    size = float(motion.tall + motion.sizes[:, :2].max())
-    viewer.set_camera(wp.vec3(0.0, -2.2 * size, 0.9 * size), -12.0, 90.0)
+    low, high = motion.span
+    tall = float(motion.tall + motion.sizes[:, :2].max())
+    size = max(tall, WIDTH_SEEN * (high - low))
+    viewer.set_camera(wp.vec3(0.5 * (low + high), -2.2 * size, 0.9 * size), -12.0, 90.0)
 
 
 def _meshes(motion: SceneMotion) -> list[Any]:
