@@ -44,10 +44,10 @@ length of the step is a larger error there: what touches late by a step has move
 
 STEEP, EASY, TURN = real(1.0), real(20.0), 1000
 """After `LONG` sweeps a lane that moves takes a part of each change of T where friction is above
-STEEP: 1 / 2 after EASY more sweeps, 1 / 3 after twice as many, and so on (under-relaxation). Where a
-contact slides, T follows N, and through a chain of blocks N follows T. Whole changes then overshoot
-by more than they mend. Blocks that wedge one another in need whole changes, which come in turn,
-TURN sweeps each. What a lane has left is the whole change in either case."""
+STEEP: 1 / 2 after EASY more sweeps, 1 / 3 after twice as many, and so on (under-relaxation). Where
+a contact slides, T follows N, and through a chain of blocks N follows T. Whole changes then
+overshoot by more than they mend. Blocks that wedge one another in need whole changes, which come
+in turn, TURN sweeps each. What a lane has left is the whole change in either case."""
 
 
 @wp.struct

@@ -489,7 +489,8 @@ def test_random_assemblies_stand_below_their_limit_load_and_fall_above_it():
         frame = patterns.frame(width, height, columns, 2.0 * width, draw.uniform(0.3, 1.0))
         length, course = draw.uniform(0.3, 0.5), draw.uniform(0.12, 0.25)
         wall = patterns.wall(length, course, 3, int(draw.integers(2, 6)), whole_first=False)
-        for pieces, friction in ((arch, NO_SLIDING), (frame, NO_SLIDING), (wall, draw.uniform(0.5, 0.9))):
+        frictions = (NO_SLIDING, NO_SLIDING, draw.uniform(0.5, 0.9))
+        for pieces, friction in zip((arch, frame, wall), frictions, strict=True):
             kind = built(pieces, friction)
             limit = collapse_load(kind)
             kinds.append(kind)
