@@ -42,6 +42,13 @@ LONG, SHARE = 200, real(1.0e-2)
 that slide and fall wedge one another in, sweeps go on in circles, or impulses grow without end. The
 length of the step is a larger error there: what touches late by a step has moved by all of it."""
 
+STEEP, EASY, TURN = real(1.0), real(20.0), 1000
+"""After `LONG` sweeps a lane that moves takes a part of each change of T where friction is above
+STEEP: 1 / 2 after EASY more sweeps, 1 / 3 after twice as many, and so on (under-relaxation). Where
+a contact slides, T follows N, and through a chain of blocks N follows T. Whole changes then
+overshoot by more than they mend. Blocks that wedge one another in need whole changes, which come
+in turn, TURN sweeps each. What a lane has left is the whole change in either case."""
+
 
 @wp.struct
 class Way:
@@ -77,6 +84,7 @@ class Solve:
         before: That of the last one; 0 of a first sweep.
         left: `worst` of the last sweep [m/s].
         loose: What may be left after `LONG` sweeps [m/s].
+        eased: The part of each change of T that is taken, see `EASY`.
         sweeps: Sweeps of this step.
     """
 
@@ -87,6 +95,7 @@ class Solve:
     before: real
     left: real
     loose: real
+    eased: real
     sweeps: int
 
 
@@ -115,7 +124,7 @@ def start_solve(on: real, bound: real, speed: real) -> Solve:
         speed: Largest speed of a corner in the lane [m/s].
     """
     zero = real(0.0)
-    return Solve(on, zero, zero, zero, zero, zero, larger(bound, SHARE * speed), 0)
+    return Solve(on, zero, zero, zero, zero, zero, larger(bound, SHARE * speed), real(1.0), 0)
 
 
 if BONDS:
@@ -170,14 +179,15 @@ def sweep_contact(
     w = dot(at.ba, at.bb, oa, ob) + wedge(at.nx, at.nz, va.x - vb.x, va.z - vb.z)
     bound = most_drag(at.friction, n, impulse)
     dragged = smaller(larger(fused_less(at.wt, w, t0), -bound), bound)
-    dt = on * (dragged - t0)
+    whole = on * (dragged - t0)
+    dt = wp.where(at.friction > STEEP, solve.eased * whole, whole)
     impulse.n = n
     impulse.t = t0 + dt
     way.dn = dn
     way.dt = dt
     un, ut = dn * at.kn, dt * at.kt
     solve.square = fused(dt, ut, fused(dn, un, solve.square))
-    solve.worst = larger(larger(size(un), size(ut)), solve.worst)
+    solve.worst = larger(larger(size(un), size(whole * at.kt)), solve.worst)
     push(at, dn, dt, ma, mb, va, vb)
 
 
@@ -208,6 +218,9 @@ def decide(bound: real, most: int, leaps: bool, solve: wp.ref[Solve], leap: wp.r
     plain = solve.sweeps % (ALONG + STRAIGHT) >= ALONG
     shrinks = before > zero and square < GROWN * before and not plain
     solve.sweeps = solve.sweeps + wp.where(live, 1, 0)
+    turn = (solve.sweeps - LONG) % (2 * TURN)
+    eases = solve.loose > bound and solve.sweeps > LONG and turn < TURN
+    solve.eased = EASY / (EASY + real(wp.where(eases, turn, 0)))
     kept = smaller(square / wp.where(shrinks, before, real(1.0)), real(1.0))
     solve.beta = wp.where(goes and shrinks and not jumps, kept, zero)
     solve.before = wp.where(live, wp.where(jumps, zero, square), before)
