@@ -366,14 +366,14 @@ def solve_contact(
     stop_y = p.fy - product(g.h12, g.h22, g.h23, v.x, v.y, z)
     stop_z = p.n - product(g.h13, g.h23, g.h33, v.x, v.y, z)
     sticks = holds(stop_x, stop_y, stop_z, mu)
-    push = larger(fused_less(g.pn, z, p.n), zero)
+    pushed = larger(fused_less(g.pn, z, p.n), zero)
     # Slip velocity after the normal impulse.
-    more = push - p.n
+    more = pushed - p.n
     fx, fy = drag(
-        mu * push, p.fx, p.fy, fused(more, g.kx, v.x), fused(more, g.ky, v.y), g.p1, g.p2, g.p3
+        mu * pushed, p.fx, p.fy, fused(more, g.kx, v.x), fused(more, g.ky, v.y), g.p1, g.p2, g.p3
     )
     return Impulse(
-        wp.where(sticks, stop_x, fx), wp.where(sticks, stop_y, fy), wp.where(sticks, stop_z, push)
+        wp.where(sticks, stop_x, fx), wp.where(sticks, stop_y, fy), wp.where(sticks, stop_z, pushed)
     )
 
 
