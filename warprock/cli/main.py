@@ -149,16 +149,14 @@ def _after_run(
     """The command to try after a run."""
     if folder is None:
         return f"{asked_command()} -o results"
-    import numpy as np
-
     from warprock.analysis.bands import LEAST_RECORDS
     from warprock.analysis.fragility import INTENSITY, MOST_DOUBT
     from warprock.analysis.groups import record_numbers
-    from warprock.model.response import FALLEN
+    from warprock.running.companions import find_fallen
     from warprock.running.engine_choice import another_engine
 
     ran = case_run.response.engine
-    fell = int(np.isin(case_run.response["outcome"], FALLEN).sum())
+    fell = int(find_fallen(case_run.response).sum())
     if 0 < fell < case_run.response.lane_count and case_run.case.tables.motion is not None:
         inputs = case_run.lane_set.inputs
         enough = int(record_numbers(inputs).max()) + 1 >= LEAST_RECORDS
