@@ -64,7 +64,7 @@ CASE = {
 
 @pytest.mark.parametrize(
     ("rate", "message"),
-    [("5 deg/s", "must tilt by at most 75 deg"), ("0 deg/s", "must not be 0 deg/s")],
+    [("5 deg/s", "got 5 deg/s, must tilt by at most 75 deg"), ("0 deg/s", "must not be 0 deg/s")],
 )
 def test_what_no_table_does_is_refused(rate: str, message: str):
     tables = {**CASE, "motion": {"waveform": "tilt", "tilt_rate": rate}}

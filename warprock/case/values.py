@@ -15,7 +15,7 @@ from warprock.case.keys import KEYS, general_key
 from warprock.case.sampling import Distribution
 from warprock.errors import InputError
 from warprock.quantity import NumberKey, Said
-from warprock.units import Dimension, Quantity, format_quantity
+from warprock.units import Dimension, Quantity, format_quantity, unit_written
 
 Array = npt.NDArray[np.float64]
 
@@ -147,4 +147,7 @@ class LaneValues:
         dimensions = list(reader.bounds)
         dimension = self.dimension(key) if len(dimensions) > 1 else dimensions[0]
         unit = "deg" if dimension is Dimension.ANGLE else None
+        if dimension is Dimension.FREQUENCY:
+            # Angular velocities have this dimension, too.
+            unit = unit_written(reader.bounds[dimension][0])
         return Said(format_quantity(float(self.numbers(key)[at]), dimension, unit))
