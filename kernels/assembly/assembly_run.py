@@ -51,10 +51,10 @@ from warprock.kernels.assembly.joint import (
     Mass,
     Pose,
     Velocity,
-    approach,
     find_contact,
+    opening_speed,
     push,
-    slip,
+    sliding_speed,
 )
 from warprock.kernels.assembly.landing import (
     FAST,
@@ -74,6 +74,7 @@ from warprock.kernels.assembly.meeting import (
     SLIP,
     Laid,
     Near,
+    blocks_of,
     find_free,
     is_old,
     list_pairs,
@@ -138,10 +139,8 @@ def run_lanes(
     pack, _one = wp.tid()
     first, dt = pack * LANES, real(knobs.time_steps[pack])
     rate = real(1.0) / dt
-    block_count, contact_count = (
-        int(laid.graph[pack, BLOCK_COUNT]),
-        2 * int(laid.graph[pack, JOINT_COUNT]),
-    )
+    block_count = int(laid.graph[pack, BLOCK_COUNT])
+    contact_count = 2 * int(laid.graph[pack, JOINT_COUNT])
     samples = sample_times.shape[0]
     end = sample_times[samples - 1]
     mass = rows(Mass, BLOCKS)
@@ -222,17 +221,14 @@ def run_lanes(
             for i in range(LANES):
                 clock[i].phase = clock[i].phase + clock[i].strikes
             for q in range(contact_count):
-                a, b = (
-                    int(laid.graph[pack, 2 + 2 * (q // 2)]),
-                    int(laid.graph[pack, 3 + 2 * (q // 2)]),
-                )
+                a, b = blocks_of(laid, pack, q // 2)
                 for i in range(LANES):
                     zero = real(0.0)
                     hits = clock[i].strikes > 0 and clock[i].phase == STRIKES
                     leaves = clock[i].strikes > 0 and clock[i].phase == LEAVES
                     va = new[a, i]
                     vb = new[b, i]
-                    opening = approach(contact[q, i], va, vb)
+                    opening = opening_speed(contact[q, i], va, vb)
                     leaves = leaves and leaves_by(weighs, borne[q, i], impulse[q, i], opening)
                     part = wp.where(leaves, clock[i].part - HALF, zero)
                     n, t = part * borne[q, i].n, part * borne[q, i].t
@@ -306,22 +302,16 @@ def run_lanes(
                 book = keep_account(wp.where(keeps, clock[i].gain, real(0.0)), book)
                 account[i] = book
             for q in range(contact_count):
-                a, b = (
-                    int(laid.graph[pack, 2 + 2 * (q // 2)]),
-                    int(laid.graph[pack, 3 + 2 * (q // 2)]),
-                )
+                a, b = blocks_of(laid, pack, q // 2)
                 for i in range(LANES):
                     tracks = track[q, i]
-                    glides = slip(contact[q, i], new[a, i], new[b, i])
+                    glides = sliding_speed(contact[q, i], new[a, i], new[b, i])
                     stands = clock[i].keeps > 0 and seen[i].collapse_time >= NEVER
                     observe_slide(stands, dt, glides, impulse[q, i].n, tracks)
                     track[q, i] = tracks
             if gliding > 0:
                 for q in range(contact_count):
-                    a, b = (
-                        int(laid.graph[pack, 2 + 2 * (q // 2)]),
-                        int(laid.graph[pack, 3 + 2 * (q // 2)]),
-                    )
+                    a, b = blocks_of(laid, pack, q // 2)
                     for i in range(LANES):
                         length = smaller(
                             length_of(blocks[a, first + i]), length_of(blocks[b, first + i])
@@ -444,7 +434,7 @@ def run_lanes(
             for q in range(contact_count):
                 joint = q // 2
                 end_of = real(q % 2)
-                a, b = int(laid.graph[pack, 2 + 2 * joint]), int(laid.graph[pack, 3 + 2 * joint])
+                a, b = blocks_of(laid, pack, joint)
                 for i in range(LANES):
                     goes = clock[i].goes > 0
                     time = real(clock[i].count) * dt
@@ -502,12 +492,9 @@ def run_lanes(
                 for i in range(LANES):
                     clock[i].part = wp.where(clock[i].goes > 0, real(1.0), clock[i].part)
                 for q in range(contact_count):
-                    a, b = (
-                        int(laid.graph[pack, 2 + 2 * (q // 2)]),
-                        int(laid.graph[pack, 3 + 2 * (q // 2)]),
-                    )
+                    a, b = blocks_of(laid, pack, q // 2)
                     for i in range(LANES):
-                        opening = approach(contact[q, i], old[a, i], old[b, i])
+                        opening = opening_speed(contact[q, i], old[a, i], old[b, i])
                         lands = may_land(weighs, contact[q, i].b, impulse[q, i].n, opening)
                         lands = lands and clock[i].goes > 0 and clock[i].count > 0
                         part = landing_part(contact[q, i].b, opening)
@@ -556,7 +543,7 @@ def run_lanes(
         else:
             for q in range(contact_count):
                 joint = q // 2
-                a, b = int(laid.graph[pack, 2 + 2 * joint]), int(laid.graph[pack, 3 + 2 * joint])
+                a, b = blocks_of(laid, pack, joint)
                 for i in range(LANES):
                     va = new[a, i]
                     vb = new[b, i]
@@ -623,10 +610,7 @@ def run_lanes(
                     for joint in range(contact_count // 2):
                         q, p = 2 * joint, 2 * joint + 1
                         place = int(laid.graph[pack, TREE + 1 + 2 * BLOCKS + joint])
-                        a, b = (
-                            int(laid.graph[pack, 2 + 2 * joint]),
-                            int(laid.graph[pack, 3 + 2 * joint]),
-                        )
+                        a, b = blocks_of(laid, pack, joint)
                         child, parent = (
                             wp.where(place % 2 == 0, a, b),
                             wp.where(place % 2 == 0, b, a),
@@ -663,10 +647,7 @@ def run_lanes(
                             node[child, i] = below
                     for joint in range(contact_count // 2):
                         q, p = 2 * joint, 2 * joint + 1
-                        a, b = (
-                            int(laid.graph[pack, 2 + 2 * joint]),
-                            int(laid.graph[pack, 3 + 2 * joint]),
-                        )
+                        a, b = blocks_of(laid, pack, joint)
                         for i in range(LANES):
                             leaps = leap[i].next > 0
                             da = change_of(node[a, i], mass[a, i])
@@ -691,10 +672,7 @@ def run_lanes(
                             way[p, i] = wp.where(leaps, beside, way[p, i])
                     for joint in range(contact_count // 2):
                         q, p = 2 * joint, 2 * joint + 1
-                        a, b = (
-                            int(laid.graph[pack, 2 + 2 * joint]),
-                            int(laid.graph[pack, 3 + 2 * joint]),
-                        )
+                        a, b = blocks_of(laid, pack, joint)
                         for i in range(LANES):
                             leaps = leap[i].next > 0
                             n0, t0, n1, t1 = leap_to(

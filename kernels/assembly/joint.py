@@ -219,12 +219,12 @@ def push(
 
 
 @wp.func
-def approach(at: Contact, va: Velocity, vb: Velocity) -> real:
+def opening_speed(at: Contact, va: Velocity, vb: Velocity) -> real:
     """Velocity u_n with which a contact opens [m/s]."""
     return dot(at.aa, at.ab, va.omega, vb.omega) + dot(at.nx, at.nz, va.x - vb.x, va.z - vb.z)
 
 
 @wp.func
-def slip(at: Contact, va: Velocity, vb: Velocity) -> real:
+def sliding_speed(at: Contact, va: Velocity, vb: Velocity) -> real:
     """Velocity u_t with which a contact slides [m/s]."""
     return dot(at.ba, at.bb, va.omega, vb.omega) + wedge(at.nx, at.nz, va.x - vb.x, va.z - vb.z)

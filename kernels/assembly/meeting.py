@@ -231,6 +231,12 @@ class Laid:
 
 
 @wp.func
+def blocks_of(laid: Laid, pack: int, joint: int):
+    """The two blocks of a joint."""
+    return int(laid.graph[pack, 2 + 2 * joint]), int(laid.graph[pack, 3 + 2 * joint])
+
+
+@wp.func
 def next_corner(corner: int, count: int) -> int:
     """The next corner."""
     return wp.where(corner + 1 < count, corner + 1, 0)

@@ -22,7 +22,7 @@ so its impulses and its velocities agree, and it waits without any change.
 
 import warp as wp
 
-from warprock.kernels.assembly.joint import Contact, Impulse, Mass, Velocity, approach, push
+from warprock.kernels.assembly.joint import Contact, Impulse, Mass, Velocity, opening_speed, push
 
 GROWN = real(1.1)
 """Growth of |d|^2 from which on the direction is dropped. Where blocks hold one another by forces
@@ -171,7 +171,7 @@ def sweep_contact(
     n0, t0 = fused(beta, way.pn, impulse.n), fused(beta, way.pt, impulse.t)
     way.pn = fused(beta, way.pn, way.dn)
     way.pt = fused(beta, way.pt, way.dt)
-    wanted = larger(fused_less(at.wn, approach(at, va, vb) + at.b, n0), least_normal(impulse))
+    wanted = larger(fused_less(at.wn, opening_speed(at, va, vb) + at.b, n0), least_normal(impulse))
     dn = on * (wanted - n0)
     n = n0 + dn
     # What dn does to u_t goes through the rotations alone, for n and t' are at right angles.

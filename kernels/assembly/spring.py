@@ -11,7 +11,7 @@ The energy that springs hold for a while is no loss: the account of a lane takes
 
 import warp as wp
 
-from warprock.kernels.assembly.joint import Contact, Edges, Velocity, approach, slip
+from warprock.kernels.assembly.joint import Contact, Edges, Velocity, opening_speed, sliding_speed
 from warprock.kernels.dem.stack import Knobs as Stiffness
 from warprock.kernels.dem.stack import Pace, Spring, solve_spring
 
@@ -44,7 +44,7 @@ def press(
         Impulses N and T [N s], energy in the springs [J].
     """
     overlap = -smaller(gap, NEVER)
-    opens, slides = approach(at, va, vb), slip(at, va, vb)
+    opens, slides = opening_speed(at, va, vb), sliding_speed(at, va, vb)
     normal, shear, energy = solve_spring(
         stiffness, pace, edges.friction, overlap, opens, slides, spring
     )

@@ -52,7 +52,7 @@ from warprock.kernels.assembly.joint import (
     Velocity,
     find_contact,
     push,
-    slip,
+    sliding_speed,
 )
 from warprock.kernels.assembly.meeting import (
     Laid,
@@ -583,7 +583,7 @@ def run_lanes(
                         held[i + 9 * LANES], held[i + 10 * LANES], held[i + 11 * LANES],
                     )  # fmt: skip
                     tracks = track[i]
-                    glides = slip(at, new_a[i], new_b[i])
+                    glides = sliding_speed(at, new_a[i], new_b[i])
                     observe_slide(keeps, dt, glides, force[i], tracks)
                     track[i] = tracks
                 for i in range(LANES):

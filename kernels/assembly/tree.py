@@ -20,7 +20,14 @@ bound.
 
 import warp as wp
 
-from warprock.kernels.assembly.joint import Contact, Impulse, Mass, Velocity, approach, slip
+from warprock.kernels.assembly.joint import (
+    Contact,
+    Impulse,
+    Mass,
+    Velocity,
+    opening_speed,
+    sliding_speed,
+)
 from warprock.kernels.assembly.solve import Leap, Way, least_normal, most_drag
 
 WEIGHT = by_precision(1.0e7, 1.0e3)
@@ -174,9 +181,9 @@ def add_contact(
     links = wp.where(place < 2, real(1.0), real(0.0))
     nx, nz = along * at.nx, along * at.nz
     normal = Line(nx, nz, wp.where(first, at.aa, at.ab), wp.where(first, at.ab, at.aa))
-    add_line(normal, n, links * n, -n * (approach(at, va, vb) + at.b), own, parent)
+    add_line(normal, n, links * n, -n * (opening_speed(at, va, vb) + at.b), own, parent)
     shear = Line(-nz, nx, wp.where(first, at.ba, at.bb), wp.where(first, at.bb, at.ba))
-    add_line(shear, t, links * t, -t * slip(at, va, vb), own, parent)
+    add_line(shear, t, links * t, -t * sliding_speed(at, va, vb), own, parent)
 
 
 @wp.struct
@@ -289,8 +296,8 @@ def aim(
         way: Takes the change.
     """
     n, t = held_normal(at, impulse), held_shear(at, impulse)
-    way.dn = -n * ((approach(at, va, vb) + at.b) + approach(at, da, db))
-    way.dt = -t * (slip(at, va, vb) + slip(at, da, db))
+    way.dn = -n * ((opening_speed(at, va, vb) + at.b) + opening_speed(at, da, db))
+    way.dt = -t * (sliding_speed(at, va, vb) + sliding_speed(at, da, db))
     way.pn = real(0.0)
     way.pt = real(0.0)
 
