@@ -130,6 +130,10 @@ def test_a_case_is_found_by_folder_and_by_file(write, tmp_path):
     assert load_case(other).name == "wall"
 
 
+def test_a_name_that_no_file_system_takes_is_no_case():
+    assert str(refusal("x" * 300)).startswith("CASE: got 'xxx")
+
+
 def test_no_such_case():
     error = refusal("free-b2")
     assert str(error).startswith(

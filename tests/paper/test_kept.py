@@ -23,6 +23,14 @@ def asked(tmp_path, monkeypatch):
     return (lambda *of: kept(make, *of)), made
 
 
+def test_the_sources_of_an_answer_are_all_that_the_oracle_reads(python):
+    read = "{m.__package__ for n, m in sys.modules.items() if n.startswith('warprock')}"
+    done = python("-c", f"import sys, warprock.oracle.block; print(*{read})")
+    assert done.returncode == 0, done.stderr
+    assert "warprock.oracle" in done.stdout.split()
+    assert set(done.stdout.split()) <= set(module.SOURCES)
+
+
 def test_an_answer_is_made_once_for_what_decides_it(asked):
     ask, made = asked
     times, widths = SampleTimes(3.0, 0.01), np.array([0.5, 0.17])

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Any
 
 import pytest
+
+
+def all_but(thorough: Collection[str], values: Iterable[str]) -> list[Any]:
+    """The values as parameters: those named, and no others, for `thorough`."""
+    return [
+        pytest.param(value, marks=pytest.mark.thorough if value in thorough else ())
+        for value in values
+    ]
 
 
 def first(count: int, values: Iterable[Any]) -> list[Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.resources
 import pathlib
 import re
@@ -62,7 +63,10 @@ def case_names() -> list[str]:
 def _is_shipped(name: str) -> bool:
     """Whether a shipped case has this name, which may be any text that a user gave."""
     is_name = bool(name) and pathlib.PurePath(name).name == name and "\0" not in name
-    return is_name and _shipped_cases().joinpath(name, CASE_FILE).is_file()
+    # A name that is too long for a file system is an error there.
+    with contextlib.suppress(OSError):
+        return is_name and _shipped_cases().joinpath(name, CASE_FILE).is_file()
+    return False
 
 
 def data_folder(name: str, folder: pathlib.Path | None) -> pathlib.Path | None:

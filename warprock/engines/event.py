@@ -35,7 +35,7 @@ from warprock.engines.workload import step_limit
 from warprock.kernels import event, event_space
 from warprock.model import rocking
 from warprock.model.bodies import CORNERS, Bodies, boxes_on_corners
-from warprock.model.coplanar import find_coplanar, in_their_plane
+from warprock.model.coplanar import Coplanar, find_coplanar, in_their_plane, no_plane
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions, UprightMotions
 from warprock.model.pose import bottom_corners
@@ -223,7 +223,7 @@ class Event(KernelEngine):
             name = "body_run" if cornered else "block_run"
             return Kernel(event, name, lanes=self.target.lanes, bounces=self._bounces)
         friction = "box" if self.settings.friction_box else "cone"
-        if isinstance(scene, SceneKind) and scene.coplanar == 1.0:
+        if isinstance(scene, SceneKind) and self._runs_in_plane(scene) == 1.0:
             return Kernel(event, "stack_run")
         if scene.stacked:
             return Kernel(event_space, "stack_run", friction=friction)
@@ -240,17 +240,30 @@ class Event(KernelEngine):
 
     def kernel_note(self, scene: SceneKind) -> str:
         """Which stacks in space run in the plane; see `KernelEngine.kernel_note`."""
-        if scene.coplanar == 1.0:
+        part = self._runs_in_plane(scene)
+        if part == 1.0:
             return "each stack moves in one vertical plane and runs in it"
-        if scene.coplanar > 0.0:
-            share = f"{scene.coplanar:.0%} of the stacks, which move in one vertical plane"
+        if part > 0.0:
+            share = f"{part:.0%} of the stacks, which move in one vertical plane"
             return f"{share}, run in it (kernels/event/stack_run.py)"
         return ""
+
+    def _runs_in_plane(self, scene: SceneKind) -> float:
+        """Part of the stacks of a scene that run by the equations of the plane."""
+        return 0.0 if self.settings.friction_box else scene.coplanar
+
+    def _find_coplanar(self, lanes: Lanes, motions: GroundMotions) -> Coplanar:
+        """The stacks that run by the equations of the plane.
+
+        None does where friction is a box: that lies along x and y of the ground, so that a plane
+        in another direction is none of symmetry.
+        """
+        return no_plane(lanes) if self.settings.friction_box else find_coplanar(lanes, motions)
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step that every lane may take [s]: also cut at the knots of a record."""
         step = np.array(self._own_step(self.kernel_lanes(lanes, motions), motions))
-        found = find_coplanar(lanes, motions)
+        found = self._find_coplanar(lanes, motions)
         for rows in found.lots:
             parts = in_their_plane(*_in_space(lanes, motions), found, rows)
             step[rows] = self._own_step(*parts)
@@ -341,7 +354,7 @@ class Event(KernelEngine):
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels for lanes and motions, once, on the calling thread."""
-        found = find_coplanar(lanes, motions)
+        found = self._find_coplanar(lanes, motions)
         for rows in found.lots:
             super().warm_up(*in_their_plane(*_in_space(lanes, motions), found, rows))
         if not found.within.all():
@@ -349,7 +362,7 @@ class Event(KernelEngine):
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes: stacks in space that move in one vertical plane run there."""
-        found = find_coplanar(lanes, motions)
+        found = self._find_coplanar(lanes, motions)
         if not found.lots:
             return super().run(lanes, motions, times)
         spatial, base = _in_space(lanes, motions)

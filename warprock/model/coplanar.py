@@ -65,6 +65,12 @@ class Coplanar:
         return [np.flatnonzero(kind) for kind in kinds if kind.any()]
 
 
+def no_plane(lanes: Lanes) -> Coplanar:
+    """That no stack of a batch moves in one vertical plane."""
+    none = np.zeros(lanes.lane_count, dtype=bool)
+    return Coplanar(none, none, none, np.zeros(len(none)))
+
+
 def find_coplanar(lanes: Lanes, motions: GroundMotions) -> Coplanar:
     """Finds the stacks of a batch that move in one vertical plane; none of any other batch.
 
@@ -72,7 +78,6 @@ def find_coplanar(lanes: Lanes, motions: GroundMotions) -> Coplanar:
         lanes: The lanes.
         motions: Their ground motions.
     """
-    within, across = np.zeros((2, lanes.lane_count), dtype=bool)
     if not (
         isinstance(lanes, SpatialLanes)
         and isinstance(motions, SpatialMotions)
@@ -81,7 +86,8 @@ def find_coplanar(lanes: Lanes, motions: GroundMotions) -> Coplanar:
         and lanes.release is None
         and not lanes.bodies
     ):
-        return Coplanar(within, across, within, np.zeros(len(within)))
+        return no_plane(lanes)
+    within, across = np.zeros((2, lanes.lane_count), dtype=bool)
     starts = (
         lanes.rotation_start, lanes.rotation_across_start, lanes.gap_start, lanes.centre_offset_x,
         lanes.centre_offset_y, lanes.yaw_start - lanes.yaw_start[:, :1],

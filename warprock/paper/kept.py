@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import functools
 import hashlib
 import importlib.metadata
 import importlib.resources
@@ -27,8 +28,8 @@ Array = npt.NDArray[np.float64]
 
 FOLDER = "references"
 """Where they lie in the folder of the kernels."""
-SOURCES = ("warprock.oracle", "warprock.model")
-"""Packages that make an answer from lanes, motions and times."""
+SOURCES = ("warprock", "warprock.oracle", "warprock.model")
+"""Packages whose own files make an answer from lanes, motions and times."""
 PACKAGES = ("numpy", "scipy")
 """Packages of others whose results it has."""
 
@@ -60,13 +61,21 @@ def _hash(made_of: Any) -> str:
     digest = hashlib.sha256(platform.python_version().encode())
     for name in PACKAGES:
         digest.update(importlib.metadata.version(name).encode())
-    for package in SOURCES:
+    digest.update(_sources(SOURCES))
+    _add(digest, made_of)
+    return digest.hexdigest()
+
+
+@functools.cache
+def _sources(packages: tuple[str, ...]) -> bytes:
+    """A hash of the files of packages, without those of packages in them."""
+    digest = hashlib.sha256()
+    for package in packages:
         files = importlib.resources.files(package).iterdir()
         for file in sorted(files, key=lambda each: each.name):
             if file.name.endswith(".py"):
                 digest.update(file.name.encode() + file.read_bytes())
-    _add(digest, made_of)
-    return digest.hexdigest()
+    return digest.digest()
 
 
 def _add(digest: Any, value: Any) -> None:
