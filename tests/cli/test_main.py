@@ -59,7 +59,8 @@ waveform = "record"
 record = "shake.csv"
 """
 HEAVY = ("warp", "newton", "matplotlib", "pandas", "pydantic", "numpy", "pyarrow", "rich")
-HEAVY += ("scipy.integrate", "scipy.optimize", "scipy.sparse", "scipy.special")
+HEAVY += ("scipy", "scipy.integrate", "scipy.optimize", "scipy.sparse", "scipy.special")
+HEAVY += ("scipy.linalg", "scipy.signal", "scipy.stats")
 
 
 @pytest.fixture
@@ -99,7 +100,7 @@ EXPLAIN = "main(['explain', 'space-free'], standalone_mode=False)"
                 ("import warprock; warprock.Case; warprock.run", {"pydantic", "numpy"}),
                 (
                     "import warprock.paper.reproduce, warprock.findings.kinds as p; p.kinds()",
-                    {"rich", "pydantic", "numpy", "pandas", "pyarrow", "warp"},
+                    {"rich", "pydantic", "numpy", "pandas", "pyarrow", "warp", "scipy"},
                 ),
             ],
         ),

@@ -370,7 +370,6 @@ def test_the_longest_step_does_not_matter() -> None:
     np.testing.assert_array_equal(found.patterns, finer.patterns)
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("frequency", "millimetres"),
     [

@@ -12,8 +12,9 @@ OUTCOMES: dict[Outcome, str] = {
     Outcome.ROCKING: "a block still moves when the run ends",
     Outcome.OVERTURNED: "a block has fallen over; the lane ends there",
     Outcome.SLID_OFF: (
-        "a block has left the face of the one below, or, in an assembly, slid along what bears it "
-        "by more than its longest joint; the lane ends there"
+        "a block has left the face of the one below; in an assembly it has slid by more than its "
+        "longest joint, in space until its largest joint lies nowhere over where it was; the lane "
+        "ends there, or after `after_collapse`"
     ),
 }
 """What has become of a lane when its run ends."""
