@@ -87,6 +87,7 @@ from warprock.kernels.assembly.solve import (
     Trail,
     Way,
     decide,
+    drift_after,
     extrapolate,
     start_solve,
     sweep_contact,
@@ -194,7 +195,7 @@ def run_lanes(
                 edges = joints[q // 2, first + i]
                 spring[q, i].u = wp.where(q % 2 == 0, edges.first, edges.second)
     lost, busy, crowded = int(0), int(1), int(0)
-    striking, landing, struck = int(0), int(0), int(0)
+    striking, landing = int(0), int(0)
     while busy > 0:
         busy, waiting = int(0), int(0)
         for i in range(LANES):
@@ -261,9 +262,8 @@ def run_lanes(
                 seen[i].sweeps = seen[i].sweeps + clock[i].strikes * solve[i].sweeps
                 left = larger(solve[i].left, seen[i].residual)
                 seen[i].residual = wp.where(strikes, left, seen[i].residual)
-                misses = strikes and solve[i].left > solve[i].loose
-                drift = fused(dt, solve[i].left, clock[i].drift)
-                clock[i].drift = wp.where(misses, drift, clock[i].drift)
+                drift = drift_after(dt, solve[i], clock[i].drift)
+                clock[i].drift = wp.where(strikes, drift, clock[i].drift)
                 again = start_solve(real(1.0), knobs.settled, real(0.0))
                 again.loose = solve[i].loose
                 solve[i] = wp.where(strikes, again, solve[i])
@@ -281,11 +281,11 @@ def run_lanes(
             for i in range(LANES):
                 begins = clock[i].goes
                 started = wp.where(clock[i].count < -SETTLING, 0, begins)
-                misses = solve[i].left > solve[i].loose and started > 0
-                drift = fused(dt, solve[i].left, clock[i].drift)
-                clock[i].drift = wp.where(misses, drift, clock[i].drift)
+                misses = solve[i].left > solve[i].loose
+                drift = drift_after(dt, solve[i], clock[i].drift)
+                clock[i].drift = wp.where(started > 0, drift, clock[i].drift)
                 over = clock[i].drift > DRIFT * laid.around[first + i].scale
-                over = over or (misses and clock[i].count < 0)
+                over = started > 0 and (over or (misses and clock[i].count < 0))
                 clock[i].ended = started
                 clock[i].count = clock[i].count + begins
                 clock[i].keeps = wp.where(clock[i].count > 0, started, 0)
@@ -297,7 +297,6 @@ def run_lanes(
                 seen[i].mode = wp.where(over, UNSOLVED, seen[i].mode)
                 moves = started > 0 and seen[i].speed > STILL * weighs
                 gliding = gliding + wp.where(moves, 1, 0)
-                seen[i].speed = wp.where(started > 0, real(0.0), seen[i].speed)
                 book = account[i]
                 book = keep_account(wp.where(keeps, clock[i].gain, real(0.0)), book)
                 account[i] = book
@@ -316,11 +315,14 @@ def run_lanes(
                         length = smaller(
                             length_of(blocks[a, first + i]), length_of(blocks[b, first + i])
                         )
-                        stands = clock[i].keeps > 0 and seen[i].collapse_time >= NEVER
+                        stands = clock[i].keeps > 0 and seen[i].speed > STILL * weighs
+                        stands = stands and seen[i].collapse_time >= NEVER
                         time = real(clock[i].count) * dt
                         sees = seen[i]
                         observe_off(stands and size(track[q, i].slide) > length, time, sees)
                         seen[i] = sees
+            for i in range(LANES):
+                seen[i].speed = wp.where(clock[i].ended > 0, real(0.0), seen[i].speed)
             if BONDS:
                 for joint in range(contact_count // 2):
                     for i in range(LANES):
@@ -485,6 +487,7 @@ def run_lanes(
             quick = int(0)
             for i in range(LANES):
                 crowded = crowded + near[i].touching
+                # Two corners may come towards each other, each at half of that.
                 lively = clock[i].goes > 0 and seen[i].speed > HALF * FAST * weighs
                 quick = quick + wp.where(lively, 1, 0)
             striking = int(0)

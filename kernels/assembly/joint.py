@@ -99,7 +99,7 @@ class Contact:
         aa, ab: Arms of N, a_A and a_B [m].
         ba, bb: Arms of T, b_A and b_B [m].
         kn, kt: What an impulse along n, along t' does to u_n, to u_t [1/kg].
-        wn, wt: Their reciprocals [kg]; zero of corners that have left the other edge.
+        wn, wt: Their reciprocals [kg]; zero of a corner that lands, in the solve without it.
         b: Velocity b [m/s].
         friction: Coulomb friction coefficient.
     """

@@ -25,7 +25,8 @@ LANDS, STRIKES, LEAVES = 1, 2, 3
 
 FAST, STILL = real(10.0), real(0.1)
 """Least speed of a corner that lands, and of one that leaves, over gravity times step. A slower one
-may land in one solve: that takes at most some 1 / FAST of its speed."""
+may land in one solve: that takes at most some 1 / FAST of its speed. In a lane that is slower than
+STILL nothing has slid off since the last step."""
 
 
 @wp.struct
@@ -52,8 +53,8 @@ def may_land(weighs: real, b: real, carried: real, opening: real) -> bool:
 
 @wp.func
 def landing_part(b: real, opening: real) -> real:
-    """The part of a step after which a contact lands, at most 1, by b and u_n before the step."""
-    return smaller(b / larger(-opening, b), real(1.0))
+    """The part of a step after which a contact lands, by b and u_n before the step; 1 if later."""
+    return b / larger(-opening, b)
 
 
 @wp.func

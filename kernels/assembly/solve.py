@@ -127,6 +127,12 @@ def start_solve(on: real, bound: real, speed: real) -> Solve:
     return Solve(on, zero, zero, zero, zero, zero, larger(bound, SHARE * speed), real(1.0), 0)
 
 
+@wp.func
+def drift_after(step: real, solve: Solve, drift: real) -> real:
+    """How far solves that missed their bound have moved blocks, with one that has ended [m]."""
+    return wp.where(solve.left > solve.loose, fused(step, solve.left, drift), drift)
+
+
 if BONDS:
 
     @wp.func

@@ -1,11 +1,12 @@
 """Runs of one assembly of many blocks, by a team of threads.
 
-The law, the solve and what is seen are those of `assembly_run.py`. What differs is the order of the
-contacts in a sweep. The host gives every joint a colour, so that joints of one colour have no block
-in common that can move. The team takes one colour after the other, and its threads meet between
-them. A thread takes packs of LANES joints side by side, both ends of each: it reads the velocities
-of their blocks, sweeps, and writes these back. Contacts that no joint declares, of which there are
-few until blocks fall, come last; the first thread finds and sweeps them.
+The law and what is seen are those of `assembly_run.py`, but that corners land in one solve. What
+else differs is the order of the contacts in a sweep. The host gives every joint a colour, so that
+joints of one colour have no block in common that can move. The team takes one colour after the
+other, and its threads meet between them. A thread takes packs of LANES joints side by side, both
+ends of each: it reads the velocities of their blocks, sweeps, and writes these back. Contacts that
+no joint declares, of which there are few until blocks fall, come last; the first thread finds and
+sweeps them.
 
 The numbers do not depend on the size of the team. Whoever takes a pack finds the same velocities
 there, and what is summed over contacts or blocks is summed by bundles of packs, these by heaps of
@@ -32,6 +33,7 @@ from warprock.kernels.assembly.block import (
     observe_slide,
 )
 from warprock.kernels.assembly.found import (
+    DRIFT,
     FIRST,
     ROOM,
     SAME,
@@ -69,6 +71,7 @@ from warprock.kernels.assembly.solve import (
     Trail,
     Way,
     decide,
+    drift_after,
     extrapolate,
     start_solve,
     sweep_contact,
@@ -554,7 +557,9 @@ def run_lanes(
         lane[0].steps = lane[0].steps + wp.where(keeps, 1, 0)
         lane[0].sweeps = lane[0].sweeps + solve[0].sweeps
         lane[0].residual = larger(solve[0].left, lane[0].residual)
-        over = solve[0].left > solve[0].loose
+        misses = solve[0].left > solve[0].loose
+        clock[0].drift = drift_after(dt, solve[0], clock[0].drift)
+        over = clock[0].drift > DRIFT * scene.laid.around[0].scale or (misses and not keeps)
         book = account[0]
         book = keep_account(wp.where(keeps, clock[0].gain, real(0.0)), book)
         account[0] = book

@@ -1,9 +1,9 @@
 """Runs of assemblies of blocks in space with dry joints, one lane a thread on any device.
 
 The same scheme as in the plane (assembly/assembly_run.py): a run begins with SETTLING solves at the
-start, from velocities of zero; a step moves the blocks by the velocities that its solve found, and
-a lane of which a solve does not settle ends there. A sweep takes contacts side by side, by vector
-code, in the order of packing.py.
+start, from velocities of zero; a step moves the blocks by the velocities that its solve found.
+Corners land in one solve. A sweep takes contacts side by side, by vector code, in the order of
+packing.py.
 """
 
 import warp as wp
@@ -11,6 +11,7 @@ import warp as wp
 from warprock.kernels.algebra.vectors import Vector
 from warprock.kernels.assembly.block import last_mode, observe_off, start_seen
 from warprock.kernels.assembly.found import (
+    DRIFT,
     FIRST,
     ROOM,
     SAME,
@@ -28,7 +29,7 @@ from warprock.kernels.assembly.meeting import (
     look_out,
     observe_free,
 )
-from warprock.kernels.assembly.solve import Leap, decide, start_solve
+from warprock.kernels.assembly.solve import Leap, decide, drift_after, start_solve
 from warprock.kernels.assembly_space.block import (
     Block,
     Peak,
@@ -155,8 +156,7 @@ def run_lanes(
 ):  # fmt: skip
     """Runs one lane a thread."""
     lane, _one = wp.tid()
-    dt, zero = real(knobs.time_steps[lane]), real(0.0)
-    rate = real(1.0) / dt
+    dt, zero, drift = real(knobs.time_steps[lane]), real(0.0), real(0.0)
     count = int(laid.sizes[lane, BLOCK_COUNT])
     joints = int(laid.sizes[lane, JOINT_COUNT])
     room = laid.contacts.shape[1] // 2
@@ -313,7 +313,9 @@ def run_lanes(
                 laid.moves[lane, k] = move_of(laid.hefts[lane, k], laid.drifts[lane, k])
         seen.sweeps = seen.sweeps + solve.sweeps
         seen.residual = larger(solve.left, seen.residual)
-        if solve.left > solve.loose:
+        misses = solve.left > solve.loose
+        drift = drift_after(dt, solve, drift)
+        if drift > DRIFT * laid.scale[lane] or (misses and live == 0):
             seen.mode = UNSOLVED
         number += 1
         time = real(number) * dt

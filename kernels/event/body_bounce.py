@@ -55,8 +55,8 @@ from warprock.kernels.event.body_contact import Blow, Body, law_velocity
 from warprock.kernels.lane.modes import FLAT, FLYING, PIVOTING
 
 SHORT = by_precision(1.0e-7, 1.0e-4)
-"""Hop of a corner that is none, over the shortest bounce: by Poisson's law a corner may get as
-little as it likes."""
+"""A corner that rises at less than this part of e slow stays on the base. By Poisson's law a corner
+that did not come down may leave at any speed, however small."""
 
 
 @wp.func
@@ -154,9 +154,8 @@ def expand(body: Body, beside: bool, at: Lever, other: real, rest: Velocity, n: 
         wp.where(first, on1.z, wp.where(second, on2.z, up.z)),
         wp.where(first, on1.omega, wp.where(second, on2.omega, up.omega)),
     )
-    return Expansion(
-        after, first, second, wp.where(first, sticks1, sticks2), leaves or first or second
-    )
+    sticks = wp.where(first, sticks1, wp.where(second, sticks2, size(stop) <= bound))
+    return Expansion(after, first, second, sticks, leaves or first or second)
 
 
 @wp.func

@@ -141,7 +141,7 @@ def bounce(s: Shape, pose: Pose, touch: wp.uint64, dust: real, v: Vector, w: Vec
         c = b.carried
         if s.expansion > zero:
             free = expand(s, pose, all, v, w, c)
-            if not free.fits:
+            if not (free.fits and c.fits):
                 free = c
         else:
             shift_v = e * Vector(-w[1] * low, w[0] * low, v[2])

@@ -13,7 +13,6 @@ from warprock.kernels.shape_space.lanes import (
     inertia_of,
     matrix_of,
     product,
-    vector_product,
 )
 
 
@@ -71,20 +70,3 @@ def relative_velocity(
 ) -> Vector:
     """Velocity of a contact on the upper block as seen from the lower one [m/s]."""
     return velocity_at(vu, ou, ru) - velocity_at(vl, ol, rl)
-
-
-@wp.func
-def push_velocity(v: Vector, light: real, p: Vector) -> Vector:
-    """The velocity v of a block of the inverse mass `light` after the impulse p [m/s]."""
-    return Vector(fused(light, p[0], v[0]), fused(light, p[1], v[1]), fused(light, p[2], v[2]))
-
-
-@wp.func
-def push_spin(o: Vector, j: Matrix, r: Vector, p: Vector) -> Vector:
-    """The angular velocity o of a block, its inverse inertia j, after an impulse p at r [rad/s]."""
-    x, y, z = vector_product(r[0], r[1], r[2], p[0], p[1], p[2])
-    return Vector(
-        fused(j[0, 2], z, fused(j[0, 1], y, fused(j[0, 0], x, o[0]))),
-        fused(j[1, 2], z, fused(j[1, 1], y, fused(j[1, 0], x, o[1]))),
-        fused(j[2, 2], z, fused(j[2, 1], y, fused(j[2, 0], x, o[2]))),
-    )
