@@ -54,14 +54,6 @@ from warprock.kernels.event_space.body_face import (
 )
 from warprock.kernels.shape_space.body import APART
 from warprock.kernels.shape_space.contact import (
-    COUPLE_X,
-    COUPLE_Y,
-    NORMAL,
-    SLIP_1,
-    SLIP_2,
-    SLIP_3,
-    Gains,
-    drag,
     gains_of,
     solve_contact,
 )
@@ -225,22 +217,6 @@ def squared_distance(t: Touches, k: int, i: int) -> real:
     return x * x + y * y
 
 
-@wp.func
-def press_point(mu: real, least: real, gains: Gains, e: Matrix, p: Vector, u: Vector) -> Vector:
-    """New impulses of a point that pushes by no less than `least`, see `solve_contact`."""
-    zero = real(0.0)
-    new = solve_contact(mu, zero, zero, gains, e, p, u)
-    if new[2] < least:
-        push = larger(fused_less(gains[NORMAL], u[2], p[2]), least)
-        more = push - p[2]
-        slip_x, slip_y = fused(more, gains[COUPLE_X], u[0]), fused(more, gains[COUPLE_Y], u[1])
-        fx, fy = drag(
-            mu * push, p[0], p[1], slip_x, slip_y, gains[SLIP_1], gains[SLIP_2], gains[SLIP_3]
-        )
-        new = Vector(fx, fy, push)
-    return new
-
-
 @wp.func(inline=False)
 def solve_by_sweeps(
     s: Shape, pose: Pose, t: Touches, least: PointNumbers, v: Vector, w: Vector
@@ -267,7 +243,7 @@ def solve_by_sweeps(
             k = wp.where(step % 2 == 0, turn, total - 1 - turn)
             r = t.lever[k]
             u = relative_velocity(c.v, c.w, r, none, none, none)
-            new = press_point(s.friction, least[k], gains[k], e, p[k], u)
+            new = solve_contact(s.friction, least[k], gains[k], e, p[k], u)
             more = part * (new - p[k])
             p[k] = p[k] + more
             c.v = c.v + more

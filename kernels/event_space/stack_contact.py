@@ -212,7 +212,7 @@ def solve_by_law(
     mu, vu, ou, vl, ol = pose.friction[k], v[k], w[k], v[k - 1], w[k - 1]
     u = relative_velocity(vu, ou, t.ru[i], vl, ol, t.rl[i])
     if t.law[i] == CONE:
-        return solve_contact(mu, zero, zero, g, e, p, u)
+        return solve_contact(mu, zero, g, e, p, u)
     at = e * u
     if t.law[i] == HOLD:
         return Vector(

@@ -139,22 +139,6 @@ def place_between(s: State, low: State, r: Turn) -> Triple:
 
 
 @wp.func
-def predict(dv: Triple, knobs: Knobs, j: Symmetric, s: State) -> Velocity:
-    """Velocity of a block without contact.
-
-    Args:
-        dv: Change of the base velocity [m/s].
-        knobs: Settings.
-        j: Inverse inertia of the block in the axes of the base [1/m^2].
-        s: The block.
-    """
-    o = times(j, spin_of(s))
-    return Velocity(
-        s.vx - dv.x, s.vy - dv.y, s.vz - dv.z - knobs.time_step * knobs.gravity, o.x, o.y, o.z
-    )  # fmt: skip
-
-
-@wp.func
 def find_lean(
     m: Turn, low: Turn, u: Velocity, below: Velocity, hint: Triple, before: Lean
 ) -> Lean:  # fmt: skip

@@ -30,6 +30,7 @@ from warprock.kernels.impulse_space.block import (
     Lean,
     Velocity,
     impulse_where,
+    predict,
     slips,
     spin_of,
 )
@@ -53,7 +54,6 @@ from warprock.kernels.impulse_space.stack import (
     observe_block,
     observe_spot,
     place_between,
-    predict,
     push,
     rise_of,
     slip_between,
@@ -74,7 +74,6 @@ from warprock.kernels.shape_space.lanes import (
     Symmetric,
     Triple,
     Turn,
-    inertia_of,
     into_base,
     into_body,
     turn_of,
@@ -176,15 +175,13 @@ def run_lanes(
                 shift[i] = Triple(zero, zero, zero)
                 total[i] = Opening(zero, zero, -FAR)
                 fastest[i] = zero
-                going[i] = one
             for k in range(1, bodies):
                 for i in range(LANES):
                     block = blocks[k - 1, first + i]
-                    j = inertia_of(
-                        turn[k, i], Triple(block.inverse_x, block.inverse_y, block.inverse_z)
-                    )
+                    inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
                     jump = Triple(dv[X, i], dv[Y, i], dv[Z, i])
-                    new[k, i] = predict(jump, knobs, j, state[k, i])
+                    free, j = predict(jump, knobs, inverse, state[k, i])
+                    new[k, i] = free
                     each = light[k, i]
                     ease[k, i] = Symmetric(
                         each * j.xx, each * j.xy, each * j.xz, each * j.yy, each * j.yz,

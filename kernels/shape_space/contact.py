@@ -103,29 +103,25 @@ def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vect
 
 
 @wp.func
-def solve_contact(
-    mu: real, gap: real, rate: real, gains: Gains, e: Matrix, p: Vector, u: Vector
-) -> Vector:  # fmt: skip
+def solve_contact(mu: real, least: real, gains: Gains, e: Matrix, p: Vector, u: Vector) -> Vector:
     """New impulses of a contact along its directions, by a Gauss-Seidel update [N s].
 
     Args:
         mu: Friction coefficient.
-        gap: Gap of the contact [m].
-        rate: Inverse of the time step [1/s].
+        least: Least normal impulse [N s].
         gains: Effect of its impulses, see `gains_of`.
         e: Its directions, one a row.
         p: Its impulses so far [N s].
         u: Velocity of the upper body relative to the lower one, see `relative_velocity` [m/s].
     """
-    zero, g = real(0.0), gains
-    x, y, parting = parts_along(e, u)
-    z = fused(larger(gap, zero), rate, parting)
+    g = gains
+    x, y, z = parts_along(e, u)
     stop_x = p[0] - product(g[STOP_XX], g[STOP_XY], g[STOP_XZ], x, y, z)
     stop_y = p[1] - product(g[STOP_XY], g[STOP_YY], g[STOP_YZ], x, y, z)
     stop_z = p[2] - product(g[STOP_XZ], g[STOP_YZ], g[STOP_ZZ], x, y, z)
-    if holds(stop_x, stop_y, stop_z, mu):
+    if stop_z >= least and holds(stop_x, stop_y, stop_z, mu):
         return Vector(stop_x, stop_y, stop_z)
-    push = larger(fused_less(g[NORMAL], z, p[2]), zero)
+    push = larger(fused_less(g[NORMAL], z, p[2]), least)
     # Slip velocity after the normal impulse.
     more = push - p[2]
     slip_x, slip_y = fused(more, g[COUPLE_X], x), fused(more, g[COUPLE_Y], y)
