@@ -29,6 +29,12 @@ def test_lanes_are_named_in_the_unit_in_which_the_case_gives_them():
     assert units_given(plain["case"]) == {}
 
 
+def test_an_axis_whose_only_key_is_overridden_is_no_sweep():
+    assert "Sweep" in dict(asked({"case": case_facts(load_case("free-b0"))}))
+    alone = {"case": case_facts(load_case("free-b0", ["block.height=5 m"]))}
+    assert "Sweep" not in dict(asked(alone))
+
+
 def test_a_page_says_what_runs_in_the_place_of_a_cylinder():
     over = ["block.diameter=0.6 m", "block.height=1.1 m"]
     case = load_case("single-sine-pulse", over)

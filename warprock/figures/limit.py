@@ -110,7 +110,7 @@ def draw_collapse(run: CaseRun) -> list[Drawing]:
             limit.set_title(said, fontsize=9.0)
             about = (
                 f"{run.case.name}: the first collapse. Left, blocks as they stood; right, the "
-                "mechanism under a steady sideways load, of no size"
+                "mechanism under a steady sideways load, not to scale"
             )
         legend_below(figure, *panels.flat, columns=4)
         opened = int(((state & JointState.OPENED) > 0).sum())

@@ -40,8 +40,9 @@ def asked(facts: Facts, table: Table | None = None) -> Pairs:
     raw = case.get("resolved", {})
     pairs = [("Case", f"{case['name']} ({case['file']})")] if case else []
     pairs += [("Inputs", text)] if (text := _inputs(case)) else []
-    if "sweep" in raw:
-        pairs.append(("Sweep", "; crossed with ".join(map(_axis, _axes(case)))))
+    # An override of the only key of an axis leaves it empty.
+    if axes := [axis for axis in _axes(case) if axis]:
+        pairs.append(("Sweep", "; crossed with ".join(map(_axis, axes))))
     pairs += [("Sample", _sample(raw["sample"]))] if "sample" in raw else []
     pairs += [("Ensemble", _ensemble(raw["ensemble"]))] if "ensemble" in raw else []
     pairs += [("Round base", text)] if (text := _round_base(case, table)) else []
