@@ -285,7 +285,7 @@ def test_packed_and_plain_forms_agree(engine: str) -> None:
 
 @pytest.mark.speed
 @pytest.mark.parametrize(
-    ("engine", "blocks", "narrow"), [("impulse", 3, 2.0), ("xpbd", 1, 2.5), ("xpbd", 3, 2.5)]
+    ("engine", "blocks", "narrow"), [("impulse", 3, 1.7), ("xpbd", 1, 2.0), ("xpbd", 3, 2.0)]
 )
 def test_packed_kernel_is_vectorised(engine: str, blocks: int, narrow: float) -> None:
     lanes, motions = packs_of(blocks)
@@ -300,7 +300,7 @@ def test_packed_kernel_is_vectorised(engine: str, blocks: int, narrow: float) ->
     for form in Form:
         cost(form)
     # A ratio within one run: without vector code the packed form is no faster.
-    least = 4.0 if "avx512f" in cpu_vector_flags() else narrow
+    least = 2.5 if "avx512f" in cpu_vector_flags() else narrow
     require_gain(lambda: cost(Form.PLAIN), lambda: cost(Form.PACKED), least)
 
 
