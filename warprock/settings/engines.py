@@ -162,7 +162,8 @@ class EventSettings:
         SettingKey(
             "after an impact the block rests if its next swing would stay below this times the "
             "slenderness angle on either side; in a stack in the plane, and in one that bounces, "
-            "a hundredth of it counts, for what rests decides which ends take part in an impact elsewhere",
+            "a hundredth of it counts, for what rests decides which ends take part in an impact "
+            "elsewhere",
             1e-9,
             1e-2,
         ),
