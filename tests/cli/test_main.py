@@ -81,7 +81,7 @@ def refused(result: Result, *words: str) -> None:
         assert word in line, f"{word!r} is not in {line!r}"
 
 
-EXPLAIN = "main(['explain', 'space-free'], standalone_mode=False)"
+EXPLAIN = "main(['explain', 'free-b0'], standalone_mode=False)"
 
 
 @pytest.mark.parametrize(
