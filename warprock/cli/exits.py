@@ -132,7 +132,7 @@ _NOT_A_NUMBER = re.compile(r"'?(?P<got>.+?)'? is not (?:a valid (?:integer|float
 """What Click says of a number that is none, or out of bounds."""
 
 
-def _numbers(kind: click.ParamType) -> str:
+def _numbers(kind: Any) -> str:
     """The numbers that an option takes, in words."""
     whole = isinstance(kind, click.types.IntParamType)
     named = "a whole number" if whole else "a number"
