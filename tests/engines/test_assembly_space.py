@@ -29,7 +29,7 @@ from warprock.model.pose import product
 from warprock.model.response import JointState, Outcome, Response, SampleTimes, Status
 from warprock.model.solids import SpatialAssembly, assemble_solids
 from warprock.model.tilt import steady, tilt_motions
-from warprock.model.turning import rotate
+from warprock.model.turning import inverse, rotate
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
 
@@ -266,11 +266,11 @@ def test_a_block_that_flies_keeps_its_momentum_and_its_energy() -> None:
     # Each step adds g dt; what the base moved in a step differs from that of its middle by 1e-6 g.
     np.testing.assert_allclose(np.diff(velocity[2]), -GRAVITY * step, rtol=1e-5)
     attitude = np.stack([found[f"attitude_{part}"][0, 0] for part in "xyzw"], axis=-1)[flies]
-    turn = product(attitude[1:], attitude[:-1] * (-1.0, -1.0, -1.0, 1.0))
+    turn = product(attitude[1:], inverse(attitude[:-1]))
     spin = 2.0 * turn[:, :3] / step
     middle = attitude[1:] + attitude[:-1]
     middle /= np.linalg.norm(middle, axis=1, keepdims=True)
-    back = middle * (-1.0, -1.0, -1.0, 1.0)
+    back = inverse(middle)
     own = rotate(back, spin)
     moments = np.diag(kind.inertia[1])
     momentum = rotate(middle, own * moments)

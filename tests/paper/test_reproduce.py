@@ -13,6 +13,7 @@ import pytest
 from warprock.case.load import load_case
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing
+from warprock.model.batch import Batch
 from warprock.model.response import (
     FIELDS,
     INTEGER_FIELDS,
@@ -189,14 +190,16 @@ def _answer(responses: CaseResponses, engine: str) -> Response:
 def answered(monkeypatch):
     """Runs no engine and no oracle."""
 
-    def timed(self, engine, lanes, motions, times, **_more):
-        lane_set = SimpleNamespace(lanes=lanes, times=times)
+    def timed(self, engine, batch, **_more):
+        lane_set = SimpleNamespace(lanes=batch.lanes, times=batch.times)
         return _answer(SimpleNamespace(lane_set=lane_set), engine), 0.25
 
     unbuilt = SimpleNamespace(warm_up=lambda *_: None)
     monkeypatch.setattr(CaseResponses, "_run", _answer)
     monkeypatch.setattr(module.PaperRuns, "timed", timed)
-    monkeypatch.setattr(study, "run_batch", lambda *a, **more: timed(None, *a, **more)[0])
+    monkeypatch.setattr(
+        study, "run_batch", lambda engine, *a, **_: timed(None, engine, Batch(*a))[0]
+    )
     monkeypatch.setattr(study, "engine_class", lambda _name: lambda *_: unbuilt)
     monkeypatch.setattr(
         module.PaperRuns,

@@ -13,14 +13,14 @@ import pandas as pd
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.values import Column
-from warprock.api.work import HowHeld, listing_how, working
-from warprock.arguments import at_the_door, several
+from warprock.api.work import HowHeld, working
+from warprock.arguments import at_the_door, listing, several
 from warprock.figures.validation import draw_validation
 from warprock.findings.validation import find_validation
 from warprock.verification.validation import run_validation
 
 
-@listing_how
+@listing(working)
 @at_the_door
 def validate(
     case: AnyCase,

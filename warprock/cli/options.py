@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from warprock.cli import completion
-from warprock.cli.signatures import help_of
+from warprock.cli.signatures import help_of, own_options
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -259,6 +259,16 @@ def case_options(command: Command) -> Command:
     for option in (json_option, run_options, output_option, set_option, engine_option):
         command = option(command)
     return case_argument(command)
+
+
+def hazard_options(command: Command) -> Command:
+    """A hazard, `--hazard` to `--im`, under the names of the arguments of `hazard_of`."""
+    return own_options("asked", "hazard_of", hazard=completion.hazards)(command)
+
+
+def ladder_options(command: Command) -> Command:
+    """A ladder, `--from` to `--count`, under the names of the arguments of `ladder_of`."""
+    return own_options("asked", "ladder_of")(command)
 
 
 def reading_options(command: Command) -> Command:

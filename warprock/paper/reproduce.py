@@ -35,7 +35,7 @@ from warprock.paper.runs import (
     SINE,
     SINE_ENSEMBLE,
     SPACE,
-    Batch,
+    KernelUse,
     PaperRuns,
     Reproduction,
     Row,
@@ -214,7 +214,7 @@ def _waits_for(target: str) -> int:
     return int(any(case in _ENSEMBLES for case in CASES_OF[target]))
 
 
-_BATCHES: dict[str, Callable[[PaperRuns], list[Batch]]] = {
+_BATCHES: dict[str, Callable[[PaperRuns], list[KernelUse]]] = {
     "fig4": lambda runs: runs.study_batches(SENSITIVITY),
     "dem": dem_batches,
     "times": times_batches,

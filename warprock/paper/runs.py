@@ -20,6 +20,7 @@ from warprock.engines import engine_class
 from warprock.engines.base import AbstractEngine
 from warprock.engines.launching import Form, Target
 from warprock.figures.drawing import Drawing
+from warprock.model.batch import Batch
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes
@@ -34,7 +35,7 @@ from warprock.verification.study import StudyRun, run_study
 
 Array = npt.NDArray[np.float64]
 Row = dict[str, Any]
-Batch = tuple[AbstractEngine, Lanes, GroundMotions]
+KernelUse = tuple[AbstractEngine, Lanes, GroundMotions]
 """What needs a kernel."""
 
 ENGINES = ("housner", "impulse")
@@ -154,7 +155,7 @@ class PaperRuns:
         return self._cases[key]
 
     def warm_up(
-        self, engines_of: Mapping[str, Iterable[str]], others: Iterable[Batch] = ()
+        self, engines_of: Mapping[str, Iterable[str]], others: Iterable[KernelUse] = ()
     ) -> None:
         """Compiles or loads the kernels of cases, by their engines, and of others, side by side."""
         batches = list(others)
@@ -178,7 +179,7 @@ class PaperRuns:
 
         threading.Thread(target=run, daemon=True).start()
 
-    def study_batches(self, name: str) -> list[Batch]:
+    def study_batches(self, name: str) -> list[KernelUse]:
         """What the study of a shipped case runs, for its kernels."""
         responses = self.case(name)
         study, lane_set = responses.case.study, responses.lane_set
@@ -202,8 +203,8 @@ class PaperRuns:
         if name not in self._oracle_peaks:
             lane_set = self.case(name).lane_set
             times = SampleTimes(min(ORACLE_TIME[name], lane_set.times.duration))
-            of = (lane_set.lanes, lane_set.motions, times)
-            peaks = kept(lambda: _oracle_peaks(*of), *of)
+            batch = Batch(lane_set.lanes, lane_set.motions, times)
+            peaks = kept(lambda: _oracle_peaks(batch), *batch)
             self._oracle_peaks[name] = peaks / lane_set.lanes.slenderness_angle
             self._note(lane_set.lanes.lane_count)
         return self._oracle_peaks[name]
@@ -211,9 +212,7 @@ class PaperRuns:
     def timed(
         self,
         engine: str,
-        lanes: Lanes,
-        motions: GroundMotions,
-        times: SampleTimes,
+        batch: Batch,
         *,
         settings: Any = None,
         form: Form | None = None,
@@ -224,9 +223,7 @@ class PaperRuns:
 
         Args:
             engine: Name in `ENGINES`.
-            lanes: The lanes.
-            motions: Their ground motions.
-            times: Duration and sampling.
+            batch: What it runs.
             settings: Settings of the engine; its defaults where None.
             form: Form of the kernel; the fast one where None.
             repeats: Runs, of which the quickest counts.
@@ -237,16 +234,16 @@ class PaperRuns:
         """
         require_options(engine)
         built = engine_class(engine)(settings, Target(form=form))
-        built.warm_up(lanes, motions)
+        built.warm_up(batch.lanes, batch.motions)
         least, spent = math.inf, 0.0
         for _ in range(repeats):
             begin = time.thread_time()
-            response = built.run(lanes, motions, times)
+            response = built.run(*batch)
             took = time.thread_time() - begin
             least, spent = min(least, took), spent + took
             if spent >= enough:
                 break
-        self._note(lanes.lane_count)
+        self._note(batch.lanes.lane_count)
         return response, least
 
     def _note(self, lane_count: int) -> None:
@@ -256,11 +253,11 @@ class PaperRuns:
                 self._progress(self._lanes_done)
 
 
-def _oracle_peaks(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Array:
+def _oracle_peaks(batch: Batch) -> Array:
     """Peak rotations of the oracle [rad], shape [lane]."""
     from warprock.oracle.block import oracle_response
 
-    return oracle_response(lanes, motions, times)["peak_rotation"]
+    return oracle_response(*batch)["peak_rotation"]
 
 
 def lane_evidence(runs: PaperRuns, name: str) -> pd.DataFrame:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import pathlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from warprock.case.case import Case
 from warprock.case.columns import Columns
 from warprock.case.lanes import expand_lanes
 from warprock.case.round_base import round_base_note
-from warprock.case.template import Start
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.assembly_packs import LARGE
 from warprock.engines.base import KernelEngine
@@ -32,6 +31,9 @@ from warprock.running.files import replacing, require_writable_file
 from warprock.running.waiting import LONG
 from warprock.settings.engines import SETTINGS, declared_settings
 from warprock.unmodelled import UNMODELLED
+
+if TYPE_CHECKING:
+    from warprock.case.template import Start
 
 JOINTS_SHOWN = 12
 """Joints of an assembly that are named."""
