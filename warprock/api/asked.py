@@ -19,6 +19,7 @@ from warprock.api.values import Column, Quantity
 from warprock.api.work import HowHeld
 from warprock.arguments import at_the_door
 from warprock.errors import InputError
+from warprock.quantity import NOTHING
 
 File = pd.DataFrame | str | os.PathLike[str]
 """The path of a file, or its table."""
@@ -60,13 +61,14 @@ def hazard_of(
     """
     if k0 is None and k is None:
         if hazard is None:
-            raise InputError("--hazard", "", None, "must be a file, or have --k0 and --k instead")
+            allowed = "must be a file, or have --k0 and --k instead"
+            raise InputError("--hazard", "", NOTHING, allowed)
         return read_hazard(hazard, im)
     if hazard is not None:
         name, given = ("--k", k) if k0 is None else ("--k0", k0)
         raise InputError(name, "", given, "must be left out where --hazard is given")
     if k0 is None or k is None:
-        raise InputError("--k0" if k0 is None else "--k", "", None, "must be given, too")
+        raise InputError("--k0" if k0 is None else "--k", "", NOTHING, "must be given, too")
     return read_power_law(k0, k, at, im or "PGA")
 
 
