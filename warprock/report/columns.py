@@ -135,6 +135,8 @@ def _require_column(table: pd.DataFrame, name: str, kind: str, source: str) -> N
     values = table[name]
     if values.ndim > 1:
         raise InputError(source, name, Said("the column again"), "must be there once")
+    import pandas as pd
+
     if kind == TEXT:
         good = np.array([isinstance(each, str) or each != each for each in values], dtype=bool)
     elif kind == FLAG:

@@ -10,10 +10,11 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
 from warprock.case.case import Case
 from warprock.case.input_columns import input_meaning
@@ -31,9 +32,6 @@ from warprock.running.provenance import case_facts, surroundings
 from warprock.verification.checks import compare_with_housner
 from warprock.verification.lane_names import lane_name
 from warprock.verification.plain import plain_row
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Array = npt.NDArray[np.float64]
 
