@@ -31,7 +31,7 @@ def validate(
     group: Column | None = None,
     **how: Unpack[HowHeld],
 ) -> Found:
-    """Engines held to observed outcomes: how many tests do they say rightly?
+    """Engines held to observed outcomes: how many tests they predict correctly.
 
     A test is a lane, or all members of an ensemble's cell or of a sample: the share of them that
     overturns is its probability. Thresholds on PGA and PGV stand beside the engines, each test by
@@ -67,7 +67,7 @@ def validate(
         >>> seen = pd.DataFrame({"lane": range(7), "observed": fell})
         >>> found = wr.validate("record-ridgecrest", seen, ["housner"], progress=False)
         >>> found.facts["sentence"]
-        'housner says the outcome of 6 of 7 tests rightly (85.7 %).'
+        'housner predicts the outcome of 6 of 7 tests correctly (85.7 %).'
     """
     table: pd.DataFrame | pathlib.Path | None = None
     if observed is not None:
