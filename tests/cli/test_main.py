@@ -99,13 +99,18 @@ EXPLAIN = "main(['explain', 'free-b0'], standalone_mode=False)"
                 ("main(['list'], standalone_mode=False)", {"rich", "numpy"}),
                 ("import warprock; warprock.Case; warprock.run", {"pydantic", "numpy"}),
                 (
-                    "import warprock.paper.reproduce, warprock.findings.kinds as p; p.kinds()",
+                    "import warprock.paper.reproduce, warprock.paper.print_tables, "
+                    "warprock.paper.page, warprock.report.writing",
+                    {"rich", "pydantic", "numpy"},
+                ),
+                (
+                    "import warprock.findings.kinds as p; p.kinds()",
                     {"rich", "pydantic", "numpy", "pandas", "pyarrow", "warp", "scipy"},
                 ),
             ],
         ),
     ],
-    ids=["help", "run", "explain", "list", "import", "reproduce"],
+    ids=["help", "run", "explain", "list", "import", "table", "kinds"],
 )
 def test_the_command_line_starts_without_anything_heavy(does: str, needs: set[str], python: Python):
     used = f"print('uses:', *(set({HEAVY!r}) & sys.modules.keys()))"

@@ -29,6 +29,7 @@ from warprock.paper.conflicts import slip_deceleration
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
 from warprock.paper.reproduce import CASES_OF, GROUPS, SENSITIVITY, reproduce
 from warprock.paper.runs import MEMBERS
+from warprock.paper.space import space_ensembles
 from warprock.verification import study
 from warprock.verification.checks import CaseResponses
 
@@ -319,9 +320,7 @@ def test_ensembles_have_fewer_members_than_their_cases_unless_all_are_asked_for(
         assert case.lane_set.members == {True: members, False: most, None: 3}[few]
         assert members < most
     # Blocks fall under one input alone, and few of them: its members are all those of the case.
-    (falling, *_) = (
-        case for case, _ in module.space_ensembles(runs) if len(case.lane_set.cells) == 1
-    )
+    (falling, *_) = (case for case, _ in space_ensembles(runs) if len(case.lane_set.cells) == 1)
     assert falling.lane_set.members == (asked.get("members") or 128)
 
 

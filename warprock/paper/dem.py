@@ -20,7 +20,7 @@ from warprock.engines.dem import equivalent_restitution
 from warprock.model import rocking
 from warprock.model.batch import Batch
 from warprock.model.response import SampleTimes
-from warprock.paper.printed import paper_table
+from warprock.paper.printed import paper_columns
 from warprock.paper.runs import (
     PULSE,
     KernelUse,
@@ -91,7 +91,7 @@ def run_dem_study(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reprodu
     rigid = held["peak_rotation"] / slenderness
     # A motion of no amplitude needs no kernel of its own.
     at_rest = motions.take(slice(0, 1)).scaled(np.zeros(1))
-    paper = paper_table("table6")["dem"].to_numpy(dtype=float)
+    paper = paper_columns("table6")["dem"]
     rows: list[Row] = []
     for knob, value, changed, friction in VARIANTS:
         run_lanes = lanes

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import dataclasses
 import math
+import os
 import pathlib
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
+from warprock.case.columns import Columns
 from warprock.case.load import load_case
 from warprock.engines import engine_class
 from warprock.engines.base import AbstractEngine
@@ -30,8 +32,10 @@ from warprock.running.batch import warm_up_together
 from warprock.running.case_run import require_options
 from warprock.running.files import replacing
 from warprock.running.options import RunOptions
-from warprock.verification.checks import CaseResponses
-from warprock.verification.study import StudyRun, run_study
+from warprock.verification.case_responses import CaseResponses
+
+if TYPE_CHECKING:
+    from warprock.verification.study import StudyRun
 
 Array = npt.NDArray[np.float64]
 Row = dict[str, Any]
@@ -56,7 +60,29 @@ PULSE, SINE, B0, B123, SENSITIVITY = (
 )
 PULSE_ENSEMBLE, SINE_ENSEMBLE = "stack-sine-pulse-ensemble", "stack-continuous-sine-ensemble"
 COLLAPSE, SPACE = "stack-collapse", "single-spatial-sine"
+STACK_PULSE, STACK_SINE = "stack-sine-pulse", "stack-continuous-sine"
 """The shipped cases that the targets run."""
+SPACE_ENGINES = ("impulse", "dem")
+"""In space: rigid contact, and the springs of the paper's distinct elements."""
+STACK_ENGINES = ("two-block", "event", "impulse", "dem")
+ENSEMBLE_ENGINE = "event"
+"""Engine of the ensembles: of those that can slide, the one with the smaller error."""
+_PULSE: dict[str, tuple[str, ...]] = {STACK_PULSE: STACK_ENGINES}
+_SINE: dict[str, tuple[str, ...]] = {STACK_SINE: STACK_ENGINES}
+_PULSE_MEMBERS = {PULSE_ENSEMBLE: (ENSEMBLE_ENGINE,)}
+_SINE_MEMBERS = {SINE_ENSEMBLE: (ENSEMBLE_ENGINE,)}
+STACK_ENGINES_OF: dict[str, dict[str, tuple[str, ...]]] = {
+    "table9": _PULSE | _PULSE_MEMBERS,
+    "table10": _PULSE | _PULSE_MEMBERS,
+    "table11": _SINE | _SINE_MEMBERS,
+    "table12": _SINE | _SINE_MEMBERS,
+    "fig12": _PULSE,
+    "fig13": _PULSE | _PULSE_MEMBERS,
+    "fig14": _SINE,
+    "fig15": _SINE | _SINE_MEMBERS,
+    "collapse": {COLLAPSE: (ENSEMBLE_ENGINE,)},
+}
+"""Target of stacks -> the shipped cases that it runs, and the engines that run each."""
 
 MEMBERS: dict[tuple[str, ...], int] = {
     (PULSE_ENSEMBLE,): 256,
@@ -99,11 +125,26 @@ class Reproduction:
 
 
 def write_rows(rows: list[Row], path: pathlib.Path) -> pathlib.Path:
-    """Writes rows as CSV, whole or not at all."""
+    """Writes rows as CSV, whole or not at all; what is missing or no number is an empty cell."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as temporary:
-        pd.DataFrame(rows).to_csv(temporary, index=False)
+    table = Columns.of(rows)
+    cells = [_cells(table.columns[name]) for name in table]
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as stream:
+        csv.writer(stream, lineterminator=os.linesep).writerows(
+            [[*table], *zip(*cells, strict=True)]
+        )
     return path
+
+
+def _cells(values: Sequence[Any]) -> list[Any]:
+    """The cells of a column: whole numbers are written as others are where some are missing."""
+    missing = [value is None or value != value for value in values]
+    whole = [type(value) is int for value in values]
+    mixed = any(whole) and all(
+        none or type(value) in (int, float) for none, value in zip(missing, values, strict=True)
+    )
+    kind = float if mixed and not all(whole) else lambda value: value
+    return ["" if none else kind(value) for none, value in zip(missing, values, strict=True)]
 
 
 def written_number(value: Any) -> float | None:
@@ -193,6 +234,8 @@ class PaperRuns:
 
     def study(self, name: str) -> StudyRun:
         """The study of a shipped case, run when it is first asked for."""
+        from warprock.verification.study import run_study
+
         if name not in self._studies:
             options = RunOptions(workers=self._workers)
             self._studies[name] = run_study(load_case(name), options=options, finished=self._note)
@@ -258,28 +301,28 @@ def _oracle_peaks(batch: Batch) -> Array:
     return oracle_response(*batch)["peak_rotation"]
 
 
-def lane_evidence(runs: PaperRuns, name: str) -> pd.DataFrame:
+def lane_evidence(runs: PaperRuns, name: str) -> Columns:
     """The lanes of a forced case as the conflicts need them; see `conflicts.Evidence`."""
     responses = runs.case(name)
     lane_set, housner = responses.lane_set, responses["housner"]
     slenderness = lane_set.lanes.slenderness_angle
     ratio = housner["rotation"] / slenderness[:, None]
-    table = lane_set.inputs[["reading", "frequency_hz", "amplitude_mm"]].reset_index(drop=True)
-    table = table.assign(
-        housner=housner["peak_rotation"] / slenderness,
-        impulse=responses["impulse"]["peak_rotation"] / slenderness,
-        slide_mm=1e3 * responses["impulse"]["peak_slide"],
-        first_swing=_first_swing(table, ratio[:, housner.times <= FIRST_SWING_TIME + 1e-9]),
-    )
-    if name != PULSE:
-        return table
-    rough = runs.case(name, f"contact.friction={ROUGH_FRICTION}")["impulse"]
-    return table.assign(impulse_rough=rough["peak_rotation"] / slenderness)
+    inputs = lane_set.table
+    table = {name: inputs[name] for name in ("reading", "frequency_hz", "amplitude_mm")} | {
+        "housner": housner["peak_rotation"] / slenderness,
+        "impulse": responses["impulse"]["peak_rotation"] / slenderness,
+        "slide_mm": 1e3 * responses["impulse"]["peak_slide"],
+        "first_swing": _first_swing(inputs, ratio[:, housner.times <= FIRST_SWING_TIME + 1e-9]),
+    }
+    if name == PULSE:
+        rough = runs.case(name, f"contact.friction={ROUGH_FRICTION}")["impulse"]
+        table["impulse_rough"] = rough["peak_rotation"] / slenderness
+    return Columns(table)
 
 
-def _first_swing(table: pd.DataFrame, ratio: Array) -> Array:
+def _first_swing(table: Columns, ratio: Array) -> Array:
     """Each lane's rotation ratio when the displacement reading of its input swings furthest."""
     inputs = list(zip(table["frequency_hz"], table["amplitude_mm"], strict=True))
-    displaced = np.flatnonzero(table["reading"].astype(str) == "displacement")
+    displaced = np.flatnonzero(table.among("reading", ["displacement"]))
     sample = {inputs[lane]: int(np.argmax(np.abs(ratio[lane]))) for lane in displaced}
     return np.array([ratio[lane, sample[key]] for lane, key in enumerate(inputs)])

@@ -16,10 +16,12 @@ from warprock.case.lanes import LaneSet
 from warprock.engines import ENGINES, engine_class
 from warprock.model.batch import Batch
 from warprock.paper.conflict_texts import Conflict
-from warprock.paper.printed import PAPER_COLUMNS, paper_table
+from warprock.paper.printed import PAPER_COLUMNS, paper_columns
 from warprock.paper.runs import (
     PULSE,
     SINE,
+    STACK_PULSE,
+    STACK_SINE,
     KernelUse,
     PaperRuns,
     Reproduction,
@@ -27,7 +29,6 @@ from warprock.paper.runs import (
     write_rows,
     written_number,
 )
-from warprock.paper.stack_runs import STACK_PULSE, STACK_SINE
 from warprock.running.batch import LANE_QUANTUM
 
 SCENES: dict[tuple[str, str], tuple[str, dict[str, str]]] = {
@@ -89,8 +90,7 @@ def run_times(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproductio
     """Times every engine that can do a scene, on the scenes whose run times the paper prints."""
     rows: list[Row] = []
     printed = {
-        (row["system"], row["excitation"]): row
-        for row in paper_table("run-times").to_dict("records")
+        (row["system"], row["excitation"]): row for row in paper_columns("run-times").records
     }
     for scene, (case, labels) in SCENES.items():
         lane_set = runs.case(case).lane_set
