@@ -165,8 +165,8 @@ STEP_COST, POWER = 7.4e-9, 1.8
 """CPU time of a step of a wall that stands: so many seconds times its joints to this power, from 22
 to 29,850 joints within a factor of two (`warprock bench blocks`)."""
 
-COST_IN_SPACE, POWER_IN_SPACE = 3.7e-6, 1.25
-"""The same in space, from 22 to 744 joints within a quarter, under a sine of 0.1 g."""
+COST_IN_SPACE, POWER_IN_SPACE = 3.0e-6, 1.25
+"""The same in space, from 22 to 744 joints within a third, under a sine of 0.1 g."""
 
 BYTES_A_JOINT = 4_000
 """Memory of a large lane over its joints: about 120 MB for 10,000 blocks."""
