@@ -1,7 +1,7 @@
 """A lane as a scene in motion: where its blocks and its base are over time, seen from the ground.
 
-A lane is run again, alone, at the step of its numbers; so these are its numbers, at the frames of
-a picture.
+The lane runs again, alone, at the step that its results are from, so that its picture shows these
+results.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ class SceneMotion:
 
     @property
     def largest(self) -> int:
-        """The sample of the largest rotation by less than `FALLING`, else of the largest."""
+        """The sample of the largest rotation below `FALLING`; without one, of the largest."""
         size = np.abs(self.ratio).max(axis=0)
         leans = np.rad2deg(np.abs(2.0 * np.arctan2(self.attitude[..., 1], self.attitude[..., 3])))
         leans = self.ratio if self.faces else leans
