@@ -100,7 +100,7 @@ def listing(*takers: Callable[..., Any]) -> Callable[[Judged], Judged]:
 
         shown.__signature__ = whole  # type: ignore[attr-defined]
         if function.__doc__:
-            said = [_ENTRY.findall(inspect.getdoc(taker) or "") for taker in takers]
+            said = [_ENTRY.findall(f"{inspect.getdoc(taker)}\n") for taker in takers]
             entries = "".join(text for found in said for name, text in found if name in names)
             shown.__doc__ = re.sub(
                 rf"    \*\*{last.name}: .+\n(?:     +.+\n)*",

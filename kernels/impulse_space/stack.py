@@ -173,8 +173,8 @@ def support_of(below: Block, k: int) -> Block:
 
 
 @wp.func
-def spot_of(x: real, y: real, gap: real, there: bool, knobs: Knobs) -> Spot:
-    """A slot; its gap is FAR if there is no such corner."""
+def spot_at(x: real, y: real, gap: real, there: bool, knobs: Knobs) -> Spot:
+    """The slot of a corner: on if its gap is within the margin, FAR away if it does not exist."""
     on = wp.where(there and gap <= knobs.collision_margin, real(1.0), real(0.0))
     return Spot(x, y, wp.where(there, gap, FAR), on)
 
@@ -184,7 +184,7 @@ def find_upper_spot(slot: int, faces: Faces, knobs: Knobs, number: wp.ref[real])
     """A corner of the upper face; adds it to the number of slots of its interface."""
     x, y, gap, there = upper_corner(slot, faces)
     number = number + wp.where(there, real(1.0), real(0.0))
-    return spot_of(x, y, gap, there, knobs)
+    return spot_at(x, y, gap, there, knobs)
 
 
 @wp.func
@@ -195,7 +195,7 @@ def find_edge_spot(
     x, y, gap, exists = edge_corner(slot, faces)
     cut = exists and part > real(0.0)
     number = number + wp.where(cut, real(1.0), real(0.0))
-    return spot_of(x, y, gap, cut, knobs)
+    return spot_at(x, y, gap, cut, knobs)
 
 
 @wp.func
@@ -206,7 +206,7 @@ def find_lower_spot(
     x, y, gap, exists = lower_corner(slot, faces)
     under = exists and part > real(0.0)
     number = number + wp.where(under, real(1.0), real(0.0))
-    return spot_of(x, y, gap, under, knobs)
+    return spot_at(x, y, gap, under, knobs)
 
 
 @wp.func

@@ -21,7 +21,7 @@ to the vertical or to the block below.
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import X, Y, Z
+from warprock.kernels.algebra.vectors import W, X, Y, Z
 from warprock.kernels.impulse_space.block import (
     FAR,
     Gains,
@@ -136,8 +136,9 @@ def run_lanes(
     given = rows(Triple)
     seen = rows(Result)
     base, dv, hint, number, busy = Three(), Three(), Three(), Places(), Counts()
-    flip_x, flip_y, part, going, fastest = R(), R(), R(), R(), R()
-    bodies, slots, uppers, edges = int(BLOCKS + 1), int(SLOTS), int(UPPER), int(12)  # loops stay
+    part, going, fastest, flip = R(), R(), R(), Three()
+    bodies, directions, slots = int(BLOCKS + 1), int(2), int(SLOTS)  # loops stay
+    uppers, edges = int(UPPER), int(12)
     count, running, time = int(-1), int(1), -dt
     for i in range(LANES):
         turn[GROUND, i] = Turn(one, zero, zero, zero, one, zero, zero, zero, one)
@@ -189,17 +190,15 @@ def run_lanes(
                     )  # fmt: skip
             for k in range(1, bodies):
                 low, slot_row, row = k - 1, SLOTS * (k - 1), CONTACTS * (k - 1)
-                flips_x, flips_y, partial, most = int(0), int(0), int(0), int(0)
+                partial, most = int(0), int(0)
                 for i in range(LANES):
                     m = turn_between(turn[k, i], turn[low, i])
                     away = place_between(state[k, i], state[low, i], turn[low, i])
                     starts = Triple(hint[X, i], hint[Y, i], hint[Z, i])
                     was = lean[k, i]
                     now = find_lean(m, turn[low, i], new[k, i], new[low, i], starts, was)
-                    flips_x += wp.where(was.x != now.x, 1, 0)
-                    flips_y += wp.where(was.y != now.y, 1, 0)
-                    flip_x[i] = wp.where(was.x != now.x, one, zero)
-                    flip_y[i] = wp.where(was.y != now.y, one, zero)
+                    flip[X, i] = wp.where(was.x != now.x, one, zero)
+                    flip[Y, i] = wp.where(was.y != now.y, one, zero)
                     lean[k, i] = now
                     below = support_of(blocks[wp.max(k - 2, 0), first + i], k)
                     faces[i] = face_pair(blocks[k - 1, first + i], below, m, away, now.x, now.y)
@@ -207,26 +206,20 @@ def run_lanes(
                     there[k, i] = zero
                     number[i] = 0
                 # Slots swap where a block leans to another side.
-                for s in range(wp.where(flips_x > 0, slots, 0)):
-                    t = mirror_slot(s, 1, 0)
-                    if t > s:
-                        for i in range(LANES):
-                            swaps = flip_x[i] > zero
-                            p, q = kept[slot_row + s, i], kept[slot_row + t, i]
-                            swap_impulses_if(swaps, p, q)
-                            kept[slot_row + s, i] = p
-                            kept[slot_row + t, i] = q
-                            swap_if(swaps, apart[slot_row + s, i], apart[slot_row + t, i])
-                for s in range(wp.where(flips_y > 0, slots, 0)):
-                    t = mirror_slot(s, 0, 1)
-                    if t > s:
-                        for i in range(LANES):
-                            swaps = flip_y[i] > zero
-                            p, q = kept[slot_row + s, i], kept[slot_row + t, i]
-                            swap_impulses_if(swaps, p, q)
-                            kept[slot_row + s, i] = p
-                            kept[slot_row + t, i] = q
-                            swap_if(swaps, apart[slot_row + s, i], apart[slot_row + t, i])
+                for d in range(directions):
+                    flips = int(0)
+                    for i in range(LANES):
+                        flips += wp.where(flip[d, i] > zero, 1, 0)
+                    for s in range(wp.where(flips > 0, slots, 0)):
+                        t = mirror_slot(s, 1 - d, d)
+                        if t > s:
+                            for i in range(LANES):
+                                swaps = flip[d, i] > zero
+                                p, q = kept[slot_row + s, i], kept[slot_row + t, i]
+                                swap_impulses_if(swaps, p, q)
+                                kept[slot_row + s, i] = p
+                                kept[slot_row + t, i] = q
+                                swap_if(swaps, apart[slot_row + s, i], apart[slot_row + t, i])
                 for s in range(uppers):
                     for i in range(LANES):
                         spot[s, i] = find_upper_spot(s, faces[i], knobs, there[k, i])
@@ -417,17 +410,17 @@ def run_lanes(
                 inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
                 spin = spin_of(own)
                 qx, qy, qz, qw = turn_freely(own.qx, own.qy, own.qz, own.qw, spin, inverse, past)
-                found.attitudes[sample, k - 1, 0, first + i] = qx
-                found.attitudes[sample, k - 1, 1, first + i] = qy
-                found.attitudes[sample, k - 1, 2, first + i] = qz
-                found.attitudes[sample, k - 1, 3, first + i] = qw
+                found.attitudes[sample, k - 1, X, first + i] = qx
+                found.attitudes[sample, k - 1, Y, first + i] = qy
+                found.attitudes[sample, k - 1, Z, first + i] = qz
+                found.attitudes[sample, k - 1, W, first + i] = qw
         for k in range(1, wp.where(found.places.shape[0] > 0, bodies, 0)):
             for i in range(LANES):
                 past = wp.where(seen[i].mode == RUNNING, smaller(until - time, zero), zero)
                 own = state[k, i]
-                found.places[sample, k - 1, 0, first + i] = own.x + past * own.vx
-                found.places[sample, k - 1, 1, first + i] = own.y + past * own.vy
-                found.places[sample, k - 1, 2, first + i] = own.z + past * own.vz
+                found.places[sample, k - 1, X, first + i] = own.x + past * own.vx
+                found.places[sample, k - 1, Y, first + i] = own.y + past * own.vy
+                found.places[sample, k - 1, Z, first + i] = own.z + past * own.vz
     for i in range(LANES):
         found.results[first + i] = seen[i]
     for k in range(1, bodies):

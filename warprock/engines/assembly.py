@@ -247,7 +247,7 @@ class Assembly(KernelEngine):
             "order": packing.WIDTH * own_rows,
             "colours": own.most_parts + 1,
             "open": packing.COLOURS + 1,
-            "drifts": own.most_parts + 2,
+            "weighted": own.most_parts + 2,
             "scratch": 4 * assembly_solids.MOST_CORNERS,
         }
         for name, room in rooms.items():

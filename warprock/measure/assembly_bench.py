@@ -135,7 +135,6 @@ def _solid_wall(courses: int, *, whole_first: bool) -> SpatialAssembly:
 
 def run_assembly_bench(
     report: Callable[[str], None] | None = None,
-    peers: dict[str, Any] | None = None,
     *,
     space: bool = False,
 ) -> dict[str, Any]:
@@ -143,7 +142,6 @@ def run_assembly_bench(
 
     Args:
         report: Called with what is about to be measured.
-        peers: Programs and their settings; those of `PEERS` where None.
         space: Whether walls lie in space.
 
     Returns:
@@ -165,7 +163,7 @@ def run_assembly_bench(
         loads = {each.name: _collapse(each, _own_moves(each, step), at_once) for each in scenes}
         rows.append(_row("assembly", step, loads, path, exact, cpu))
     missing = []
-    for name, settings in (PEERS if peers is None else peers).items():
+    for name, settings in PEERS.items():
         if not PROGRAMS[name].installed:
             missing.append(f"{name} is not installed; {PROGRAMS[name].install} installs it")
             continue

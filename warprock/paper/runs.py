@@ -258,7 +258,6 @@ class PaperRuns:
         batch: Batch,
         *,
         settings: Any = None,
-        form: Form | None = None,
         repeats: int = 1,
         enough: float = math.inf,
     ) -> tuple[Response, float]:
@@ -268,7 +267,6 @@ class PaperRuns:
             engine: Name in `ENGINES`.
             batch: What it runs.
             settings: Settings of the engine; its defaults where None.
-            form: Form of the kernel; the fast one where None.
             repeats: Runs, of which the quickest counts.
             enough: CPU time of all runs [s] after which no more are made.
 
@@ -276,7 +274,7 @@ class PaperRuns:
             InputError: No engine has that name.
         """
         require_options(engine)
-        built = engine_class(engine)(settings, Target(form=form))
+        built = engine_class(engine)(settings)
         built.warm_up(batch.lanes, batch.motions)
         least, spent = math.inf, 0.0
         for _ in range(repeats):

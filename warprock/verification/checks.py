@@ -166,19 +166,18 @@ CHECKS: dict[str, Callable[[Any, CaseResponses], list[CheckRow]]] = {
 """Kind of a check -> the function that makes its rows."""
 
 
-def run_checks(case: Case, workers: int | None = None) -> list[CheckRow]:
+def run_checks(case: Case) -> list[CheckRow]:
     """Runs the engines that a case's checks need and makes the checks' rows.
 
     Args:
         case: The case.
-        workers: Worker threads of a run; None leaves it to the batch runner.
 
     Returns:
         The rows in the order of the checks; empty for a case without checks.
     """
     if not case.checks:
         return []
-    responses = CaseResponses(case, workers)
+    responses = CaseResponses(case)
     return [row for check in case.checks for row in CHECKS[check.kind](check, responses)]
 
 
