@@ -67,8 +67,12 @@ class Drawing:
 
         file, figure = io.BytesIO(), self.figure
         layout, canvas = figure.get_layout_engine(), figure.canvas
-        salt = {"svg.hashsalt": self.name}
-        with style(), warnings.catch_warnings(), matplotlib.rc_context(salt), _ticks_kept(figure):
+        with (
+            style(),
+            warnings.catch_warnings(),
+            matplotlib.rc_context({"svg.hashsalt": self.name}),
+            _ticks_kept(figure),
+        ):
             # A letter that the font lacks is drawn as an empty box.
             warnings.filterwarnings("ignore", message="Glyph .* missing from font")
             if form == "svg" and figure.stale:
