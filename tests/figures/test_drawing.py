@@ -72,7 +72,7 @@ def test_a_users_script_can_take_the_style_by_its_name():
 
 
 def test_ticks_that_are_kept_change_no_byte(monkeypatch):
-    """Panels that share an axis, a second scale, a logarithm, limits that change: the same figure."""
+    """Panels that share an axis, a second scale, a logarithm, limits that change."""
 
     def drawn() -> tuple[bytes, str]:
         with style():
