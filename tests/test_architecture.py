@@ -401,9 +401,10 @@ def _numbered(file: str, tree: ast.Module) -> Iterator[str]:
                 continue
             places = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
             numbers = [p.value if isinstance(p, ast.Constant) else None for p in places]
-            if len(places) <= 2 and any(isinstance(n, int) for n in numbers):
+            if any(isinstance(n, int) for n in numbers):
                 types = types or _types(function)
-                if _is_number_of_row(file, node.value, numbers, types):
+                # What has three or four indices is an array: [sample, block, direction, lane].
+                if len(places) > 2 or _is_number_of_row(file, node.value, numbers, types):
                     yield f"{file}:{node.lineno}: {ast.unparse(node)}"
 
 
@@ -423,6 +424,9 @@ def test_no_row_has_a_number_given_by_hand():
         ("event_space/stack", "x = pose.axes[3 * k, 1]", ""),
         ("impulse/block_run", "leaves[0, lane] = leaf", ""),
         ("impulse/block_run", "leaves[1, lane] = leaf", "leaves[1, lane]"),
+        ("impulse/block_run", "places[s, ONLY, 1, lane] = x", "places[s, ONLY, 1, lane]"),
+        ("impulse/block_run", "rotations[s, 0, lane] = x", "rotations[s, 0, lane]"),
+        ("impulse/block_run", "places[s, ONLY, UPWARDS, lane] = x", ""),
     ],
 )
 def test_a_number_of_a_row_is_found(file: str, line: str, row: str):

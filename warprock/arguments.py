@@ -12,6 +12,7 @@ import functools
 import inspect
 import numbers
 import os
+import re
 import sys
 import types
 import typing
@@ -33,6 +34,10 @@ _WORDS: dict[Any, str] = {
     os.PathLike: "a path",
 }
 """What errors call a kind of value; others by the name of their class."""
+
+
+_ENTRY = re.compile(r"^(?=    (\w+): )(    .+\n(?:     +.+\n)*)", re.MULTILINE)
+"""What a docstring says of an argument, with its name."""
 
 
 def at_the_door(function: Judged) -> Judged:
@@ -60,6 +65,51 @@ def at_the_door(function: Judged) -> Judged:
         return function(*args, **kwargs)
 
     return cast("Judged", door)
+
+
+def listing(*takers: Callable[..., Any]) -> Callable[[Judged], Judged]:
+    """Shows the arguments that a function takes as a record, its last parameter, one by one.
+
+    Its signature gets them with the defaults of the functions that take them, and its docstring
+    what those say of them. What it does not have is refused in its name.
+
+    Args:
+        *takers: Functions that take the arguments of the record by name.
+    """
+
+    def decorate(function: Judged) -> Judged:
+        own = inspect.signature(function)
+        *first, last = own.parameters.values()
+        record = typing.get_args(typing.get_type_hints(function)[last.name])[0]
+        names = record.__annotations__
+        listed = [
+            each
+            for taker in takers
+            for name, each in inspect.signature(taker).parameters.items()
+            if name in names
+        ]
+        whole = own.replace(parameters=[*first, *listed])
+
+        @functools.wraps(function)
+        def shown(*args: Any, **kwargs: Any) -> Any:
+            try:
+                whole.bind(*args, **kwargs)
+            except TypeError as error:
+                raise TypeError(_refusal(function.__name__, error, whole, kwargs)) from None
+            return function(*args, **kwargs)
+
+        shown.__signature__ = whole  # type: ignore[attr-defined]
+        if function.__doc__:
+            said = [_ENTRY.findall(f"{inspect.getdoc(taker)}\n") for taker in takers]
+            entries = "".join(text for found in said for name, text in found if name in names)
+            shown.__doc__ = re.sub(
+                rf"    \*\*{last.name}: .+\n(?:     +.+\n)*",
+                lambda _record: entries,
+                inspect.cleandoc(function.__doc__),
+            )
+        return cast("Judged", shown)
+
+    return decorate
 
 
 def several(given: str | float | Sequence[Any] | None) -> list[Any]:

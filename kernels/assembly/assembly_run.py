@@ -15,6 +15,7 @@ lanes of a pack begin it together, and there are no sweeps.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ALONG, UPWARDS
 from warprock.kernels.assembly.block import (
     Block,
     Peak,
@@ -371,8 +372,12 @@ def run_lanes(
                                 back, v.omega, pose[k, i].theta
                             )
                             if found.places.shape[0] > 0:
-                                found.places[sample, k, 0, f] = fused_less(back, v.x, pose[k, i].x)
-                                found.places[sample, k, 1, f] = fused_less(back, v.z, pose[k, i].z)
+                                found.places[sample, k, ALONG, f] = fused_less(
+                                    back, v.x, pose[k, i].x
+                                )
+                                found.places[sample, k, UPWARDS, f] = fused_less(
+                                    back, v.z, pose[k, i].z
+                                )
                         sample += 1
                     clock[i].sample = sample
             for i in range(LANES):
@@ -714,8 +719,8 @@ def run_lanes(
                     f = first + i
                     found.rotations[sample, k, f] = pose[k, i].theta
                     if found.places.shape[0] > 0:
-                        found.places[sample, k, 0, f] = pose[k, i].x
-                        found.places[sample, k, 1, f] = pose[k, i].z
+                        found.places[sample, k, ALONG, f] = pose[k, i].x
+                        found.places[sample, k, UPWARDS, f] = pose[k, i].z
     for i in range(LANES):
         sees = seen[i]
         book = account[i]

@@ -17,6 +17,7 @@ A launch does some steps and ends; the next one goes on where it ended.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ALONG, ONLY, UPWARDS
 from warprock.kernels.assembly.block import (
     Block,
     Peak,
@@ -79,6 +80,7 @@ from warprock.kernels.assembly.solve import (
 from warprock.kernels.contact.parting import slack
 from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.lane.modes import RUNNING, UNSOLVED
+from warprock.kernels.launch.address import address_of
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.launch.team import Crew, meet, share
@@ -86,14 +88,8 @@ from warprock.kernels.motion.kinds import Motion, base_velocity
 
 wp.set_module_options(ONE_VECTOR)
 
-BYTES = {"float64": 8, "float32": 4}[PRECISION]
-"""Of a number."""
-
 HEAP = 64
 """Bundles whose sums one thread adds up."""
-
-ONLY = 0
-"""A team runs one lane, the only one of a launch, whose contacts are one pack."""
 
 CONTACT, FORCE, MASS, TRAIL = 12 * LANES, 6 * LANES, 4 * LANES, 6 * LANES
 """Numbers of LANES contacts, impulses with their directions, joints' masses and blocks' trails. A
@@ -188,18 +184,6 @@ class Store:
     account: wp.array(dtype=Account)
     lane: wp.array(dtype=Seen)
     seen: wp.array2d(dtype=Seen)
-
-
-@wp.func
-def place(start: wp.uint64, number: int, length: int) -> wp.uint64:
-    """Address of a part of an array of numbers, all parts of a length.
-
-    The kernel makes contiguous arrays of such parts, of known length, so that its loops over lanes
-    become vector code; see kernels/launch/instance.py. If a func makes the array and reads a
-    contact from it, a wall of 2,000 blocks takes 1.35 times as long: two passes have the same text
-    instead.
-    """
-    return start + wp.uint64(number) * wp.uint64(length * BYTES)
 
 
 @wp.func
@@ -330,7 +314,9 @@ def run_lanes(
             many = scene.colours[colour + 1] - before
             low = scene.bundles[before + share(crew, rank, many)]
             for p in range(low, scene.bundles[before + share(crew, next_rank, many)]):
-                weights = wp.array(ptr=place(scene.masses.ptr, p, MASS), shape=(MASS,), dtype=real)
+                weights = wp.array(
+                    ptr=address_of(scene.masses.ptr, p, MASS), shape=(MASS,), dtype=real
+                )
                 for i in range(LANES):
                     pair[i] = scene.pairs[p * LANES + i]
                     edges[i] = scene.joints[p * LANES + i]
@@ -340,12 +326,14 @@ def run_lanes(
                     new_b[i] = store.now[pair[i].b]
                 for side in range(ends):
                     held = wp.array(
-                        ptr=place(store.contact.ptr, 2 * p + side, CONTACT),
+                        ptr=address_of(store.contact.ptr, 2 * p + side, CONTACT),
                         shape=(CONTACT,),
                         dtype=real,
                     )
                     force = wp.array(
-                        ptr=place(store.force.ptr, 2 * p + side, FORCE), shape=(FORCE,), dtype=real
+                        ptr=address_of(store.force.ptr, 2 * p + side, FORCE),
+                        shape=(FORCE,),
+                        dtype=real,
                     )
                     for i in range(LANES):
                         track[i] = store.track[2 * p + side, i]
@@ -411,7 +399,7 @@ def run_lanes(
                     store.now[free.b] = vb
             meet(crew)
         for p in range(share(crew, rank, block_packs), share(crew, next_rank, block_packs)):
-            trails = wp.array(ptr=place(store.trail.ptr, p, TRAIL), shape=(TRAIL,), dtype=real)
+            trails = wp.array(ptr=address_of(store.trail.ptr, p, TRAIL), shape=(TRAIL,), dtype=real)
             for i in range(LANES):
                 v = store.now[p * LANES + i]
                 trails[i + 3 * LANES] = v.x
@@ -433,7 +421,7 @@ def run_lanes(
                         sweep[i] = own
                     for p in range(scene.bundles[b], scene.bundles[b + 1]):
                         weights = wp.array(
-                            ptr=place(scene.masses.ptr, p, MASS), shape=(MASS,), dtype=real
+                            ptr=address_of(scene.masses.ptr, p, MASS), shape=(MASS,), dtype=real
                         )
                         for i in range(LANES):
                             pair[i] = scene.pairs[p * LANES + i]
@@ -441,12 +429,12 @@ def run_lanes(
                             new_b[i] = store.now[pair[i].b]
                         for side in range(ends):
                             held = wp.array(
-                                ptr=place(store.contact.ptr, 2 * p + side, CONTACT),
+                                ptr=address_of(store.contact.ptr, 2 * p + side, CONTACT),
                                 shape=(CONTACT,),
                                 dtype=real,
                             )
                             force = wp.array(
-                                ptr=place(store.force.ptr, 2 * p + side, FORCE),
+                                ptr=address_of(store.force.ptr, 2 * p + side, FORCE),
                                 shape=(FORCE,),
                                 dtype=real,
                             )
@@ -531,7 +519,9 @@ def run_lanes(
             decide(knobs.settled, most, False, own, none)
             solve[0] = own
             for p in range(share(crew, rank, block_packs), share(crew, next_rank, block_packs)):
-                trails = wp.array(ptr=place(store.trail.ptr, p, TRAIL), shape=(TRAIL,), dtype=real)
+                trails = wp.array(
+                    ptr=address_of(store.trail.ptr, p, TRAIL), shape=(TRAIL,), dtype=real
+                )
                 for i in range(LANES):
                     new_a[i] = store.now[p * LANES + i]
                 for i in range(LANES):
@@ -571,12 +561,12 @@ def run_lanes(
                 new_b[i] = store.now[pair[i].b]
             for side in range(ends):
                 held = wp.array(
-                    ptr=place(store.contact.ptr, 2 * p + side, CONTACT),
+                    ptr=address_of(store.contact.ptr, 2 * p + side, CONTACT),
                     shape=(CONTACT,),
                     dtype=real,
                 )
                 force = wp.array(
-                    ptr=place(store.force.ptr, 2 * p + side, FORCE), shape=(FORCE,), dtype=real
+                    ptr=address_of(store.force.ptr, 2 * p + side, FORCE), shape=(FORCE,), dtype=real
                 )
                 for i in range(LANES):
                     track[i] = store.track[2 * p + side, i]
@@ -660,10 +650,16 @@ def run_lanes(
                 back = wp.where(keeps, back, real(0.0))
                 for k in range(share(crew, rank, scene.count), share(crew, next_rank, scene.count)):
                     v = store.now[k]
-                    found.rotations[sample, k, 0] = fused_less(back, v.omega, store.pose[k].theta)
+                    found.rotations[sample, k, ONLY] = fused_less(
+                        back, v.omega, store.pose[k].theta
+                    )
                     if found.places.shape[0] > 0:
-                        found.places[sample, k, 0, 0] = fused_less(back, v.x, store.pose[k].x)
-                        found.places[sample, k, 1, 0] = fused_less(back, v.z, store.pose[k].z)
+                        found.places[sample, k, ALONG, ONLY] = fused_less(
+                            back, v.x, store.pose[k].x
+                        )
+                        found.places[sample, k, UPWARDS, ONLY] = fused_less(
+                            back, v.z, store.pose[k].z
+                        )
                 sample += 1
             clock[0].sample = sample
         meet(crew)
@@ -679,10 +675,10 @@ def run_lanes(
         if found.rotations.shape[0] > 0:
             for sample in range(int(clock[0].sample), samples):
                 for k in range(share(crew, rank, scene.count), share(crew, next_rank, scene.count)):
-                    found.rotations[sample, k, 0] = store.pose[k].theta
+                    found.rotations[sample, k, ONLY] = store.pose[k].theta
                     if found.places.shape[0] > 0:
-                        found.places[sample, k, 0, 0] = store.pose[k].x
-                        found.places[sample, k, 1, 0] = store.pose[k].z
+                        found.places[sample, k, ALONG, ONLY] = store.pose[k].x
+                        found.places[sample, k, UPWARDS, ONLY] = store.pose[k].z
         for k in range(share(crew, rank, scene.count), share(crew, next_rank, scene.count)):
             dx = store.pose[k].x - scene.blocks[k].x
             dz = store.pose[k].z - scene.blocks[k].z

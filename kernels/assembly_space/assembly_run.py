@@ -29,7 +29,6 @@ from warprock.kernels.assembly.meeting import (
     look_out,
     observe_free,
 )
-from warprock.kernels.assembly.solve import Leap, decide, drift_after, start_solve
 from warprock.kernels.assembly_space.block import (
     Block,
     Peak,
@@ -44,21 +43,22 @@ from warprock.kernels.assembly_space.block import (
     turn_block,
 )
 from warprock.kernels.assembly_space.contact import (
-    Drift,
     Heft,
     Impulse,
     Move,
     Rest,
     Row,
+    Weighted,
     add_part,
-    drift_of,
     inner,
     move_of,
     sweep_contact,
     times,
+    weighted_of,
 )
 from warprock.kernels.assembly_space.finding import find_joint, find_pairs, list_pairs
 from warprock.kernels.assembly_space.meeting import Laid, Sides, Step, has_left, slip_of_joint
+from warprock.kernels.assembly_space.pace import decide, start_solve
 from warprock.kernels.assembly_space.packing import (
     NUMBERS,
     WIDTH,
@@ -68,6 +68,7 @@ from warprock.kernels.assembly_space.packing import (
 )
 from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.lane.modes import RUNNING, UNSOLVED
+from warprock.kernels.launch.address import address_of
 from warprock.kernels.launch.instance import VECTORS_INSIDE
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import Motion, base_velocity
@@ -76,9 +77,6 @@ wp.set_module_options(VECTORS_INSIDE)
 
 LANES = 1
 """Lanes that a thread runs."""
-
-BYTES = {"float64": 8, "float32": 4}[PRECISION]
-"""Of a number."""
 
 
 @wp.struct
@@ -143,12 +141,6 @@ def set_place(laid: Laid, lane: int, k: int, block: Block):
         laid.spots[lane, solid.corner + i] = place.at + spot
 
 
-@wp.func
-def numbers_at(start: wp.uint64, number: int) -> wp.uint64:
-    """Address of the numbers of a row, see kernels/assembly/team_run.py."""
-    return start + wp.uint64(number) * wp.uint64(NUMBERS * BYTES)
-
-
 @kernel
 def run_lanes(
     blocks: wp.array2d(dtype=Block), laid: Laid, kept: Kept, motions: wp.array2d(dtype=Motion),
@@ -162,10 +154,10 @@ def run_lanes(
     room = laid.contacts.shape[1] // 2
     samples = sample_times.shape[0]
     end = sample_times[samples - 1]
-    seen, account, near, none = start_seen(), Account(), Near(), Leap()
+    seen, account, near = start_seen(), Account(), Near()
     sides = rows(Sides, lanes=WIDTH)
-    ya = rows(Drift, lanes=WIDTH)
-    yb = rows(Drift, lanes=WIDTH)
+    ya = rows(Weighted, lanes=WIDTH)
+    yb = rows(Weighted, lanes=WIDTH)
     one = rows(Impulse, lanes=WIDTH)
     rest = rows(Rest, lanes=WIDTH)
     step = Step()
@@ -182,8 +174,8 @@ def run_lanes(
         set_place(laid, lane, k, blocks[k, lane])
     laid.hefts[lane, count] = Heft()
     laid.moves[lane, count] = Move()
-    laid.drifts[lane, count] = Drift()
-    laid.drifts[lane, count + 1] = Drift()
+    laid.weighted[lane, count] = Weighted()
+    laid.weighted[lane, count + 1] = Weighted()
     number = int(-SETTLING)
     time = real(number) * dt
     last = end
@@ -220,16 +212,16 @@ def run_lanes(
             kept.before[lane, k] = v
             if blocks[k, lane].light > zero:
                 v.v = v.v + pull
-            laid.drifts[lane, k] = drift_of(laid.hefts[lane, k], v)
+            laid.weighted[lane, k] = weighted_of(laid.hefts[lane, k], v)
         fill_packs(laid, lane, near, step)
         for k in range(count):
             trail = Trail()
-            trail.y = laid.drifts[lane, k]
+            trail.y = laid.weighted[lane, k]
             kept.trails[lane, k] = trail
-        solve = start_solve(real(1.0), knobs.settled, seen.speed)
+        solve = start_solve(live, knobs.settled, seen.speed)
         most = wp.where(number < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
         own_rows = lane * (laid.order.shape[1] // WIDTH)
-        while solve.on > zero:
+        while solve.goes > 0:
             for i in range(WIDTH):
                 rest[i] = Rest()
             beta = real(solve.beta)
@@ -237,11 +229,11 @@ def run_lanes(
                 meets = laid.packs[lane, pack]
                 for i in range(WIDTH):
                     sides[i] = laid.sides[lane, pack * WIDTH + i]
-                    ya[i] = laid.drifts[lane, sides[i].a]
-                    yb[i] = laid.drifts[lane, sides[i].b]
+                    ya[i] = laid.weighted[lane, sides[i].a]
+                    yb[i] = laid.weighted[lane, sides[i].b]
                 for turn in range(meets.depth):
                     held = wp.array(
-                        ptr=numbers_at(laid.rows.ptr, own_rows + meets.first + turn),
+                        ptr=address_of(laid.rows.ptr, own_rows + meets.first + turn, NUMBERS),
                         shape=(NUMBERS,),
                         dtype=real,
                     )
@@ -295,26 +287,26 @@ def run_lanes(
                         held[i + 47 * WIDTH] = one[i].dt
                         held[i + 48 * WIDTH] = one[i].ds
                 for i in range(WIDTH):
-                    laid.drifts[lane, sides[i].a] = ya[i]
-                    laid.drifts[lane, sides[i].b] = yb[i]
+                    laid.weighted[lane, sides[i].a] = ya[i]
+                    laid.weighted[lane, sides[i].b] = yb[i]
             for i in range(WIDTH):
                 solve.square = solve.square + rest[i].square
                 solve.worst = larger(wp.sqrt(rest[i].worst), solve.worst)
-            decide(knobs.settled, most, False, solve, none)
+            decide(knobs.settled, most, solve)
             for k in range(count):
-                y = laid.drifts[lane, k]
+                y = laid.weighted[lane, k]
                 trail = kept.trails[lane, k]
                 extrapolate(solve.beta, y, trail)
-                laid.drifts[lane, k] = y
+                laid.weighted[lane, k] = y
                 kept.trails[lane, k] = trail
         keep_impulses(laid, lane, step)
         for k in range(count):
             if blocks[k, lane].light > zero:
-                laid.moves[lane, k] = move_of(laid.hefts[lane, k], laid.drifts[lane, k])
+                laid.moves[lane, k] = move_of(laid.hefts[lane, k], laid.weighted[lane, k])
         seen.sweeps = seen.sweeps + solve.sweeps
         seen.residual = larger(solve.left, seen.residual)
         misses = solve.left > solve.loose
-        drift = drift_after(dt, solve, drift)
+        drift = wp.where(misses, fused(dt, solve.left, drift), drift)
         if drift > DRIFT * laid.scale[lane] or (misses and live == 0):
             seen.mode = UNSOLVED
         number += 1

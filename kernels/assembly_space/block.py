@@ -16,7 +16,7 @@ import warp as wp
 
 from warprock.kernels.algebra.vectors import Matrix, Quaternion, Vector
 from warprock.kernels.assembly.block import Seen
-from warprock.kernels.assembly_space.contact import Drift, Heft, Move, add_part, inner, times
+from warprock.kernels.assembly_space.contact import Heft, Move, Weighted, add_part, inner, times
 from warprock.kernels.lane.account import Account
 from warprock.kernels.lane.modes import BROKEN
 from warprock.kernels.shape_space.block import turn_freely
@@ -71,10 +71,10 @@ class Place:
 
 @wp.struct
 class Trail:
-    """What the impulses along p do to the drift of a block, and its drift a sweep ago."""
+    """What the impulses along p do to the weighted velocities of a block, and these a sweep ago."""
 
-    p: Drift
-    y: Drift
+    p: Weighted
+    y: Weighted
 
 
 @wp.struct
@@ -94,7 +94,7 @@ def start_place(block: Block) -> Place:
 
 @wp.func
 def heft_of(block: Block, r: Matrix) -> Heft:
-    """What turns velocities of a block into its drift, at an attitude."""
+    """What turns velocities of a block into its weighted ones, at an attitude."""
     x, y, z = wp.sqrt(block.inverse_x), wp.sqrt(block.inverse_y), wp.sqrt(block.inverse_z)
     return Heft(
         wp.sqrt(block.light),
@@ -199,20 +199,20 @@ def observe_block(
 
 
 @wp.func
-def add_drifts(part: real, a: Drift, b: Drift) -> Drift:
+def add_weighted(part: real, a: Weighted, b: Weighted) -> Weighted:
     """Gives part a + b."""
-    return Drift(
+    return Weighted(
         fused(part, a.x, b.x), fused(part, a.y, b.y), fused(part, a.z, b.z),
         fused(part, a.ox, b.ox), fused(part, a.oy, b.oy), fused(part, a.oz, b.oz),
     )  # fmt: skip
 
 
 @wp.func
-def extrapolate(beta: real, y: wp.ref[Drift], trail: wp.ref[Trail]):
-    """Moves the drift of a block along p by beta, as its impulses will in the next sweep."""
-    change = add_drifts(real(-1.0), trail.y, y)
-    after = add_drifts(beta, trail.p, y)
-    trail.p = add_drifts(beta, trail.p, change)
+def extrapolate(beta: real, y: wp.ref[Weighted], trail: wp.ref[Trail]):
+    """Moves the weighted velocities of a block along p by beta, as its impulses will move next."""
+    change = add_weighted(real(-1.0), trail.y, y)
+    after = add_weighted(beta, trail.p, y)
+    trail.p = add_weighted(beta, trail.p, change)
     trail.y = after
     y.x = after.x
     y.y = after.y

@@ -16,7 +16,7 @@ stops the contact, -W^-1 (u_t, u_s) with W the 2 x 2 matrix of what tangential i
 that is outside the circle, it takes the nearest to (T, S) - (u_t, u_s) / k within the circle, k the
 larger eigenvalue of W. Only the latter has its rest where friction acts against the slip.
 
-In a sweep the motion of a block is its drift: velocities times the root of what they weigh,
+In a sweep the motion of a block is its weighted velocity: times the root of mass or inertia,
 
     y = (v sqrt(m), D^-1/2 R^T o),      R the attitude, D the inverse moments of inertia
 
@@ -31,7 +31,7 @@ from warprock.kernels.algebra.vectors import Matrix, Vector
 
 @wp.struct
 class Heft:
-    """What turns velocities of a block into its drift; zero of what is fixed.
+    """What turns velocities of a block into its weighted ones; zero of what is fixed.
 
     Attributes:
         root: Root of the inverse mass [kg^-1/2].
@@ -51,8 +51,8 @@ class Move:
 
 
 @wp.struct
-class Drift:
-    """The drift of a block [J^1/2]: of its centre, and of its turning about its own axes."""
+class Weighted:
+    """Weighted velocities of a block [J^1/2]: of its centre, and of its turn about its own axes."""
 
     x: real
     y: real
@@ -92,7 +92,8 @@ class Row:
     Attributes:
         nx to sz: n, t and s.
         la, lb: Roots of the inverse masses of A and, negative, of B [kg^-1/2].
-        nax to saz: What impulses along n, t and s do to the drift of A by turning it [kg^-1/2].
+        nax to saz: What impulses along n, t and s do to the weighted velocities of A by its turn
+            [kg^-1/2].
         nbx to sbz: Likewise, of B.
         kn, wn: What N does to u_n [1/kg], and its reciprocal.
         kt, wk: The larger eigenvalue k [1/kg], and its reciprocal.
@@ -145,7 +146,7 @@ class Row:
 
 @wp.struct
 class Impulse:
-    """Impulses of a contact [N s], their direction p and last change d (assembly/solve.py)."""
+    """Impulses of a contact [N s], their direction p and last change d (pace.py)."""
 
     n: real
     t: real
@@ -214,12 +215,12 @@ def tangent_of(n: Vector) -> Vector:
 
 
 @wp.func
-def drift_of(m: Heft, v: Move) -> Drift:
-    """The drift of a block that moves at some velocities; none of what is fixed."""
+def weighted_of(m: Heft, v: Move) -> Weighted:
+    """The weighted velocities of a block; zero of what is fixed."""
     over = wp.where(m.root > real(0.0), real(1.0) / larger(m.root, TINY), real(0.0))
     # Rows of `turns` have the lengths of the roots in D.
     e = times(m.turns, v.o)
-    return Drift(
+    return Weighted(
         over * v.v[0], over * v.v[1], over * v.v[2],
         e[0] / larger(square_of_row(m.turns, 0), TINY),
         e[1] / larger(square_of_row(m.turns, 1), TINY),
@@ -234,8 +235,8 @@ def square_of_row(m: Matrix, i: int) -> real:
 
 
 @wp.func
-def move_of(m: Heft, y: Drift) -> Move:
-    """The velocities of a block by its drift."""
+def move_of(m: Heft, y: Weighted) -> Move:
+    """The velocities of a block by its weighted ones."""
     o = wp.transpose(m.turns) * Vector(y.ox, y.oy, y.oz)
     return Move(Vector(m.root * y.x, m.root * y.y, m.root * y.z), o)
 
@@ -285,8 +286,8 @@ def sum_of(a: real, x: real, b: real, y: real, c: real, z: real) -> real:
 
 
 @wp.func
-def push(at: Row, n: real, t: real, s: real, va: wp.ref[Drift], vb: wp.ref[Drift]):
-    """Adds impulses on the first block, and against them on the second one, to their drifts."""
+def push(at: Row, n: real, t: real, s: real, va: wp.ref[Weighted], vb: wp.ref[Weighted]):
+    """Adds impulses on the first block, and against them on the second one, to their velocities."""
     px = sum_of(n, at.nx, t, at.tx, s, at.sx)
     py = sum_of(n, at.ny, t, at.ty, s, at.sy)
     pz = sum_of(n, at.nz, t, at.tz, s, at.sz)
@@ -307,16 +308,16 @@ def push(at: Row, n: real, t: real, s: real, va: wp.ref[Drift], vb: wp.ref[Drift
 @wp.func
 def sweep_contact(
     rest: wp.ref[Rest], beta: real, at: Row, held: wp.ref[Impulse],
-    va: wp.ref[Drift], vb: wp.ref[Drift],
+    va: wp.ref[Weighted], vb: wp.ref[Weighted],
 ):  # fmt: skip
-    """Takes one contact in a sweep; the drifts have taken the step along p already.
+    """Takes one contact in a sweep; the velocities have taken the step along p already.
 
     Args:
         rest: What the sweep leaves.
         beta: Part of the direction that is kept.
         at: The contact; one of zeros changes nothing.
         held: Its impulses.
-        va, vb: Drifts of its blocks.
+        va, vb: Weighted velocities of its blocks.
     """
     n0 = fused(beta, held.pn, held.n)
     t0, s0 = fused(beta, held.pt, held.t), fused(beta, held.ps, held.s)

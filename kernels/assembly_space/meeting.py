@@ -24,10 +24,10 @@ from warprock.kernels.assembly.meeting import BELOW, NONE
 from warprock.kernels.assembly_space.block import Place
 from warprock.kernels.assembly_space.contact import (
     Contact,
-    Drift,
     Heft,
     Impulse,
     Move,
+    Weighted,
     cross,
     inner,
     relative,
@@ -231,7 +231,7 @@ class Laid:
         sides: The blocks of their places, shape [lane, WIDTH pack].
         rows, order: Numbers of their contacts and places of these in the list, see there.
         colours, open: Of each block those of its meetings, and of each colour its last pack.
-        drifts: Of each block, and none after them, shape [lane, block + 2].
+        weighted: Velocities of each block, and none after them, shape [lane, block + 2].
         scratch: Corners of polygons that are being cut, twice the most that
             two faces have in common, shape [lane, corner].
     """
@@ -262,7 +262,7 @@ class Laid:
     order: wp.array2d(dtype=int)
     colours: wp.array2d(dtype=wp.int64)
     open: wp.array2d(dtype=int)
-    drifts: wp.array2d(dtype=Drift)
+    weighted: wp.array2d(dtype=Weighted)
     scratch: wp.array2d(dtype=Vector)
 
 

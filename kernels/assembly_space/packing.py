@@ -3,7 +3,7 @@
 A meeting is a joint, or a pair without one, that has contacts in a step. Each has a colour that no
 other one of its two blocks has, but for blocks that are fixed. WIDTH meetings of one colour make a
 pack: a sweep takes them side by side, by vector code, and all contacts of theirs one after the
-other, so that it reads and writes the drift of a block once for them.
+other, so that it reads and writes the velocities of a block once for them.
 
 The contacts of a pack are rows: one contact of every meeting, all their numbers together. Where a
 meeting has fewer contacts than others of its pack, or a pack fewer meetings, there are contacts of
@@ -34,8 +34,8 @@ LEFT = NONE - 1
 
 
 @wp.func
-def across(turn: int, count: int) -> int:
-    """The corner of a polygon that comes at a turn: every second one, then the others."""
+def corner_at(turn: int, count: int) -> int:
+    """The corner of a polygon that is taken at a turn: every second one, then the others."""
     half = (count + 1) / 2
     return wp.where(turn < half, 2 * turn, 2 * (turn - half) + 1)
 
@@ -50,7 +50,7 @@ def colour_of(laid: Laid, lane: int, a: int, b: int) -> int:
         left = left >> one
         colour += 1
     mark = one << wp.int64(colour)
-    # What is fixed has no drift: all may touch it side by side.
+    # What is fixed does not move: all may touch it side by side.
     if laid.hefts[lane, a].root > real(0.0):
         laid.colours[lane, a] = laid.colours[lane, a] | mark
     if laid.hefts[lane, b].root > real(0.0):
@@ -177,7 +177,7 @@ def fill_place(laid: Laid, lane: int, place: int, first: int, count: int):
     own = place % WIDTH
     pack = laid.packs[lane, place // WIDTH]
     for turn in range(wp.min(count, pack.depth)):
-        listed = first + across(turn, count)
+        listed = first + corner_at(turn, count)
         at = laid.contacts[lane, listed]
         held = laid.impulses[lane, listed]
         row = row_of(at, laid.hefts[lane, at.a], laid.hefts[lane, at.b])
@@ -187,11 +187,11 @@ def fill_place(laid: Laid, lane: int, place: int, first: int, count: int):
         laid.rows[lane, begins + (CONTACT + 1) * WIDTH] = held.t
         laid.rows[lane, begins + (CONTACT + 2) * WIDTH] = held.s
         laid.order[lane, (pack.first + turn) * WIDTH + own] = listed
-        ya = laid.drifts[lane, at.a]
-        yb = laid.drifts[lane, at.b]
+        ya = laid.weighted[lane, at.a]
+        yb = laid.weighted[lane, at.b]
         push(row, held.n, held.t, held.s, ya, yb)
-        laid.drifts[lane, at.a] = ya
-        laid.drifts[lane, at.b] = yb
+        laid.weighted[lane, at.a] = ya
+        laid.weighted[lane, at.b] = yb
 
 
 @wp.func

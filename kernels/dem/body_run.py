@@ -6,6 +6,7 @@ counts as the interface that parts and lands.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ALONG, ONLY, UPWARDS
 from warprock.kernels.dem.body import Corner, Deepest, depth_of, find_deepest, has_work, press
 from warprock.kernels.dem.stack import (
     Base,
@@ -32,7 +33,7 @@ from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import base_velocity
-from warprock.kernels.shape.above import ALONG, UPWARDS, Motions
+from warprock.kernels.shape.above import Motions
 from warprock.kernels.shape.body import rotated_x
 from warprock.kernels.shape.body_found import TO_LEFT, TO_RIGHT, Found, Sides, observe_sides
 from warprock.kernels.shape.interface import Mass, Pose, Velocity
@@ -209,12 +210,12 @@ def run_lanes(
         if found.rotations.shape[0] > 0:
             for i in range(LANES):
                 past = time_past(until, pace[i].steps, pace[i].dt, seen[i].mode)
-                found.rotations[sample, 0, first + i] = pose[i].theta - past * velocity[i].omega
+                found.rotations[sample, ONLY, first + i] = pose[i].theta - past * velocity[i].omega
         if found.places.shape[0] > 0:
             for i in range(LANES):
                 past = time_past(until, pace[i].steps, pace[i].dt, seen[i].mode)
-                found.places[sample, 0, 0, first + i] = pose[i].x - past * velocity[i].x
-                found.places[sample, 0, 1, first + i] = pose[i].z - past * velocity[i].z
+                found.places[sample, ONLY, ALONG, first + i] = pose[i].x - past * velocity[i].x
+                found.places[sample, ONLY, UPWARDS, first + i] = pose[i].z - past * velocity[i].z
     for i in range(LANES):
         account[i].loss = dissipated_energy(energy[i])
         pull = equivalent_gain(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)

@@ -20,6 +20,7 @@ the two points that are deepest counts as the interface that parts and lands.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ALONG, UPWARDS
 from warprock.kernels.dem.stack import Base, Energy, Knobs, Load, Pace, Spring, integrate
 from warprock.kernels.dem.stack_lanes import (
     Seat,
@@ -36,7 +37,7 @@ from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import base_velocity
-from warprock.kernels.shape.above import ALONG, UPWARDS, Motions
+from warprock.kernels.shape.above import Motions
 from warprock.kernels.shape.interface import GROUND, Mass, Pose, Velocity
 from warprock.kernels.shape.rising import equivalent_gain
 from warprock.kernels.shape.stack_body import Foot
@@ -306,8 +307,8 @@ def run_lanes(
                     z = pose[k, i].z - past * velocity[k, i].z
                     if CHAINS:
                         z = z - blocks[k - 1, first + i].rest
-                    found.places[sample, k - 1, 0, first + i] = x
-                    found.places[sample, k - 1, 1, first + i] = z
+                    found.places[sample, k - 1, ALONG, first + i] = x
+                    found.places[sample, k - 1, UPWARDS, first + i] = z
     for i in range(LANES):
         account[i].loss = dissipated_energy(energy[i])
         pull = equivalent_gain(base[i].dx, base[i].dz, knobs.gravity * pace[i].dt)

@@ -6,7 +6,7 @@ its lanes has reached the next sample.
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import X, Y, Z
+from warprock.kernels.algebra.vectors import ONLY, X, Y, Z
 from warprock.kernels.dem.stack import Knobs
 from warprock.kernels.dem.stack_lanes import passes_left, time_past
 from warprock.kernels.dem_space.body import (
@@ -168,9 +168,9 @@ def run_lanes(
                 past = time_past(until, pace[i].steps, pace[i].dt, seen[i].mode)
                 was = pose_before(blocks[0, first + i], lanes[first + i].frame, past, state[i])
                 for c in range(4):
-                    found.attitudes[sample, 0, c, first + i] = was[c]
+                    found.attitudes[sample, ONLY, c, first + i] = was[c]
                 for c in range(4, wp.where(found.places.shape[0] > 0, 7, 4)):
-                    found.places[sample, 0, c - 4, first + i] = was[c]
+                    found.places[sample, ONLY, c - 4, first + i] = was[c]
     for i in range(LANES):
         found.results[first + i] = result_of(seen[i], energy[i], pace[i].steps)
         s = state[i]

@@ -288,19 +288,20 @@ def touch_at(link: Link, a: real, b: real) -> Touch:
 
 
 @wp.func
-def solve_pair(
-    knobs: Knobs, link: Link, pace: Pace, pair: Pair, first: wp.ref[Spring],
-    second: wp.ref[Spring], sums: wp.ref[Sums],
-):  # fmt: skip
-    """Adds a pair of points to the sums of an interface.
+def solve_point(
+    knobs: Knobs, link: Link, pace: Pace, a: real, b: real, spring: wp.ref[Spring]
+) -> Stress:
+    """Stresses at the point (a, b) of an interface; its spring follows."""
+    f, g = clip_to_face(link, a, b)
+    return load_spring(knobs, pace.live == 1, link.mu, pace.dt, touch_at(link, f, g), spring)
 
-    `first` is the spring of the point at -(a, b), `second` that of the one at (a, b).
-    """
-    live, share = pace.live == 1, pair.share
+
+@wp.func
+def add_pair(link: Link, pair: Pair, one: Stress, two: Stress, sums: wp.ref[Sums]):
+    """Adds what the points at -(a, b) and (a, b) bear to the sums of an interface."""
+    share = pair.share
     f, g = clip_to_face(link, -pair.a, -pair.b)
-    one = load_spring(knobs, live, link.mu, pace.dt, touch_at(link, f, g), first)
     h, q = clip_to_face(link, pair.a, pair.b)
-    two = load_spring(knobs, live, link.mu, pace.dt, touch_at(link, h, q), second)
     # f n1 + h n2 by sums and differences, which mirrored scenes mirror to the last bit.
     h, f = share * HALF * (h - f), share * HALF * (h + f)
     q, g = share * HALF * (q - g), share * HALF * (q + g)

@@ -24,10 +24,11 @@ from warprock.kernels.dem_space.stack import (
     Pair,
     Spring,
     Sums,
+    add_pair,
     add_sums,
     integrate,
     load_blocks,
-    solve_pair,
+    solve_point,
 )
 from warprock.kernels.dem_space.stack_lanes import (
     Base,
@@ -134,10 +135,14 @@ def run_lanes(
                     kind, q = int(points[KIND, p]), pairs * h + p
                     pair = Pair(points[ALONG_X, p], points[ALONG_Y, p], points[SHARE, p])
                     for i in range(LANES):
-                        near, far, total = one[q, i], two[q, i], sums[kind, i]
-                        solve_pair(knobs, contact[i], pace[i], pair, near, far, total)
+                        near = one[q, i]
+                        borne = solve_point(knobs, contact[i], pace[i], -pair.a, -pair.b, near)
                         one[q, i] = near
+                        far = two[q, i]
+                        there = solve_point(knobs, contact[i], pace[i], pair.a, pair.b, far)
                         two[q, i] = far
+                        total = sums[kind, i]
+                        add_pair(contact[i], pair, borne, there, total)
                         sums[kind, i] = total
                 for i in range(LANES):
                     stress_sums = add_sums(

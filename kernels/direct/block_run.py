@@ -8,6 +8,7 @@ With one lane a thread the same text is the plain form.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ALONG, ONLY, UPWARDS
 from warprock.kernels.contact.parting import Bearing, Parting, observe_ends
 from warprock.kernels.direct.block import Block, Carried, Knobs, step
 from warprock.kernels.lane.account import Account, keep_account
@@ -140,14 +141,18 @@ def run_lanes(
         if rotations.shape[0] > 0:
             for i in range(LANES):
                 mode = seen[i].mode
-                rotations[sample, 0, first + i] = at_sample(
+                rotations[sample, ONLY, first + i] = at_sample(
                     mode, past, state[i].theta, state[i].omega
                 )
         if places.shape[0] > 0:
             for i in range(LANES):
                 mode = seen[i].mode
-                places[sample, 0, 0, first + i] = at_sample(mode, past, state[i].x, state[i].vx)
-                places[sample, 0, 1, first + i] = at_sample(mode, past, state[i].z, state[i].vz)
+                places[sample, ONLY, ALONG, first + i] = at_sample(
+                    mode, past, state[i].x, state[i].vx
+                )
+                places[sample, ONLY, UPWARDS, first + i] = at_sample(
+                    mode, past, state[i].z, state[i].vz
+                )
     for i in range(LANES):
         results[first + i] = result_of(seen[i], account[i])
         slide = slide_of(blocks[first + i], state[i].x, state[i].theta)

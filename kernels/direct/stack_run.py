@@ -7,6 +7,7 @@ times the acceleration. An interface rocks while one of its ends has parted, see
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ALONG, UPWARDS
 from warprock.kernels.contact.parting import Bearing, Parting, observe_ends, slack, slides
 from warprock.kernels.direct.block import allowed_closing
 from warprock.kernels.direct.stack import (
@@ -350,8 +351,8 @@ def run_lanes(
                 vx, vz = state.velocity[3 * k], state.velocity[3 * k + 1]
                 x = at_sample(seen.mode, time - until, poses.x[k], vx)
                 z = at_sample(seen.mode, time - until, poses.z[k], vz)
-                found.places[sample, k, 0, lane] = x
-                found.places[sample, k, 1, lane] = z
+                found.places[sample, k, ALONG, lane] = x
+                found.places[sample, k, UPWARDS, lane] = z
     seen.steps = count
     found.results[lane] = result_of(seen, account)
     for k in range(BLOCKS):

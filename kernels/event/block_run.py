@@ -8,6 +8,7 @@ With one lane a thread the same text is the plain form.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ALONG, ONLY, UPWARDS
 from warprock.kernels.event.block import Knobs, look_ahead, step
 from warprock.kernels.event.block_contact import Block, lower_corner
 from warprock.kernels.event.block_rocking import Curve, value_after
@@ -226,7 +227,7 @@ def run_lanes(
                     clock[i].due = wp.where(going, waits(new), clock[i].due)
         if rotations.shape[0] > 0:
             for i in range(LANES):
-                rotations[sample, 0, first + i] = rotation_at(
+                rotations[sample, ONLY, first + i] = rotation_at(
                     until, clock[i].begun, state[i], path[i]
                 )
         if places.shape[0] > 0:
@@ -235,8 +236,8 @@ def run_lanes(
                 spot, level = place_at(
                     block_of[first + i], until, clock[i].begun, angle, state[i], path[i], place[i]
                 )
-                places[sample, 0, 0, first + i] = spot
-                places[sample, 0, 1, first + i] = level
+                places[sample, ONLY, ALONG, first + i] = spot
+                places[sample, ONLY, UPWARDS, first + i] = level
     for i in range(LANES):
         results[first + i] = result_of(seen[i], real(0.0), state[i].mode)
         leaves[0, first + i] = block_result(state[i].slide, seen[i])

@@ -8,6 +8,7 @@ With one lane a thread the same text is the plain form.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ALONG, ONLY, UPWARDS
 from warprock.kernels.event.block import Knobs
 from warprock.kernels.event.block_state import Seen, State, observe, start_seen
 from warprock.kernels.event.body import begin_step, look_ahead, step
@@ -19,7 +20,7 @@ from warprock.kernels.lane.modes import FLAT, OVERTURNED, PIVOTING
 from warprock.kernels.launch.instance import TWO_VECTORS
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import ground_at
-from warprock.kernels.shape.above import ALONG, UPWARDS, Above, Motions, above_at
+from warprock.kernels.shape.above import Above, Motions, above_at
 from warprock.kernels.shape.body import Corner, is_past, rotated_x, rotated_z
 from warprock.kernels.shape.body_found import TO_LEFT, TO_RIGHT
 from warprock.kernels.shape.stack_found import BlockResult
@@ -284,15 +285,15 @@ def run_lanes(
                 looking = looking + wp.where(sides[i].look == ASKED, 1, 0)
         if rotations.shape[0] > 0:
             for i in range(LANES):
-                rotations[sample, 0, first + i] = rotation_at(until, state[i], start[i])
+                rotations[sample, ONLY, first + i] = rotation_at(until, state[i], start[i])
         if places.shape[0] > 0:
             for i in range(LANES):
                 spot, level = place_at(
                     corners[start[i].corner, first + i], blocks[first + i].radius, until, state[i],
                     start[i],
                 )  # fmt: skip
-                places[sample, 0, 0, first + i] = spot
-                places[sample, 0, 1, first + i] = level
+                places[sample, ONLY, ALONG, first + i] = spot
+                places[sample, ONLY, UPWARDS, first + i] = level
     for i in range(LANES):
         results[first + i] = result_of(seen[i], sides[i].needed, state[i].mode)
         side_of[TO_LEFT, first + i] = sides[i].left

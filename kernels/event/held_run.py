@@ -6,6 +6,7 @@ that histories do not change the run.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ALONG, ONLY, UPWARDS
 from warprock.kernels.contact.ties import BROKEN_TIE, YIELDING, YIELDING_BACK, Tie, TieState
 from warprock.kernels.event.held import start_lane, step
 from warprock.kernels.event.held_events import change_tie
@@ -74,19 +75,19 @@ def run_lanes(
             if sample_times[sample] >= begun:
                 since = sample_times[sample] - begun
                 if found.rotations.shape[0] > 0:
-                    found.rotations[sample, 0, lane] = side * value_of(path.theta, since)
+                    found.rotations[sample, ONLY, lane] = side * value_of(path.theta, since)
                 if found.places.shape[0] > 0:
-                    found.places[sample, 0, 0, lane] = side * value_of(path.x, since)
-                    found.places[sample, 0, 1, lane] = value_of(path.z, since)
+                    found.places[sample, ONLY, ALONG, lane] = side * value_of(path.x, since)
+                    found.places[sample, ONLY, UPWARDS, lane] = value_of(path.z, since)
             sample = sample + 1
         if s.mode < OVERTURNED and seen.steps >= block.step_limit:
             s.mode = STALLED
     while sample < count:
         if found.rotations.shape[0] > 0:
-            found.rotations[sample, 0, lane] = s.theta
+            found.rotations[sample, ONLY, lane] = s.theta
         if found.places.shape[0] > 0:
-            found.places[sample, 0, 0, lane] = s.x
-            found.places[sample, 0, 1, lane] = s.z
+            found.places[sample, ONLY, ALONG, lane] = s.x
+            found.places[sample, ONLY, UPWARDS, lane] = s.z
         sample = sample + 1
     lost, broken = real(0.0), int(0)
     first = NEVER

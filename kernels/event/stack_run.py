@@ -7,6 +7,7 @@ blocks are bodies, and roll from edge to edge (event/stack/edges.py).
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ALONG, UPWARDS
 from warprock.kernels.event.stack.moves import start_pose
 from warprock.kernels.event.stack.rocking_end import turning_time, value_of
 from warprock.kernels.event.stack.state import Limits, Rebound, Shaking, State, at_rest
@@ -15,7 +16,7 @@ from warprock.kernels.event.stack.trial import try_step
 from warprock.kernels.lane.modes import OVERTURNED, RUNNING, STALLED
 from warprock.kernels.launch.instance import short_loops_go
 from warprock.kernels.motion.kinds import ground_at
-from warprock.kernels.shape.above import ALONG, UPWARDS, Motions, above_at
+from warprock.kernels.shape.above import Motions, above_at
 from warprock.kernels.shape.stack import (
     CLOSED,
     Blocks,
@@ -396,8 +397,10 @@ def run_lanes(
             x1, z1 = centres(pile, s.pose)
             for k in range(BLOCKS):
                 vx, vz = s0.velocity[3 * k], s0.velocity[3 * k + 1]
-                found.places[sample, k, 0, lane] = between_steps(until, s0, s, x0[k], vx, x1[k])
-                found.places[sample, k, 1, lane] = between_steps(until, s0, s, z0[k], vz, z1[k])
+                found.places[sample, k, ALONG, lane] = between_steps(until, s0, s, x0[k], vx, x1[k])
+                found.places[sample, k, UPWARDS, lane] = between_steps(
+                    until, s0, s, z0[k], vz, z1[k]
+                )
     found.results[lane] = Result(
         seen.uplift_time,
         seen.rest_time,

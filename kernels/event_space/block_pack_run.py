@@ -10,7 +10,7 @@ a hinge is faster in float32 too, since it has a single case.
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import Quaternion, Vector
+from warprock.kernels.algebra.vectors import ONLY, Quaternion, Vector
 from warprock.kernels.event_space.block import TOGETHER, step
 from warprock.kernels.event_space.block_contact import FLYING
 from warprock.kernels.event_space.block_moves import rotate_unnormalised
@@ -167,11 +167,11 @@ def run_lanes(
                 while sample < samples and (ended or s.time >= sample_times[sample]):
                     q = attitude_within(blocks[0, lane], sample_times[sample], s0, s)
                     for part in range(4):
-                        found.attitudes[sample, 0, part, lane] = q[part]
+                        found.attitudes[sample, ONLY, part, lane] = q[part]
                     if found.places.shape[0] > 0:
                         x = place_at(sample_times[sample], s0, s)
                         for part in range(3):
-                            found.places[sample, 0, part, lane] = x[part]
+                            found.places[sample, ONLY, part, lane] = x[part]
                     sample += 1
                 place[i].sample = sample
                 if ended:

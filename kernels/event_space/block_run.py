@@ -7,7 +7,7 @@ blocks start in motion, see event_space/block_thrown.py.
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import Quaternion
+from warprock.kernels.algebra.vectors import ONLY, Quaternion
 from warprock.kernels.event_space.block import TOGETHER, step
 from warprock.kernels.event_space.block_seen import (
     attitude_at,
@@ -100,11 +100,11 @@ def run_lanes(
             if THROWN:
                 q = own_axes(q, named)
             for part in range(4):
-                found.attitudes[sample, 0, part, lane] = q[part]
+                found.attitudes[sample, ONLY, part, lane] = q[part]
         if found.places.shape[0] > 0:
             x = place_at(until, s0, s)
             for part in range(3):
-                found.places[sample, 0, part, lane] = x[part]
+                found.places[sample, ONLY, part, lane] = x[part]
     if THROWN:
         s.q = own_axes(s.q, named)
     found.results[lane] = lane_result(block, steps, s, seen)

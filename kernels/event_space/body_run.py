@@ -6,7 +6,7 @@ the parabola that the step follows, so that histories do not change the run.
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import Quaternion, Vector
+from warprock.kernels.algebra.vectors import ONLY, Quaternion, Vector, W, X, Y, Z
 from warprock.kernels.event_space.block_moves import rotate_attitude, rotate_freely
 from warprock.kernels.event_space.block_seen import turning_time
 from warprock.kernels.event_space.body import State, step
@@ -220,14 +220,14 @@ def run_lanes(
         if found.attitudes.shape[0] > 0:
             q = attitude_at(block, body, until, s0, s)
             ex, ey, ez, ew = block_attitude(frame, q[0], q[1], q[2], q[3])
-            found.attitudes[sample, 0, 0, lane] = ex
-            found.attitudes[sample, 0, 1, lane] = ey
-            found.attitudes[sample, 0, 2, lane] = ez
-            found.attitudes[sample, 0, 3, lane] = ew
+            found.attitudes[sample, ONLY, X, lane] = ex
+            found.attitudes[sample, ONLY, Y, lane] = ey
+            found.attitudes[sample, ONLY, Z, lane] = ez
+            found.attitudes[sample, ONLY, W, lane] = ew
         if found.places.shape[0] > 0:
             x = place_at(until, s0, s)
             for part in range(3):
-                found.places[sample, 0, part, lane] = x[part]
+                found.places[sample, ONLY, part, lane] = x[part]
     found.results[lane] = Result(
         seen.uplift_time, seen.rest_time, block.mass * s.lost, s.deepest, s.impacts, s.mode, steps
     )

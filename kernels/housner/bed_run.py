@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ONLY
 from warprock.kernels.housner.bed import WHOLE, Block, start_lane, step
 from warprock.kernels.housner.block import stall
 from warprock.kernels.housner.block_found import BlockResult, Found, Result
@@ -33,7 +34,7 @@ def run_lanes(
             step(block, m, ground, until, s, seen)
             s.mode = stall(s.mode, seen.steps, block.step_limit)
         if found.rotations.shape[0] > 0:
-            found.rotations[sample, 0, lane] = s.side * s.lean
+            found.rotations[sample, ONLY, lane] = s.side * s.lean
     if s.mode < OVERTURNED and s.pressed == WHOLE:
         s.mode = RESTING
     found.results[lane] = Result(

@@ -11,6 +11,7 @@ that a block at rest passes many samples at once.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ONLY
 from warprock.kernels.housner.block import Block, State, stall, start_lane, step
 from warprock.kernels.housner.block_found import BlockResult, Found, Result, Seen
 from warprock.kernels.lane.modes import OVERTURNED, RESTING
@@ -120,7 +121,7 @@ if RECORD and LANES > 1:
                     ended = state[i].mode >= OVERTURNED
                     while sample < samples and (ended or state[i].time >= sample_times[sample]):
                         if rotations.shape[0] > 0:
-                            rotations[sample, 0, lane] = state[i].theta
+                            rotations[sample, ONLY, lane] = state[i].theta
                         sample += 1
                     place[i].sample = sample
                     place[i].due = ROLL
@@ -248,7 +249,7 @@ else:
                     busy = busy + wp.where(runs, 1, 0)
             if rotations.shape[0] > 0:
                 for i in range(LANES):
-                    rotations[sample, 0, first + i] = state[i].theta
+                    rotations[sample, ONLY, first + i] = state[i].theta
         for i in range(LANES):
             results[first + i] = result_of(state[i], seen[i])
             leaves[0, first + i] = BlockResult(seen[i].peak, seen[i].peak_time)

@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ALONG, ONLY, UPWARDS
 from warprock.kernels.housner.block import end_step, observe, stall
 from warprock.kernels.housner.block_found import BlockResult, Result, Seen
 from warprock.kernels.housner.body import (
@@ -18,7 +19,7 @@ from warprock.kernels.lane.modes import OVERTURNED, RESTING, ROCKING
 from warprock.kernels.launch.instance import HALVES_VECTORS, TWO_VECTORS
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import Motion, ground_at, knot_step, knot_time
-from warprock.kernels.shape.above import ALONG, UPWARDS, Above, Motions, above_at
+from warprock.kernels.shape.above import Above, Motions, above_at
 from warprock.kernels.shape.body_found import TO_LEFT, TO_RIGHT
 
 if not (HALVES_VECTORS and MOTION == "record" and not VERTICAL):
@@ -155,7 +156,7 @@ def run_lanes(
                 busy = busy + wp.where(runs, 1, 0)
         if rotations.shape[0] > 0:
             for i in range(LANES):
-                rotations[sample, 0, first + i] = state[i].theta
+                rotations[sample, ONLY, first + i] = state[i].theta
     for i in range(LANES):
         o = seen[i]
         results[first + i] = Result(

@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ONLY
 from warprock.kernels.contact.ties import BROKEN_TIE, Load, Tie, TieState
 from warprock.kernels.housner.block import stall
 from warprock.kernels.housner.block_found import BlockResult
@@ -67,7 +68,7 @@ def run_lanes(
             step(block, m, ground, until, held, s, seen)
             s.mode = stall(s.mode, seen.steps, block.step_limit)
         if found.rotations.shape[0] > 0:
-            found.rotations[sample, 0, lane] = s.theta
+            found.rotations[sample, ONLY, lane] = s.theta
     lost, broken = real(0.0), int(0)
     first = NEVER
     for i in range(ties.shape[0]):

@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ONLY
 from warprock.kernels.housner.block import stall
 from warprock.kernels.housner.block_found import BlockResult, Found, Result
 from warprock.kernels.housner.strip import Strip, start_lane, step
@@ -33,7 +34,7 @@ def run_lanes(
             step(strip, m, ground, until, s, seen)
             s.mode = stall(s.mode, seen.steps, strip.step_limit)
         if found.rotations.shape[0] > 0:
-            found.rotations[sample, 0, lane] = s.theta
+            found.rotations[sample, ONLY, lane] = s.theta
     found.results[lane] = Result(
         seen.uplift_time, seen.rest_time, seen.loss, seen.needed, seen.impacts, s.mode, seen.steps
     )

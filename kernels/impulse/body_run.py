@@ -10,6 +10,7 @@ With one lane a thread the same text is the plain form.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ALONG, ONLY, UPWARDS
 from warprock.kernels.contact.parting import slack, slides
 from warprock.kernels.impulse.block import Knobs
 from warprock.kernels.impulse.body import Body, Feet, Impulses, step
@@ -17,7 +18,7 @@ from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.lane.modes import RUNNING
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import base_velocity
-from warprock.kernels.shape.above import ALONG, UPWARDS, Motions
+from warprock.kernels.shape.above import Motions
 from warprock.kernels.shape.block import Base, State, mode_of
 from warprock.kernels.shape.body import Corner, is_past, rotate_corner, rotated_x
 from warprock.kernels.shape.body_found import TO_LEFT, TO_RIGHT, Found, Sides, observe_sides
@@ -198,14 +199,18 @@ def run_lanes(
         if rotations.shape[0] > 0:
             for i in range(LANES):
                 mode = seen[i].mode
-                rotations[sample, 0, first + i] = at_sample(
+                rotations[sample, ONLY, first + i] = at_sample(
                     mode, past, state[i].theta, state[i].omega
                 )
         if places.shape[0] > 0:
             for i in range(LANES):
                 mode = seen[i].mode
-                places[sample, 0, 0, first + i] = at_sample(mode, past, state[i].x, state[i].vx)
-                places[sample, 0, 1, first + i] = at_sample(mode, past, state[i].z, state[i].vz)
+                places[sample, ONLY, ALONG, first + i] = at_sample(
+                    mode, past, state[i].x, state[i].vx
+                )
+                places[sample, ONLY, UPWARDS, first + i] = at_sample(
+                    mode, past, state[i].z, state[i].vz
+                )
     for i in range(LANES):
         results[first + i] = result_of(seen[i], account[i])
         to_sides[TO_LEFT, first + i] = sides[i].left

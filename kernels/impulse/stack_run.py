@@ -11,6 +11,7 @@ share. If CHAINS is true, blocks are bodies, with three points an interface
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ALONG, UPWARDS
 from warprock.kernels.impulse.stack import (
     Contact,
     Knobs,
@@ -30,7 +31,7 @@ from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import base_velocity
-from warprock.kernels.shape.above import ALONG, UPWARDS, Motions, move_up
+from warprock.kernels.shape.above import Motions, move_up
 from warprock.kernels.shape.interface import (
     GROUND,
     Impulse,
@@ -337,8 +338,8 @@ def run_lanes(
                     if found.places.shape[0] > 0:
                         x = at_sample(seen[i].mode, past, pose[k, i].x, old[k, i].x)
                         z = at_sample(seen[i].mode, past, pose[k, i].z, old[k, i].z)
-                        found.places[sample, o, 0, f] = x
-                        found.places[sample, o, 1, f] = z
+                        found.places[sample, o, ALONG, f] = x
+                        found.places[sample, o, UPWARDS, f] = z
     for i in range(LANES):
         pull = equivalent_gain(base[i].gain, base[i].rise, dt * knobs.gravity)
         account[i] = keep_account(pull, account[i])

@@ -14,7 +14,7 @@ impulse_space/block_seen.py defines when a block rocks, lands and lifts.
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import X, Y, Z
+from warprock.kernels.algebra.vectors import ONLY, W, X, Y, Z
 from warprock.kernels.impulse_space.block import (
     AHEAD_X,
     AHEAD_Y,
@@ -78,9 +78,6 @@ if THROWN:
     )
 
 wp.set_module_options(BRANCHES if THROWN else ONE_VECTOR)
-
-ONLY = 0
-"""The only lane of a thread that runs a thrown block."""
 
 R = wp.types.vector(length=LANES, dtype=real)
 """A number a lane."""
@@ -368,15 +365,15 @@ def run_lanes(
                     in_first_axes(state[i], named),
                 )
             qx, qy, qz, qw = attitude_at(live, -past, inverse, s)
-            found.attitudes[sample, 0, 0, first + i] = qx
-            found.attitudes[sample, 0, 1, first + i] = qy
-            found.attitudes[sample, 0, 2, first + i] = qz
-            found.attitudes[sample, 0, 3, first + i] = qw
+            found.attitudes[sample, ONLY, X, first + i] = qx
+            found.attitudes[sample, ONLY, Y, first + i] = qy
+            found.attitudes[sample, ONLY, Z, first + i] = qz
+            found.attitudes[sample, ONLY, W, first + i] = qw
         for i in range(wp.where(found.places.shape[0] > 0, LANES, 0)):
             spot = place_at(wp.where(seen[i].mode == RUNNING, past, zero), state[i])
-            found.places[sample, 0, 0, first + i] = spot.x
-            found.places[sample, 0, 1, first + i] = spot.y
-            found.places[sample, 0, 2, first + i] = spot.z
+            found.places[sample, ONLY, X, first + i] = spot.x
+            found.places[sample, ONLY, Y, first + i] = spot.y
+            found.places[sample, ONLY, Z, first + i] = spot.z
     for i in range(LANES):
         if THROWN:
             state[i] = in_first_axes(state[i], named)

@@ -5,7 +5,7 @@ As impulse_space/block_run.py, with as many rows as the body with the most point
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import X, Y, Z
+from warprock.kernels.algebra.vectors import ONLY, W, X, Y, Z
 from warprock.kernels.impulse_space.block import (
     FAR,
     Contact,
@@ -257,15 +257,15 @@ def run_lanes(
         for i in range(wp.where(found.attitudes.shape[0] > 0, LANES, 0)):
             x, y, z, w = attitude_at(seen[i].mode == RUNNING, -past, inverse[i], state[i])
             qx, qy, qz, qw = block_attitude(frames[first + i], x, y, z, w)
-            found.attitudes[sample, 0, 0, first + i] = qx
-            found.attitudes[sample, 0, 1, first + i] = qy
-            found.attitudes[sample, 0, 2, first + i] = qz
-            found.attitudes[sample, 0, 3, first + i] = qw
+            found.attitudes[sample, ONLY, X, first + i] = qx
+            found.attitudes[sample, ONLY, Y, first + i] = qy
+            found.attitudes[sample, ONLY, Z, first + i] = qz
+            found.attitudes[sample, ONLY, W, first + i] = qw
         for i in range(wp.where(found.places.shape[0] > 0, LANES, 0)):
             spot = place_at(wp.where(seen[i].mode == RUNNING, past, zero), state[i])
-            found.places[sample, 0, 0, first + i] = spot.x
-            found.places[sample, 0, 1, first + i] = spot.y
-            found.places[sample, 0, 2, first + i] = spot.z
+            found.places[sample, ONLY, X, first + i] = spot.x
+            found.places[sample, ONLY, Y, first + i] = spot.y
+            found.places[sample, ONLY, Z, first + i] = spot.z
     for i in range(LANES):
         s = state[i]
         _x, _y, tz, tw = block_attitude(frames[first + i], s.qx, s.qy, s.qz, s.qw)

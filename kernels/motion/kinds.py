@@ -116,7 +116,7 @@ if MOTION == "still":
 if MOTION not in ("still", "record"):
 
     @wp.func
-    def inside(m: Any, segment: int) -> real:
+    def lasts(m: Any, segment: int) -> real:
         """One while the motion lasts, else zero."""
         return wp.where(segment == 1, real(1.0), real(0.0))
 
@@ -169,7 +169,7 @@ if MOTION == "harmonic":
         """Acceleration about a time."""
         w = TWO_PI * m.frequency
         s, c = cycle(fused(m.frequency, time - m.start, m.phase * OVER_TWO_PI))
-        amplitude = m.acceleration_amplitude * inside(m, segment)
+        amplitude = m.acceleration_amplitude * lasts(m, segment)
         return wave(w, amplitude * s, amplitude * w * c)
 
     @wp.func
@@ -205,7 +205,7 @@ if MOTION == "ricker":
         r = m.rate
         x = r * (time - real(0.5) * (m.start + m.stop))
         # The Gaussian: E' = -2 x E.
-        e0 = decay(smaller(x * x, FLAT)) * inside(m, segment)
+        e0 = decay(smaller(x * x, FLAT)) * lasts(m, segment)
         e1 = real(-2.0) * x * e0
         e2 = -fused(x, e1, e0)
         e3 = real(-2.0) * OVER_3 * fused(x, e2, e1)
@@ -295,7 +295,7 @@ if MOTION == "modulated":
     @wp.func
     def expand(m: Motion, segment: int, time: real, value: real, slope: real) -> Acceleration:
         """Acceleration about a time: the sum of three harmonics."""
-        i = inside(m, segment)
+        i = lasts(m, segment)
         one = real(1.0)
         first = expand_swing(m, one, i * m.swing_1, time)
         second = expand_swing(m, one + m.modulation, i * m.swing_2, time)

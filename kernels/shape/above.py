@@ -5,9 +5,8 @@ import warp as wp
 from warprock.kernels.motion.kinds import Motion, ground_at
 
 Motions = wp.array2d(dtype=Motion) if VERTICAL else wp.array(dtype=Motion)
-"""Motions of the base: along x, shape [lane]; with those upwards, shape [direction, lane]."""
-ALONG, UPWARDS = 0, 1
-"""Directions of `Motions`."""
+"""Motions of the base: along x, shape [lane]; with those upwards, shape [direction, lane],
+see ALONG and UPWARDS in algebra/vectors.py."""
 
 
 @wp.struct

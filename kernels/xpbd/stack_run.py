@@ -10,6 +10,7 @@ share.
 
 import warp as wp
 
+from warprock.kernels.algebra.vectors import ALONG, UPWARDS
 from warprock.kernels.contact.parting import Parting
 from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.launch.instance import ONE_VECTOR
@@ -297,8 +298,8 @@ def run_lanes(
                     if found.places.shape[0] > 0:
                         x = at_sample(seen[i].mode, past, pose[k, i].x, velocity[k, i].x)
                         z = at_sample(seen[i].mode, past, pose[k, i].z, velocity[k, i].z)
-                        found.places[sample, o, 0, f] = x
-                        found.places[sample, o, 1, f] = z
+                        found.places[sample, o, ALONG, f] = x
+                        found.places[sample, o, UPWARDS, f] = z
     for i in range(LANES):
         account[i] = keep_account(base[i].gain, account[i])
         found.results[first + i] = result_of(seen[i], account[i])

@@ -161,7 +161,7 @@ def test_the_page_prints_on_two_sheets(tmp_path: pathlib.Path):
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ((), "--hazard: got None, must be a file"),
+        ((), "--hazard: got nothing, must be a file"),
         (("--k0", 1e-3, "--k", 2, "--clearance", "far"), "--clearance: got 'far', must be"),
         (("--k0", 1e-3, "--k", 2, "--clearance", "-1 mm"), "--clearance: got '-1 mm', must be abo"),
         (("--k0", 1e-3, "--k", 2, "--clearance", "1 g"), "--clearance: got '1 g', must be"),

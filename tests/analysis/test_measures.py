@@ -139,7 +139,7 @@ def test_a_block_that_has_ties_is_given_no_others():
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ((), "--hazard: got None, must be a file"),
+        ((), "--hazard: got nothing, must be a file"),
         (("--k0", 1e-3, "--k", 2, "--target", -1), "--target: got -1.0, must be a rate above 0"),
         (("--k0", 1e-3, "--k", 2, "--measure", "wider"), "--measure: got 'wider', must be KEY="),
         (("--k0", 1e-3, "--k", 2, "--measure", "block.wide=1 m"), "block.wide: got '1 m', unknown"),

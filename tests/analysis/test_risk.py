@@ -225,8 +225,8 @@ def test_the_command_prints_what_the_function_finds(tmp_path: pathlib.Path):
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ((), "--hazard: got None, must be a file, or have --k0 and --k instead"),
-        (("--k0", 1e-4), "--k: got None, must be given, too"),
+        ((), "--hazard: got nothing, must be a file, or have --k0 and --k instead"),
+        (("--k0", 1e-4), "--k: got nothing, must be given, too"),
         (("--k0", -1.0, "--k", 2), "--k0: got -1.0, must be finite and > 0"),
         (("--k0", 1e-4, "--k", 2, "--im", "PGV"), "--at: peak_velocity_m_s: got '1 g', must be in"),
         (("--k0", 1e-4, "--k", 2, "--im", "speed", "--at", "1 m"), "speed: got '1 m', must be in"),

@@ -111,8 +111,8 @@ def test_a_body_and_a_record_are_enough(tmp_path: pathlib.Path):
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ((), "--body: got None, must be given"),
-        (("--body", "statue"), "--record: got None, must be given"),
+        ((), "--body: got nothing, must be given"),
+        (("--body", "statue"), "--record: got nothing, must be given"),
         (("free-b0",), "motion: got nothing, must be given"),
         (("record-ridgecrest",), "sweep: got 7 lanes, must be one block under one motion"),
         (("record-ridgecrest", "--record", "x"), "--record: got 'x', must be left out"),

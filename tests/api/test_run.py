@@ -63,7 +63,7 @@ def test_a_case_that_samples_no_histories_has_one_of_a_thousand_samples():
         (lambda run: wr.study("free-b0"), "study: got nothing, must be given"),
         (lambda run: wr.ida("free-b0"), "motion: got nothing, must be given"),
         (lambda run: wr.ida("free-b0", from_=0.0), "from_: got 0.0, must be from 1e-6 to 1e6"),
-        (lambda run: wr.map("free-b0"), "must not be left out: a map needs a pulse"),
+        (lambda run: wr.map("free-b0"), "motion: got nothing, must be given: a map needs a pulse"),
         (lambda run: wr.spectrum("free-b0"), "spectrum: got nothing, must be given"),
         (lambda run: wr.sensitivity("free-b0"), "sample: got nothing, must be given"),
         (lambda run: wr.sensitivity("free-b0", resamples=1), "resamples: got 1, must be from 10"),

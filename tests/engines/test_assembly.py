@@ -202,9 +202,11 @@ def test_a_rocking_frame_is_that_of_makris_and_vassiliou():
         settings = AssemblySettings(time_step=step)
         found = run_batch("assembly", assembly_lanes([kind] * 2), motions, times, settings=settings)
         assert (found["status"] == Status.OK).all()
+        # Half a step late of a swing that takes 1 s.
         assert found["peak_rotation"] == pytest.approx(exact["peak_rotation"], rel=0.5 * step)
         late.append(upright(times.times, found["turn"][0, 0]) - impacts)
-    # Steps have an error of the second order but for when the frame lifts off, in a whole step.
+    # Impacts are half a step late at most: steps have an error of the second order but for when the
+    # frame lifts off, in a whole step.
     coarse, fine = np.abs(late)
     assert np.all(coarse < 0.5 * 4e-4)
     assert np.all(fine < 0.5 * 1e-4)
@@ -233,6 +235,7 @@ def test_an_impact_takes_what_it_should_wherever_in_a_step_it_is():
     p = np.sqrt(0.75 * GRAVITY / np.hypot(0.5, 2.0))
     kept = 1.0 - 1.5 * np.sin(alpha) ** 2
     lost = p * (speeds[0] - speeds[1]) / ((1.0 + kept) * p * p * np.sin(alpha) * step)
+    # A fiftieth of that.
     assert np.abs(lost).max() < 0.03
 
 
@@ -251,15 +254,17 @@ def test_a_column_of_drums_is_a_stack(count: int):
     exact = run_batch("event", stack, motions, times)
     column = built(patterns.column(0.5, height, count), NO_SLIDING)
     same = run_batch("event", assembly_lanes([column] * 2), motions, times)
-    error = 0.0 if count == 2 else 1e-4
+    error = 0.0 if count == 2 else 1e-5
     assert same["peak_rotation"] == pytest.approx(exact["peak_rotation"].max(axis=1), abs=error)
     for name, wanted in (("turn", "rotation"), ("x", "x"), ("z", "z")):
         np.testing.assert_allclose(same[name], exact[wanted], rtol=0.0, atol=2.0 * error)
-    found = run(column, motions, 1.5, time_step=1e-4)
+    step = 1e-4
+    found = run(column, motions, 1.5, time_step=step)
     assert (found["status"] == Status.OK).all()
-    assert found["peak_rotation"] == pytest.approx(same["peak_rotation"], rel=0.02)
-    for name in ("peak_displacement", "peak_opening", "uplift_time"):
-        assert found[name] == pytest.approx(same[name], rel=0.02)
+    # Joints open in a whole step: late by up to that, of a pulse of 0.4 s.
+    assert found["uplift_time"] == pytest.approx(same["uplift_time"], abs=step)
+    for name in ("peak_rotation", "peak_displacement", "peak_opening"):
+        assert found[name] == pytest.approx(same[name], rel=step / 0.4)
     # A joint may be at the bound from which it counts as opened.
     assert found["opened_joints"] == pytest.approx(same["opened_joints"], abs=1)
 
@@ -272,6 +277,7 @@ def test_a_column_falls_in_event_as_by_its_own_engine():
     assert located["collapse_load"] == pytest.approx([0.25] * 2, rel=1e-6)
     # It takes some 0.02 s to move as fast as what counts as moving; the pulse rises meanwhile.
     assert stepped["collapse_load"] == pytest.approx([0.25] * 2, abs=0.6 * np.pi * 0.02)
+    # Of the first order in steps of 1 ms: joints open, and close, each in a whole step.
     assert stepped["collapse_time"] == pytest.approx(located["collapse_time"], abs=0.01)
     for name in ("outcome", "joint_state"):
         np.testing.assert_array_equal(located[name], stepped[name])
@@ -343,14 +349,14 @@ def test_both_forms_of_the_kernel_give_the_same_bits():
 
 
 def test_a_mirrored_motion_has_a_mirrored_answer():
-    """An arch is its own mirror image; sweeps are not, and are solved to a bound of their own."""
+    """An arch is its own mirror image; sweeps are not, and leave a thousandth of a step."""
     sizes = np.array([0.5, 0.6, 1.0])
     motions = sine(6, np.concatenate([sizes, -sizes]), 2.0, 1.0)
     found = run(oppenheim(7), motions, 2.0)
     assert (found["status"] == Status.OK).all()
     for name in ("peak_displacement", "peak_rotation"):
         there, back = np.split(found[name], 2)
-        assert there == pytest.approx(back, rel=0.02, abs=CREEP)
+        assert there == pytest.approx(back, rel=1e-3, abs=CREEP)
     assert (np.split(found["outcome"], 2)[0] == np.split(found["outcome"], 2)[1]).all()
 
 
@@ -467,8 +473,9 @@ def test_a_wall_that_slides_off_has_collapsed():
     assert found["outcome"][0] in (Outcome.AT_REST, Outcome.ROCKING)
     assert tuple(found["outcome"][1:]) == slides
     assert np.isnan(found["collapse_time"][0])
-    # Longest joint of the half blocks at its ends.
-    assert found["peak_slide"][1:] == pytest.approx(0.2, rel=0.01)
+    # Longest joint of the half blocks at its ends, passed in a step of 1 ms.
+    speed = np.sqrt(2.0 * GRAVITY * (0.6 - 0.3) * 0.2)
+    assert found["peak_slide"][1:] == pytest.approx(0.2, abs=1e-3 * speed)
     # The wall moves as fast as what counts as moving within some .02 s; the push rises meanwhile.
     assert found["collapse_load"][1:] == pytest.approx(0.3, abs=0.02 * 0.6 / 0.2)
 

@@ -61,10 +61,13 @@ def test_a_block_that_hangs_tears_off_by_the_stress_at_the_edge():
     assert found["broken_joints"].tolist() == [0, 1] * 3
     assert np.isnan(found["joint_break_time"][::2]).all()
     assert (found["joint_break_time"][1::2] < 0.01).all()
-    # What has torn off falls freely, and has fallen once it is lower by half of the joint.
+    # What has torn off falls freely, and has fallen once it is lower by half of the joint: it
+    # tears in one step of 1 ms, and is seen to have fallen in another.
     fall = np.sqrt(2.0 * 0.5 * length / GRAVITY)
-    assert found["collapse_time"][1::2] == pytest.approx(fall, abs=0.003)
-    assert (found["peak_displacement"][::2] < 1e-5).all()
+    assert found["collapse_time"][1::2] == pytest.approx(fall, abs=0.002)
+    # The others hang: solves leave 1e-5 of what g does in a step, in each of 200 steps.
+    left = 1e-5 * GRAVITY * 1e-3
+    assert (found["peak_displacement"][::2] < 200 * 1e-3 * left).all()
     assert (found["joint_state"][1::2, 0] & JointState.BROKEN).all()
 
 
@@ -87,11 +90,14 @@ def test_a_block_slides_at_cohesion_and_friction_and_tips_at_its_tension():
     found = run(kinds, [slides * (1.0 - CLOSE), slides * (1.0 + CLOSE), load, load], 0.7)
     assert found["broken_joints"].tolist() == [0, 1, 0, 1]
     assert found["status"].tolist() == [Status.OK] * 4
-    assert found["joint_break_time"][[1, 3]] == pytest.approx([0.5, 0.5], abs=0.005)
+    # The load rises to CLOSE above what breaks them within 0.5 s; a step is 1 ms.
+    early = 0.5 * CLOSE + 1e-3
+    assert found["joint_break_time"][[1, 3]] == pytest.approx([0.5, 0.5], abs=early)
     # A joint that has broken is dry: there the block slides on at friction alone.
     assert found["slid_joints"].tolist() == [0, 1, 0, 1]
     way = 0.5 * GRAVITY * (slides - FRICTION) * 0.2**2
-    assert found["peak_slide"][1] == pytest.approx(way, rel=0.03)
+    # The way goes with the square of the time of 0.2 s that it slides.
+    assert found["peak_slide"][1] == pytest.approx(way, rel=2.0 * early / 0.2)
 
 
 @pytest.mark.thorough

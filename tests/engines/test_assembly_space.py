@@ -29,7 +29,7 @@ from warprock.model.pose import product
 from warprock.model.response import JointState, Outcome, Response, SampleTimes, Status
 from warprock.model.solids import SpatialAssembly, assemble_solids
 from warprock.model.tilt import steady, tilt_motions
-from warprock.model.turning import rotate
+from warprock.model.turning import inverse, rotate
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
 
@@ -155,7 +155,8 @@ def test_the_heap_lies_on_the_ground_and_has_lost_energy(fallen: Response) -> No
     heights = fallen["z"][:3, :7, -1]
     assert (heights > 0.02).all()  # half of the least side of a brick, less what it sinks in
     assert (fallen["energy_lost"] > 0.0).all()
-    assert (fallen["peak_penetration"] < 0.02 * 0.1).all()
+    # Blocks that fall sink in by what they move in a step of 1 ms at up to 2 m/s.
+    assert (fallen["peak_penetration"] < 2.0 * 1e-3).all()
     attitude = np.stack([fallen[f"attitude_{part}"] for part in "xyzw"], axis=-1)
     np.testing.assert_allclose((attitude[:3, :7] ** 2).sum(axis=-1), 1.0, atol=1e-12)
 
@@ -209,6 +210,7 @@ def test_a_slab_slides_off_once_it_has_left_where_it_stood() -> None:
     # It lies nowhere over where it stood once it has left one of its widths; a step adds v dt.
     left = np.minimum(0.4 / np.cos(ways), 0.3 / np.maximum(np.sin(ways), 1e-9))
     np.testing.assert_allclose(found["peak_slide"], [*left, left[1]], rtol=5e-3)
+    # The same step, or one beside it.
     np.testing.assert_allclose(found["collapse_time"][3], found["collapse_time"][1], atol=1.5e-3)
 
 
@@ -266,11 +268,11 @@ def test_a_block_that_flies_keeps_its_momentum_and_its_energy() -> None:
     # Each step adds g dt; what the base moved in a step differs from that of its middle by 1e-6 g.
     np.testing.assert_allclose(np.diff(velocity[2]), -GRAVITY * step, rtol=1e-5)
     attitude = np.stack([found[f"attitude_{part}"][0, 0] for part in "xyzw"], axis=-1)[flies]
-    turn = product(attitude[1:], attitude[:-1] * (-1.0, -1.0, -1.0, 1.0))
+    turn = product(attitude[1:], inverse(attitude[:-1]))
     spin = 2.0 * turn[:, :3] / step
     middle = attitude[1:] + attitude[:-1]
     middle /= np.linalg.norm(middle, axis=1, keepdims=True)
-    back = middle * (-1.0, -1.0, -1.0, 1.0)
+    back = inverse(middle)
     own = rotate(back, spin)
     moments = np.diag(kind.inertia[1])
     momentum = rotate(middle, own * moments)

@@ -36,7 +36,11 @@ def by_team(kinds: list[Laid], loads: list[float], end: float, threads: int = 1)
 
 @pytest.mark.thorough
 def test_a_team_finds_what_packed_lanes_find(monkeypatch: pytest.MonkeyPatch):
-    """Both settle steps to 1e-5 m/s, in another order of contacts; so do histories and joints."""
+    """Both settle steps to 1e-5 m/s, in another order of contacts; so do histories and joints.
+
+    What falls parts from what falls by exp(p t), p of some 2 / s: by 1e-5 m times some hundreds in
+    3 s, a hundredth of how far it has fallen.
+    """
     packed = by_team(SCENES, LOADS, 3.0)
     monkeypatch.setattr(assembly, "LARGE", 0)
     alone = by_team(SCENES, LOADS, 3.0)
@@ -46,7 +50,8 @@ def test_a_team_finds_what_packed_lanes_find(monkeypatch: pytest.MonkeyPatch):
     assert stood.tolist() == [True, False, False, True]
     assert alone["peak_displacement"][stood].max() < 1e-4
     for name in ("peak_displacement", "peak_rotation", "peak_opening"):
-        assert alone[name][~stood] == pytest.approx(packed[name][~stood], rel=0.03)
+        assert alone[name][~stood] == pytest.approx(packed[name][~stood], rel=0.01)
+    # At one time: what falls turns at up to 3 rad/s, and may be 10 ms late.
     assert alone["rotation"] == pytest.approx(packed["rotation"], abs=0.03)
     assert (alone["opened_joints"] > 0).tolist() == (packed["opened_joints"] > 0).tolist()
     # The two walls fall by the same joints; the mechanism of the arch is that of its limit load.

@@ -20,7 +20,7 @@ from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import Control, HarmonicMotions, SpatialMotions, StillBase, no_motion
 from warprock.model.pose import product
 from warprock.model.response import LANE_FIELDS, SPATIAL_FIELDS, Outcome, SampleTimes, Status
-from warprock.model.turning import rotate
+from warprock.model.turning import inverse, rotate
 from warprock.running.batch import run_batch
 from warprock.running.machine import cpu_vector_flags
 from warprock.settings.engines import DemSettings
@@ -230,12 +230,12 @@ def test_rotation_in_flight_keeps_angular_momentum_and_energy(
     attitude = taken[0][0, 0, 130:]
     # Mean angular velocity between two samples, and the attitude half way.
     first, then = attitude[:-1], attitude[1:]
-    back = first * [-1.0, -1.0, -1.0, 1.0]
+    back = inverse(first)
     apart = product(then, back)
     turn = 2.0 * np.arcsin(np.linalg.norm(apart[:, :3], axis=1))
     rate = turn[:, None] / interval * apart[:, :3] / np.linalg.norm(apart[:, :3], axis=1)[:, None]
     middle = (first + then) / np.linalg.norm(first + then, axis=1)[:, None]
-    own = rotate(middle * [-1.0, -1.0, -1.0, 1.0], rate)
+    own = rotate(inverse(middle), rate)
     inertia = np.array([0.3**2 + 0.6**2, 0.5**2 + 0.6**2, 0.5**2 + 0.3**2]) / 12.0
     momentum, energy = rotate(middle, inertia * own), (inertia * own**2).sum(axis=1)
     assert np.linalg.norm(rate, axis=1).max() > 0.5

@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.shared.blocks import Array, make_lanes, sines, two_equal
-from tests.shared.marks import first
+from tests.shared.blocks import Array, make_lanes, sines, single_block_engines, two_equal
+from tests.shared.marks import all_but
+from warprock.engines import engine_class
 from warprock.engines.soundness import Account, contacts_hold, find_moved_by_nothing, unstable
 from warprock.measure.atlas_maps import at_step, at_stiffness
 from warprock.model import rocking
@@ -137,7 +138,10 @@ def test_what_no_base_can_do_is_seen_on_a_moving_one(
     assert not np.any(absurd & np.isin(response["status"], USABLE))
 
 
-@pytest.mark.parametrize("engine", first(4, ["event", "impulse", "direct", "xpbd", "dem"]))
+SLIDING = [name for name in single_block_engines() if engine_class(name).slides]
+
+
+@pytest.mark.parametrize("engine", all_but(("dem",), SLIDING))
 def test_no_sound_lane_on_a_moving_base_is_called_unstable(engine: str):
     lanes, motions = shaken()
     response = run_batch(engine, lanes, motions, SampleTimes(2.0))

@@ -16,6 +16,7 @@ from warprock.model.lanes import SpatialLanes
 from warprock.model.pose import product, quaternion
 from warprock.model.release import Release
 from warprock.model.response import Outcome, Response, SampleTimes
+from warprock.model.turning import inverse
 from warprock.settings.engines import DemSettings, EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 
@@ -93,7 +94,7 @@ def test_a_block_may_fall_on_any_of_its_faces(engine):
                        sizes=sizes)  # fmt: skip
         response = fly(engine, lanes, 1.5)
         place = np.stack([response[axis][0] for axis in "xyz"], axis=-1)
-        back = name * np.array([-1.0, -1.0, -1.0, 1.0])
+        back = inverse(name)
         found.append((place, product(attitudes(response)[0], np.broadcast_to(back, (51, 4)))))
         assert response["impact_count"][0] > 2
         assert response["outcome"][0] == Outcome.AT_REST

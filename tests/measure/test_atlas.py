@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.shared.blocks import make_lanes, sines, single_block_engines
-from tests.shared.marks import first
+from tests.shared.marks import all_but
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Target
 from warprock.figures import atlas as plots_stability
@@ -417,7 +417,10 @@ LANE = st.tuples(
 @pytest.mark.parametrize(
     ("engine", "precision"),
     [
-        *first(3, [(engine, "float64") for engine in single_block_engines()]),
+        *(
+            pytest.param(*engine.values, "float64", marks=engine.marks)
+            for engine in all_but(("direct", "xpbd", "dem"), single_block_engines())
+        ),
         *(pytest.param(e, "float32", marks=pytest.mark.thorough) for e in ("event", "xpbd")),
     ],
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 
 from tests.shared.commands import invoke, succeed
@@ -22,6 +23,14 @@ def test_a_small_wall_is_measured(monkeypatch: pytest.MonkeyPatch):
     (row,) = json.loads(succeed("bench", "blocks", "--blocks", "10", "--json").stdout)["rows"]
     assert (row["blocks"], row["joints"], row["status"]) == (10, 22, "ok")
     assert row["cpu_us_per_step"] == pytest.approx(1e3 * row["cpu_per_motion"])
+
+
+def test_walls_in_space_are_the_same_walls_of_bricks():
+    plane, space = (blocks_bench._wall(10, space=each) for each in (False, True))
+    assert (plane.spatial, space.spatial) == (False, True)
+    assert plane.joints.count == space.joints.count == 22
+    # So deep as THICK, where those of the plane are 1 m deep.
+    np.testing.assert_allclose(space.mass, blocks_bench.THICK * plane.mass, rtol=1e-12)
 
 
 def test_numbers_of_blocks_have_bounds():

@@ -11,7 +11,7 @@ from tests.shared.planar_bodies import planar_bodies
 from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.hull import lower_hull, rounded_centres
-from warprock.model.turning import principal_axes, rotate
+from warprock.model.turning import inverse, principal_axes, rotate
 from warprock.units import GRAVITY
 
 STEPPED = np.array([[-0.14, -0.3], [0.1, -0.3], [0.16, -0.285], [0.2, -0.25]])
@@ -20,7 +20,7 @@ STEPPED = np.array([[-0.14, -0.3], [0.1, -0.3], [0.16, -0.285], [0.2, -0.25]])
 def in_space(points: np.ndarray, tensor: np.ndarray, mass: float = 100.0) -> Bodies:
     """One body in space, its points from the centre of mass along the axes of the block."""
     moments, axes = principal_axes(tensor)
-    back = axes * np.array([-1.0, -1.0, -1.0, 1.0])
+    back = inverse(axes)
     return Bodies(
         mass=np.array([mass]),
         gyration=moments[None] / mass,

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from warprock.model.turning import principal_axes, rotate
+from warprock.model.turning import inverse, principal_axes, rotate
+
+
+def test_the_inverse_turns_back():
+    rng = np.random.default_rng(4)
+    attitude, vectors = rng.normal(size=(20, 4)), rng.normal(size=(20, 3))
+    attitude /= np.linalg.norm(attitude, axis=1, keepdims=True)
+    back = rotate(inverse(attitude), rotate(attitude, vectors))
+    # Round-off of two turns.
+    np.testing.assert_allclose(back, vectors, rtol=0.0, atol=1e-14)
 
 
 def test_principal_axes_turn_back_to_the_tensor():

@@ -13,6 +13,7 @@ import pytest
 from warprock.case.load import load_case
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing
+from warprock.model.batch import Batch
 from warprock.model.response import (
     FIELDS,
     INTEGER_FIELDS,
@@ -28,6 +29,7 @@ from warprock.paper.conflicts import slip_deceleration
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
 from warprock.paper.reproduce import CASES_OF, GROUPS, SENSITIVITY, reproduce
 from warprock.paper.runs import MEMBERS
+from warprock.paper.space import space_ensembles
 from warprock.verification import study
 from warprock.verification.checks import CaseResponses
 
@@ -189,14 +191,16 @@ def _answer(responses: CaseResponses, engine: str) -> Response:
 def answered(monkeypatch):
     """Runs no engine and no oracle."""
 
-    def timed(self, engine, lanes, motions, times, **_more):
-        lane_set = SimpleNamespace(lanes=lanes, times=times)
+    def timed(self, engine, batch, **_more):
+        lane_set = SimpleNamespace(lanes=batch.lanes, times=batch.times)
         return _answer(SimpleNamespace(lane_set=lane_set), engine), 0.25
 
     unbuilt = SimpleNamespace(warm_up=lambda *_: None)
     monkeypatch.setattr(CaseResponses, "_run", _answer)
     monkeypatch.setattr(module.PaperRuns, "timed", timed)
-    monkeypatch.setattr(study, "run_batch", lambda *a, **more: timed(None, *a, **more)[0])
+    monkeypatch.setattr(
+        study, "run_batch", lambda engine, *a, **_: timed(None, engine, Batch(*a))[0]
+    )
     monkeypatch.setattr(study, "engine_class", lambda _name: lambda *_: unbuilt)
     monkeypatch.setattr(
         module.PaperRuns,
@@ -316,9 +320,7 @@ def test_ensembles_have_fewer_members_than_their_cases_unless_all_are_asked_for(
         assert case.lane_set.members == {True: members, False: most, None: 3}[few]
         assert members < most
     # Blocks fall under one input alone, and few of them: its members are all those of the case.
-    (falling, *_) = (
-        case for case, _ in module.space_ensembles(runs) if len(case.lane_set.cells) == 1
-    )
+    (falling, *_) = (case for case, _ in space_ensembles(runs) if len(case.lane_set.cells) == 1)
     assert falling.lane_set.members == (asked.get("members") or 128)
 
 

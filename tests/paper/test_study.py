@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 from warprock.figures.drawing import write_drawings
+from warprock.model.batch import Batch
 from warprock.paper import print_families
 from warprock.paper.printed import paper_table
 from warprock.paper.runs import B0, PULSE, SENSITIVITY, PaperRuns
@@ -44,9 +45,10 @@ def times(tmp_path_factory):
         return run_times("times", PaperRuns(), folder), folder
 
 
-def _not_timed(_self, _engine, lanes, _motions, _times, **_options):
+def _not_timed(_self, _engine, batch, **_options):
     """Seconds that tell a lane from a batch, without a run."""
-    return {"step_count": np.full(lanes.lane_count, 7)}, 0.5 if lanes.lane_count == 1 else 4.0
+    count = batch.lanes.lane_count
+    return {"step_count": np.full(count, 7)}, 0.5 if count == 1 else 4.0
 
 
 def printed(show, *given, width: int = 100) -> str:
@@ -160,9 +162,9 @@ def test_a_timed_run_is_the_run():
     """And takes some time; how much is the machine's affair."""
     runs = PaperRuns()
     lane_set = runs.case(B0).lane_set
-    given = (lane_set.lanes, lane_set.motions, lane_set.times)
-    response, seconds = runs.timed("event", *given, repeats=2)
-    np.testing.assert_array_equal(response["rotation"], run_batch("event", *given)["rotation"])
+    batch = Batch(lane_set.lanes, lane_set.motions, lane_set.times)
+    response, seconds = runs.timed("event", batch, repeats=2)
+    np.testing.assert_array_equal(response["rotation"], run_batch("event", *batch)["rotation"])
     assert seconds > 0.0
 
 
@@ -182,7 +184,7 @@ def test_the_lane_of_a_scene_is_the_papers(scene):
 @pytest.mark.parametrize("case", [PULSE, STACK_SINE])
 def test_a_batch_is_its_lane_at_other_amplitudes(case: str):
     lane_set = PaperRuns().case(case).lane_set
-    lanes, motions = spread_batch(lane_set, 3, 5)
+    lanes, motions, _times = spread_batch(lane_set, 3, 5)
     assert lanes.lane_count == motions.lane_count == 5
     moments = np.linspace(0.0, 0.1, 11)
     one = lane_set.motions.acceleration(moments, 3)

@@ -11,7 +11,7 @@ from tests.shared.spatial_blocks import spatial_lanes
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import SpatialLanes
 from warprock.model.pose import bottom_corners
-from warprock.model.turning import principal_axes, rotate
+from warprock.model.turning import inverse, principal_axes, rotate
 
 Array = npt.NDArray[np.float64]
 
@@ -40,7 +40,7 @@ def bodies_of(points: Array, tensor: Array, count: int, mass: float = 100.0) -> 
         mass: [kg].
     """
     moments, axes = principal_axes(tensor)
-    own = rotate(axes * np.array([-1.0, -1.0, -1.0, 1.0]), np.asarray(points, dtype=np.float64))
+    own = rotate(inverse(axes), np.asarray(points, dtype=np.float64))
     return Bodies(
         mass=np.full(count, mass),
         gyration=np.tile(moments, (count, 1)),

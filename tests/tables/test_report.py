@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from tests.shared.marks import first
+from warprock.case.columns import Columns
 from warprock.figures import study as plots_study
 from warprock.figures.drawing import write_drawings
 from warprock.figures.sheet import style
@@ -38,21 +39,19 @@ def curve(phase: float) -> np.ndarray:
     return 0.2 * np.cos(8.0 * TIMES + phase) * np.exp(-0.4 * TIMES)
 
 
-def lanes_of(ratio_by_reading: dict[str, list[float]]) -> pd.DataFrame:
+def lanes_of(ratio_by_reading: dict[str, list[float]]) -> Columns:
     """Evidence as a run would give it: the six inputs of Table 4 under every reading."""
-    inputs = paper_table("table4")
-    parts = [
-        inputs[["frequency_hz", "amplitude_mm"]].assign(
-            reading=reading,
-            housner=ratio,
-            impulse=ratio,
-            impulse_rough=ratio,
-            slide_mm=1.0,
-            first_swing=ratio,
-        )
-        for reading, ratio in ratio_by_reading.items()
-    ]
-    return pd.concat(parts, ignore_index=True)
+    ratio = np.concatenate(list(ratio_by_reading.values()))
+    return Columns(
+        {
+            "reading": [reading for reading, each in ratio_by_reading.items() for _ in each],
+            "housner": ratio,
+            "impulse": ratio,
+            "impulse_rough": ratio,
+            "slide_mm": np.ones_like(ratio),
+            "first_swing": ratio,
+        }
+    )
 
 
 @pytest.mark.parametrize("name", PAPER_TABLES)

@@ -205,7 +205,7 @@ def test_a_case_may_check_outcomes(tmp_path: pathlib.Path, monkeypatch):
         checks.CaseResponses, "__getitem__", lambda self, _: answer(self.lane_set, outcome)
     )
     (row,) = check(tmp_path, limit_wrong=0.125)
-    assert (row.value, row.ok, row.note) == (0.125, True, "7 of 8 tests rightly")
+    assert (row.value, row.ok, row.note) == (0.125, True, "7 of 8 tests predicted correctly")
     wrong, brier = check(tmp_path, limit_wrong=0.1, limit_brier=0.2)
     assert (wrong.ok, brier.ok, brier.value) == (False, True, 0.125)
     with pytest.raises(InputError, match="limit_wrong"):

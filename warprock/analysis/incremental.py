@@ -102,17 +102,6 @@ class Ladder:
         return np.geomspace(self.lowest, self.highest, self.count)
 
 
-def read_ladder(lowest: float, highest: float, count: int, accuracy: float) -> Ladder:
-    """A ladder; see its attributes.
-
-    Raises:
-        InputError: A number is out of bounds.
-    """
-    ladder = Ladder(lowest, highest, count, accuracy)
-    ladder.judge()
-    return ladder
-
-
 @dataclasses.dataclass(frozen=True)
 class Analysis:
     """An incremental dynamic analysis.

@@ -286,7 +286,10 @@ def run_measures(case: Case, engine: str, options: RunOptions, question: Questio
         raise InputError(case.file, "motion", NOTHING, "must be given: it is made stronger")
     tried = list(measures) or usual_measures(case, engine)
     for measure in measures:
-        changed(case, measure.changes)
+        try:
+            changed(case, measure.changes)
+        except InputError as error:
+            raise InputError("--measure", error.key, error.got, error.allowed) from None
     runner = _Runner(engine, options, question)
     base = runner.rate(case)
     if not base.rate > 0.0:

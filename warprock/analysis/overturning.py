@@ -28,7 +28,7 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, Waveform
 from warprock.model.response import USABLE, Outcome, Response
 from warprock.model.undecided import decided_after, undecided
-from warprock.quantity import Said
+from warprock.quantity import NOTHING, Said
 from warprock.running.case_run import CaseRun, require_options, run_case
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 from warprock.settings.engines import on_springs
@@ -210,13 +210,14 @@ def _layout(case: Case) -> tuple[tuple[str, ...], npt.NDArray[np.intp]]:
     tables = case.tables
     for given, key, what in (
         (tables.stacked, "block", "a stack: a map is of one block"),
-        (tables.motion is None, "motion", "left out: a map needs a pulse"),
         (case.ensemble is not None, "ensemble", "given: a map has its own lanes"),
         (case.study is not None, "study", "given: a map has one engine"),
     ):
         if given:
             raise InputError(case.source_of(key), key, Said("the table"), f"must not be {what}")
-    if tables.motion is not None and tables.motion.waveform in (Waveform.PUSH, Waveform.TILT):
+    if tables.motion is None:
+        raise InputError(case.file, "motion", NOTHING, "must be given: a map needs a pulse")
+    if tables.motion.waveform in (Waveform.PUSH, Waveform.TILT):
         allowed = (
             "must be a pulse: `warprock limit --push` finds the load of a push, and of a tilting "
             "table, by halving, for all lanes of a sweep"

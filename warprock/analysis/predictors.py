@@ -65,7 +65,7 @@ SLICES = (0.1, 0.3, 0.5, 0.7, 0.9)
 """Quantiles of the second measure at which slices of a function of two are taken."""
 _STEPS = 50
 _PARTED = -1e-6
-"""Logarithm of a likelihood above which every lane is said rightly, and no maximum there."""
+"""Logarithm of a likelihood above which every lane is predicted correctly: there is no maximum."""
 _SAME = 1e-6
 """Spread of ln x - s ln z below which two measures are the same but for a factor and a power."""
 

@@ -270,11 +270,15 @@ def allowed_hazard(fit: Fit, intensity: Array, age: float, unlikely: float = UNL
         return np.asarray(allowed_rate(age, unlikely) / fit.probability(intensity))
 
 
-def contribution_edges(risks: Sequence[Risk], count: int = 40) -> Array:
+CONTRIBUTIONS = 40
+"""Intervals of intensity by which rates are told apart."""
+
+
+def contribution_edges(risks: Sequence[Risk]) -> Array:
     """Intensities between which the rates of some functions are told apart, evenly over the log."""
     known = [risk for risk in risks if risk.rate > 0.0]
     low = min(risk.intensity_at(0.005) for risk in known)
     high = max(risk.intensity_at(0.995) for risk in known)
     if not high > low:
         low, high = low / 1.5, high * 1.5
-    return np.geomspace(low, high, count + 1)
+    return np.geomspace(low, high, CONTRIBUTIONS + 1)

@@ -90,7 +90,7 @@ class Scores:
 
     @property
     def right(self) -> int:
-        """Tests whose outcome was predicted rightly."""
+        """Tests whose outcome was predicted correctly."""
         return self.hits + self.correct_rejections
 
 
@@ -175,8 +175,8 @@ class Paired:
     Attributes:
         names: Who predicts, the first and the second.
         tests: Tests that both predict.
-        first_only: Tests that only the first predicts rightly.
-        second_only: Tests that only the second predicts rightly.
+        first_only: Tests that only the first predicts correctly.
+        second_only: Tests that only the second predicts correctly.
         p_value: Of McNemar's exact test: chance that they part at least so far where both are
             right equally often; 1 where they never part.
         brier_difference: Brier score of the first less that of the second.

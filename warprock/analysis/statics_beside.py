@@ -73,7 +73,7 @@ def run_beside(found: Statics) -> Beside:
     """
     case, motions = found.case, found.lane_set.motions
     if motions.kind is MotionKind.STILL:
-        raise InputError(case.file, "motion", Said("no table"), "must be given to run lanes beside")
+        raise InputError(case.file, "motion", Said("no table"), "must be given: lanes run under it")
     response = run_case(case, ENGINE, histories=False).response
     acceleration, velocity = _peaks(motions, case.sample_times.duration)
     return Beside(
@@ -91,9 +91,9 @@ def _peaks(motions: GroundMotions, duration: float) -> tuple[Array, Array]:
     step = times[1]
     found = np.empty((2, motions.lane_count))
     for lane in range(motions.lane_count):
-        pulled = motions.components[0].acceleration(times, lane)
-        moved = np.diff(base_places(motions, lane, times)[:, 0]) / step
-        found[:, lane] = np.abs(pulled).max(), np.abs(moved).max()
+        acceleration = motions.components[0].acceleration(times, lane)
+        velocity = np.diff(base_places(motions, lane, times)[:, 0]) / step
+        found[:, lane] = np.abs(acceleration).max(), np.abs(velocity).max()
     return found[0], found[1]
 
 

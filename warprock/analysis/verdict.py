@@ -37,6 +37,8 @@ Array = npt.NDArray[np.float64]
 MARGIN = 1.5
 """Factor on the motion that a width is asked for, unless another is."""
 NEIGHBOURS = 256
+FACTORS = 41
+"""Factors on the motion at which the block runs, from 0.1 to 10."""
 SEED = 1
 WIDEST = 3.0
 """Greatest width that is tried, over that of the block."""
@@ -140,7 +142,6 @@ def run_verdict(
     spread: Spread,
     neighbours: int = NEIGHBOURS,
     margin: float = MARGIN,
-    ladder: Ladder | None = None,
 ) -> Verdict:
     """Runs all that a verdict asks for.
 
@@ -151,7 +152,6 @@ def run_verdict(
         spread: How far neighbours differ.
         neighbours: How many there are.
         margin: Factor on the motion that the width is asked for.
-        ladder: Factors at which the block is run; None takes 41 from 0.1 to 10.
 
     Raises:
         InputError: The case has no motion, or several lanes, or something is out of bounds.
@@ -164,7 +164,7 @@ def run_verdict(
     ):
         if not good:
             raise InputError(option, "", number, allowed)
-    chosen = ladder or Ladder(count=41)
+    chosen = Ladder(count=FACTORS)
     plan = plan_analysis(case, engine, chosen, options)
     run = run_case(case, engine, options, histories=False)
     stages = run_analysis(

@@ -12,16 +12,16 @@ import numpy as np
 
 from warprock import __version__
 from warprock.analysis.brief import Brief, run_brief
-from warprock.analysis.incremental import Ladder, read_ladder
+from warprock.analysis.incremental import Ladder
 from warprock.analysis.measures import Question, own_measure
 from warprock.analysis.risk import chance_within
-from warprock.api.analyses.risk import File, read_asked
+from warprock.api.asked import HazardAsked, HazardLadder, LadderAsked, hazard_of, ladder_of, taken
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.api.values import Column, Length, Quantity, Share
-from warprock.api.work import HowHeld, listing_how, working
-from warprock.arguments import at_the_door, require_within, several
+from warprock.api.values import Length, Share
+from warprock.api.work import HowHeld, working
+from warprock.arguments import at_the_door, listing, require_within, several
 from warprock.errors import InputError
 from warprock.figures.brief import draw_object
 from warprock.figures.drawing import Drawing
@@ -52,26 +52,18 @@ from warprock.report.brief import (
 from warprock.units import Dimension, parse_quantity
 
 
-@listing_how
+@listing(hazard_of, ladder_of, working)
 @at_the_door
 def brief(
     case: AnyCase,
     engine: str | None = None,
     *,
-    hazard: File | None = None,
-    k0: float | None = None,
-    k: float | None = None,
-    at: Quantity = "1 g",
-    im: Column | None = None,
     measure: str | Sequence[str] = (),
     target: float | None = None,
     clearance: Length | None = None,
-    from_: float = 0.1,
-    to: float = 10.0,
-    count: int = 21,
     accuracy: float = 0.02,
     max_outside: Share = 0.1,
-    **how: Unpack[HowHeld],
+    **asked: Unpack[HazardLadder],
 ) -> Found:
     """One page for a decision about one object: how likely it falls, what it takes, what helps.
 
@@ -84,20 +76,13 @@ def brief(
     Args:
         case: The case, as in `run`.
         engine: Name of the engine, as in `run`.
-        hazard: Hazard curve, as in `risk`.
-        k0: How often in a year the intensity `at` is exceeded.
-        k: Exponent of a hazard that is a power law [-].
-        at: Intensity of `k0`, with its unit.
-        im: Column of the hazard's intensity measure, or PGA, PGV [default: what the file says].
         measure: Measure, as in `measures`; or several [default: those that the block can have].
         target: Yearly rate at which the least width and the least straps are looked for.
         clearance: Distance to the nearest thing that it must not slide into, such as "50 mm".
-        from_: Least factor on a motion [-].
-        to: Greatest factor [-].
-        count: Factors of the first stage.
         accuracy: Width of a bracket over its least factor at which it is narrow enough [-].
         max_outside: Share of a rate that may come from motions beyond an end of the hazard [-].
-        **how: overrides, tolerance, precision, device, workers and progress, as in `run`.
+        **asked: hazard, k0, k, at and im, the hazard as in `risk`; from_, to and count, the factors
+            as in `ida`; overrides, tolerance, precision, device, workers and progress, as in `run`.
 
     Returns:
         A `Found` whose facts have the answers, `facts["brief"]`, and whose table has one row a
@@ -122,14 +107,14 @@ def brief(
     with python_names():
         require_within("--max-outside", max_outside, 0.0, 1.0)
         question = Question(
-            read_asked(hazard, k0, k, at, im),
-            read_ladder(from_, to, count, accuracy),
+            hazard_of(**taken(asked, HazardAsked)),
+            ladder_of(accuracy, **taken(asked, LadderAsked)),
             [own_measure(text) for text in several(measure)],
             target,
             max_outside,
             read_clearance(clearance),
         )
-    factors = question.ladder.factors.tolist()
+    factors, how = question.ladder.factors.tolist(), taken(asked, HowHeld)
     with working(case, engine, runs=0, factors=factors, **how) as work:
         found = run_brief(work.case, work.engine, work.options, question)
         return BriefFound(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-import html
 import os
 import pathlib
 from collections.abc import Mapping, Sequence
@@ -294,6 +293,8 @@ class Case(JudgedCase):
 
     def _repr_html_(self) -> str:
         """The case as a notebook shows it: its title, its lanes, and its file to unfold."""
+        import html
+
         text = html.escape(self.to_toml())
         return (
             f"<p><b>{html.escape(self.title)}</b><br>{html.escape(repr(self))}</p>"

@@ -6,16 +6,16 @@ import functools
 import os
 import pathlib
 from collections.abc import Sequence
+from typing import Unpack
 
 from warprock.analysis.groups import read_weights, weight_of
 from warprock.api.looked_up import LookedUp
 from warprock.api.names import python_names
-from warprock.api.records import records, require_positive
+from warprock.api.records import ReadingAsked, reading_of, records, require_positive
 from warprock.api.values import Acceleration, Column, Frequency, Time
-from warprock.arguments import at_the_door, several
+from warprock.arguments import at_the_door, listing, several
 from warprock.errors import InputError, list_allowed
 from warprock.findings.records import find_imported
-from warprock.recordings.column_file import Reading
 from warprock.recordings.importing import (
     Importing,
     convert_file,
@@ -33,6 +33,7 @@ from warprock.running.machine import core_count, require_workers
 from warprock.tables.records import print_imported
 
 
+@listing(reading_of)
 @at_the_door
 def import_records(
     files: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
@@ -44,10 +45,8 @@ def import_records(
     source: str | None = None,
     licence: str | None = None,
     weights: str | os.PathLike[str] | None = None,
-    column: str | None = None,
-    unit: str | None = None,
-    interval: Time | None = None,
     workers: int | None = None,
+    **asked: Unpack[ReadingAsked],
 ) -> LookedUp:
     """Makes readable files CSV files with a stated unit, source, licence and processing.
 
@@ -67,10 +66,8 @@ def import_records(
         licence: Its licence.
         weights: Weights of several: a CSV file with the columns record and weight. OUTPUT.csv is
             then a table for a sweep over them.
-        column: As in `records`.
-        unit: As in `records`.
-        interval: As in `records`.
         workers: Processes that share several files; all cores without.
+        **asked: column, unit and interval, as in `records`.
 
     Returns:
         A `Found` whose table has one row a record; of one file what it holds, as `records` has it.
@@ -87,14 +84,14 @@ def import_records(
         >>> found.table["duration_s"].tolist()
         [35.0]
     """
-    asked = Reading(column, unit, interval)
+    reading = reading_of(**asked)
     named = [files] if isinstance(files, str | os.PathLike) else files
     names = [os.fspath(each) for each in named]
     with python_names():
         require_workers(workers)
-        beside = None if displacement is None else displacement_reading(displacement, asked)
+        beside = None if displacement is None else displacement_reading(displacement, reading)
         made = tuple(map(parse_step, several(steps)))
-        how = Importing(asked, beside, made, source or "", licence or "")
+        how = Importing(reading, beside, made, source or "", licence or "")
         found = found_files(names)
         if found == names and len(found) == 1:
             if weights is not None:

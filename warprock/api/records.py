@@ -6,7 +6,7 @@ import functools
 import os
 import pathlib
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from warprock.api.looked_up import LookedUp
 from warprock.api.names import python_names
 from warprock.api.values import Length, Time
-from warprock.arguments import at_the_door, several
+from warprock.arguments import at_the_door, listing, several
 from warprock.errors import InputError
 from warprock.findings.records import find_record, find_records
 from warprock.recordings.column_file import Reading
@@ -28,6 +28,30 @@ from warprock.tables.records import print_facts, print_records
 from warprock.units import parse_quantity
 
 
+class ReadingAsked(TypedDict, total=False):
+    """What is said of a table with named columns; see `reading_of`."""
+
+    column: str | None
+    unit: str | None
+    interval: Time | None
+
+
+@at_the_door
+def reading_of(
+    *, column: str | None = None, unit: str | None = None, interval: Time | None = None
+) -> Reading:
+    """What is said of a table with named columns.
+
+    Args:
+        column: Of a table: name or number of the column of the motion.
+        unit: Of a table: unit of the motion where the header has none, such as g or cm/s^2, or a
+            number of them, such as "-1 g".
+        interval: Of a table without a column of time: time between samples, such as 0.01 s.
+    """
+    return Reading(column, unit, interval)
+
+
+@listing(reading_of)
 @at_the_door
 def records(
     file: str | os.PathLike[str] | None = None,
@@ -37,9 +61,7 @@ def records(
     damping: float = 0.05,
     width: Length | None = None,
     height: Length | None = None,
-    column: str | None = None,
-    unit: str | None = None,
-    interval: Time | None = None,
+    **asked: Unpack[ReadingAsked],
 ) -> LookedUp:
     """Strong-motion records: the shipped ones, or what one of them or a file holds.
 
@@ -51,10 +73,7 @@ def records(
         damping: Of Sa.
         width: Of a block, for PGA / (g tan alpha).
         height: Of a block, for p PGV / (g tan alpha).
-        column: Of a table: name or number of the column of the motion.
-        unit: Of a table: unit of the motion where the header has none, such as g or cm/s^2, or a
-            number of them, such as "-1 g".
-        interval: Of a table without a column of time: time between samples, such as 0.01 s.
+        **asked: column, unit and interval: what is said of a table with named columns.
 
     Returns:
         A `Found` whose table has one row a record; of a file one a channel, with its intensity
@@ -93,9 +112,9 @@ def records(
         times = (
             tuple(require_positive("--period", text, "time") for text in several(period)) or PERIODS
         )
-        asked = Reading(column, unit, interval)
+        reading = reading_of(**asked)
         facts = record_facts(
-            os.fspath(file), periods=times, damping=damping, block=block, asked=asked
+            os.fspath(file), periods=times, damping=damping, block=block, asked=reading
         )
         find = functools.partial(find_record, facts, print_facts)
         return LookedUp(os.fspath(file), facts, find)

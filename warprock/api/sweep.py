@@ -11,8 +11,8 @@ from typing import Unpack
 from warprock.analysis.lane_tables import read_lanes
 from warprock.api.case import AnyCase
 from warprock.api.found import Found, untitled
-from warprock.api.work import HowHeld, listing_how, working
-from warprock.arguments import at_the_door
+from warprock.api.work import HowHeld, working
+from warprock.arguments import at_the_door, listing
 from warprock.errors import InputError
 from warprock.findings.sweep import find_sweep
 from warprock.sweeps.chunks import merge
@@ -21,7 +21,7 @@ from warprock.sweeps.run import Shard, chunks_to_run, run_here
 from warprock.tables.sweeps import print_state
 
 
-@listing_how
+@listing(working)
 @at_the_door
 def sweep(
     case: AnyCase,

@@ -13,14 +13,14 @@ import pandas as pd
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.values import Column
-from warprock.api.work import HowHeld, listing_how, working
-from warprock.arguments import at_the_door, several
+from warprock.api.work import HowHeld, working
+from warprock.arguments import at_the_door, listing, several
 from warprock.figures.validation import draw_validation
 from warprock.findings.validation import find_validation
 from warprock.verification.validation import run_validation
 
 
-@listing_how
+@listing(working)
 @at_the_door
 def validate(
     case: AnyCase,
@@ -31,7 +31,7 @@ def validate(
     group: Column | None = None,
     **how: Unpack[HowHeld],
 ) -> Found:
-    """Engines held to observed outcomes: how many tests do they say rightly?
+    """Engines held to observed outcomes: how many tests they predict correctly.
 
     A test is a lane, or all members of an ensemble's cell or of a sample: the share of them that
     overturns is its probability. Thresholds on PGA and PGV stand beside the engines, each test by
@@ -67,7 +67,7 @@ def validate(
         >>> seen = pd.DataFrame({"lane": range(7), "observed": fell})
         >>> found = wr.validate("record-ridgecrest", seen, ["housner"], progress=False)
         >>> found.facts["sentence"]
-        'housner says the outcome of 6 of 7 tests rightly (85.7 %).'
+        'housner predicts the outcome of 6 of 7 tests correctly (85.7 %).'
     """
     table: pd.DataFrame | pathlib.Path | None = None
     if observed is not None:

@@ -10,15 +10,15 @@ from warprock.api.case import AnyCase, Case
 from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.values import Share
-from warprock.api.work import HowHeld, listing_how, working
-from warprock.arguments import at_the_door
+from warprock.api.work import HowHeld, working
+from warprock.arguments import at_the_door, listing
 from warprock.case.template import case_of_record
 from warprock.errors import InputError
 from warprock.figures.verdict import draw_verdict, plot_verdict
 from warprock.findings.verdict import find_verdict
 
 
-@listing_how
+@listing(working)
 @at_the_door
 def verdict(
     case: AnyCase | None = None,

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import functools
-import inspect
-import typing
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypedDict, TypeVar, cast
+from collections.abc import Iterator, Sequence
+from typing import TypedDict
 
 from warprock.api.case import AnyCase, any_case
 from warprock.api.names import calling_command, python_names
@@ -17,8 +14,6 @@ from warprock.case.load import Overrides
 from warprock.running.engine_choice import EngineChoice, choose_engine
 from warprock.running.options import TOLERANCE, RunOptions
 from warprock.running.work import Work
-
-Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 class How(TypedDict, total=False):
@@ -82,28 +77,3 @@ def working(
     call = calling_command()
     if call is not None:
         call.choice = choice
-
-
-def listing_how(command: Command) -> Command:
-    """Gives a command whose last parameter is a `How` a signature that lists what is in it.
-
-    What the signature does not have is refused in its name.
-    """
-    defaults = inspect.signature(working).parameters
-    own = inspect.signature(command)
-    *first, last = own.parameters.values()
-    kind = typing.get_type_hints(command)[last.name]
-    names = typing.get_args(kind)[0].__annotations__
-    how = [each for name, each in defaults.items() if name in names]
-    whole = own.replace(parameters=[*first, *how])
-
-    @functools.wraps(command)
-    def listed(*args: Any, **kwargs: Any) -> Any:
-        try:
-            whole.bind(*args, **kwargs)
-        except TypeError as error:
-            raise TypeError(f"{command.__name__}() {error}") from None
-        return command(*args, **kwargs)
-
-    listed.__signature__ = whole  # type: ignore[attr-defined]
-    return cast("Command", listed)

@@ -27,7 +27,6 @@ from warprock.case.assembly import (
 from warprock.case.body_lanes import DIRECTION
 from warprock.case.input_columns import computed, key_column
 from warprock.case.space import spatial_because
-from warprock.drawings.loading import load_drawing
 from warprock.errors import InputError, did_you_mean
 from warprock.model import patterns
 from warprock.model.assembly import SPACE, Assemblies, Piece, assemble
@@ -340,6 +339,8 @@ FILE_KEY = f"{PLACE}.file"
 
 def _drawing(case: Case, file: str, *, in_space: bool) -> Drawing:
     """A drawing of the case."""
+    from warprock.drawings.loading import load_drawing
+
     try:
         return load_drawing(file, case.folder, in_space=in_space)
     except InputError as error:

@@ -14,7 +14,7 @@ from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.hull import LEVEL, lower_hulls
 from warprock.model.lanes import Lanes
-from warprock.model.turning import principal_axes, rotate
+from warprock.model.turning import inverse, principal_axes, rotate
 from warprock.quantity import Said
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def _in_space(values: LaneValues, body: Body) -> Bodies:
     mass, count = values.numbers("block.mass"), len(values.lanes)
     points = np.tile(body.points, (count, 1, 1))
     points[..., :2] *= values.numbers("block.base_scale")[:, None, None]
-    conjugate = axes * np.array([-1.0, -1.0, -1.0, 1.0])
+    conjugate = inverse(axes)
     return Bodies(
         mass=mass,
         gyration=moments / mass[:, None],

@@ -32,7 +32,6 @@ from warprock.model.motion import (
 )
 from warprock.model.stacking import uplift_ratio
 from warprock.quantity import NumberKey, Said
-from warprock.recordings.intensity import FINEST, spectral_accelerations
 from warprock.units import GRAVITY
 
 if TYPE_CHECKING:
@@ -297,6 +296,8 @@ def _scale(values: LaneValues, table: str, peaks: Array, spectral: Array | None)
 
 def _spectral(values: LaneValues, table: str, records: Sequence[Record]) -> Array | None:
     """Spectral acceleration of every record [m/s^2], shape [record]; None without a period."""
+    from warprock.recordings.intensity import FINEST
+
     key = f"{table}.sa_period"
     if not values.given(key):
         return None
@@ -311,6 +312,8 @@ def _spectral(values: LaneValues, table: str, records: Sequence[Record]) -> Arra
 
 @functools.lru_cache(maxsize=4096)
 def _spectral_acceleration(record: Record, period: float) -> float:
+    from warprock.recordings.intensity import spectral_accelerations
+
     return float(spectral_accelerations(record, period)[0])
 
 

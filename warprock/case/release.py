@@ -16,7 +16,7 @@ from warprock.model.bodies import boxes_on_corners
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.pose import start_corners
 from warprock.model.release import Release, rolling
-from warprock.model.turning import rotate
+from warprock.model.turning import inverse, rotate
 from warprock.quantity import NOTHING
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def _attitude(values: LaneValues) -> Array:
 def _height(values: LaneValues, lanes: Lanes, attitude: Array) -> Array:
     """Heights of the centres of thrown blocks [m]; without one the lowest corner touches."""
     half = 0.5 * np.stack([lanes.width, lanes.depth, lanes.height], axis=-1)
-    back = attitude * np.array([-1.0, -1.0, -1.0, 1.0])
+    back = inverse(attitude)
     up = rotate(back, np.broadcast_to((0.0, 0.0, 1.0), half.shape))
     reach = np.sum(np.abs(up) * half, axis=-1)
     if lanes.body is not None:

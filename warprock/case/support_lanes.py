@@ -13,7 +13,6 @@ from warprock.case.run import DURATION
 from warprock.case.space import UPWARDS
 from warprock.case.support import Support
 from warprock.errors import InputError
-from warprock.model.floor import MOST_SAMPLES, Floors, floor_motions, floor_sample_counts
 from warprock.model.motion import RecordMotions
 from warprock.quantity import NOTHING, Said
 
@@ -56,6 +55,8 @@ def on_support(
         InputError: The height factor of a support whose ground stops with a velocity step, a rigid
             one of such a ground, or more samples than are held in memory.
     """
+    from warprock.model.floor import MOST_SAMPLES, Floors, floor_motions, floor_sample_counts
+
     rigid = table == UPWARDS
     given = {name: values.numbers(f"{PLACE}.{name}") for name in Support.declared()}
     floors = Floors(**given)

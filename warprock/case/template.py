@@ -25,7 +25,7 @@ from warprock.case.validation import KeyedError, refusing
 from warprock.case.writing import toml_text
 from warprock.errors import InputError, did_you_mean
 from warprock.model.undecided import decided_after
-from warprock.quantity import NumberKey
+from warprock.quantity import NOTHING, NumberKey
 from warprock.recordings import load_record, record_names
 from warprock.recordings.column_file import Reading
 from warprock.recordings.loading import AS_WRITTEN
@@ -135,7 +135,7 @@ def case_of_record(body: str | None, record: str | None) -> Case:
     for option, given in (("--body", body), ("--record", record)):
         if given is None:
             allowed = "must be given, and so must --body and --record, where no CASE is"
-            raise InputError(option, "", given, allowed)
+            raise InputError(option, "", NOTHING, allowed)
     draft = Draft(template_text("record"))
     _put_body(draft, "record", str(body))
     taken = take_record(str(record))
@@ -356,7 +356,12 @@ def take_record(name: str, reading: Reading = AS_WRITTEN) -> TakenRecord:
     Raises:
         InputError: There is no such record, or the file is none.
     """
-    record: Record = load_record(name, asked=reading)
+    try:
+        record: Record = load_record(name, asked=reading)
+    except InputError as error:
+        if (error.source, error.key) != (name, "record"):
+            raise
+        raise InputError("--record", "", name, error.allowed) from None
     duration = f"{math.ceil(record.duration + AFTERWARDS):g} s"
     if name in record_names():
         return TakenRecord(name, duration, {})

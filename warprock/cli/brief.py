@@ -8,15 +8,17 @@ from typing import Any, cast
 import click
 
 from warprock.cli.analysis import call, finish
-from warprock.cli.completion import hazards, overrides
-from warprock.cli.options import case_options, estimate_options
+from warprock.cli.completion import overrides
+from warprock.cli.options import case_options, estimate_options, hazard_options, ladder_options
 from warprock.cli.signatures import own_options
 
 
 @click.command()
 @case_options
 @estimate_options
-@own_options("brief", "brief", hazard=hazards, measure=overrides)
+@hazard_options
+@own_options("brief", "brief", measure=overrides)
+@ladder_options
 def brief(case_name: str, folder: pathlib.Path | None, as_json: bool, **asked: Any) -> None:
     """One page for a decision about one object: how likely it falls, what it takes, what helps.
 

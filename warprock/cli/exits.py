@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+import re
 import time
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -118,6 +119,24 @@ class ExitCodes(click.Group):
 
 def _usage(error: click.UsageError) -> str:
     """What Click says of options and arguments, in one line, and where to read more."""
-    said = shorten(" ".join(error.format_message().split()))
+    wrong = _NOT_A_NUMBER.match(error.message)
+    if isinstance(error, click.BadParameter) and error.param is not None and wrong:
+        bound = f"must be {_numbers(error.param.type)}"
+        return str(InputError(error.param.opts[-1], "", wrong["got"], bound))
+    said = shorten(" ".join(error.format_message().split())).rstrip(".")
     path = error.ctx.command_path if error.ctx is not None else "warprock"
-    return f"{said} See {path} --help"
+    return f"{said}. See {path} --help"
+
+
+_NOT_A_NUMBER = re.compile(r"'?(?P<got>.+?)'? is not (?:a valid (?:integer|float)|in the range)")
+"""What Click says of a number that is none, or out of bounds."""
+
+
+def _numbers(kind: Any) -> str:
+    """The numbers that an option takes, in words."""
+    whole = isinstance(kind, click.types.IntParamType)
+    named = "a whole number" if whole else "a number"
+    if not isinstance(kind, click.IntRange | click.FloatRange):
+        return named
+    least = f"above {kind.min:g}" if kind.min_open else f"at least {kind.min:g}"
+    return f"{named}, {least} and at most {kind.max:g}"

@@ -8,13 +8,14 @@ from typing import Any
 import click
 
 from warprock.cli.analysis import call, finish, run_of
-from warprock.cli.options import case_options, estimate_options
+from warprock.cli.options import case_options, estimate_options, ladder_options
 from warprock.cli.signatures import own_options
 
 
 @click.command()
 @case_options
 @estimate_options
+@ladder_options
 @own_options("analyses/ida", "ida")
 def ida(case_name: str, folder: pathlib.Path | None, as_json: bool, **asked: Any) -> None:
     """Incremental dynamic analysis of a CASE: the factor on its motion at which each lane falls.

@@ -73,21 +73,22 @@ def bench_assembly(space: bool, as_json: bool) -> None:
 
 @click.command("blocks")
 @click.option("--blocks", type=int, multiple=True, help="10 to 10,000 without; repeat.")
+@click.option("--space", is_flag=True, help="Walls of bricks in space; 10 to 300 without --blocks.")
 @workers_option
 @json_option
-def bench_blocks(blocks: tuple[int, ...], workers: int | None, as_json: bool) -> None:
+def bench_blocks(blocks: tuple[int, ...], space: bool, workers: int | None, as_json: bool) -> None:
     """What a lane of an assembly costs by its number of blocks: walls that stand on a moving base.
 
     Takes some minutes; a wall of 10,000 blocks most of them.
     """
-    from warprock.measure.blocks_bench import BLOCKS, run_blocks_bench
+    from warprock.measure.blocks_bench import run_blocks_bench
     from warprock.running.devices import start_warp
     from warprock.tables.machine import print_blocks_bench
     from warprock.tables.terminal import print_json
 
     start_warp()
     rows = run_blocks_bench(
-        blocks or BLOCKS, workers=workers, report=lambda text: click.echo(text, err=True)
+        blocks, space=space, workers=workers, report=lambda text: click.echo(text, err=True)
     )
     print_json({"rows": rows}) if as_json else print_blocks_bench(rows)
 

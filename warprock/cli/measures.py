@@ -8,15 +8,17 @@ from typing import Any
 import click
 
 from warprock.cli.analysis import call, finish
-from warprock.cli.completion import hazards, overrides
-from warprock.cli.options import case_options, estimate_options
+from warprock.cli.completion import overrides
+from warprock.cli.options import case_options, estimate_options, hazard_options, ladder_options
 from warprock.cli.signatures import own_options
 
 
 @click.command()
 @case_options
 @estimate_options
-@own_options("measures", "measures", hazard=hazards, measure=overrides)
+@hazard_options
+@own_options("measures", "measures", measure=overrides)
+@ladder_options
 def measures(case_name: str, folder: pathlib.Path | None, as_json: bool, **asked: Any) -> None:
     """What lowers the yearly chance that a block falls most: each measure as a factor on its rate.
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import pathlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from warprock.cli import completion
-from warprock.cli.signatures import help_of
+from warprock.cli.signatures import help_of, own_options
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -232,17 +232,16 @@ def engine_option(command: Command) -> Command:
     )(command)
 
 
-def engine_for(case: Case, engine: str | None, factors: Sequence[float] = (1.0,)) -> EngineChoice:
+def engine_for(case: Case, engine: str | None) -> EngineChoice:
     """The engine named, or the one that the rule of `engine_choice` gives.
 
     Args:
         case: The case.
         engine: Name of the engine; None where none is named.
-        factors: On the motion of the case: those at which it will run.
     """
     from warprock.running.engine_choice import EngineChoice, choose_engine
 
-    return choose_engine(case, factors) if engine is None else EngineChoice(engine, named=True)
+    return choose_engine(case) if engine is None else EngineChoice(engine, named=True)
 
 
 def say_engine(choice: EngineChoice) -> None:
@@ -261,12 +260,19 @@ def case_options(command: Command) -> Command:
     return case_argument(command)
 
 
+def hazard_options(command: Command) -> Command:
+    """A hazard, `--hazard` to `--im`, under the names of the arguments of `hazard_of`."""
+    return own_options("asked", "hazard_of", hazard=completion.hazards)(command)
+
+
+def ladder_options(command: Command) -> Command:
+    """A ladder, `--from` to `--count`, under the names of the arguments of `ladder_of`."""
+    return own_options("asked", "ladder_of")(command)
+
+
 def reading_options(command: Command) -> Command:
     """What is said of a table with named columns: `--column`, `--unit` and `--interval`.
 
     They arrive as `column`, `unit` and `interval`, None where they are left out.
     """
-    for name in ("interval", "unit", "column"):
-        meaning = help_of("records", "records", name)
-        command = click.option(f"--{name}", help=meaning)(command)
-    return command
+    return own_options("records", "reading_of")(command)

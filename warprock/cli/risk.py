@@ -8,14 +8,15 @@ from typing import Any
 import click
 
 from warprock.cli.analysis import call, finish
-from warprock.cli.completion import files, hazards
-from warprock.cli.options import json_option, output_option
+from warprock.cli.completion import files
+from warprock.cli.options import hazard_options, json_option, output_option
 from warprock.cli.signatures import own_options
 
 
 @click.command()
 @click.argument("folders", metavar="FOLDER...", nargs=-1, required=True)
-@own_options("analyses/risk", "risk", hazard=hazards, weights=files)
+@hazard_options
+@own_options("analyses/risk", "risk", weights=files)
 @output_option
 @json_option
 def risk(

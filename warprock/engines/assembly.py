@@ -30,7 +30,6 @@ from warprock.engines.assembly_packs import (
     sorts_of,
     tree_of,
 )
-from warprock.engines.assembly_team import Given, run_team
 from warprock.engines.base import KernelEngine
 from warprock.engines.decoding import (
     collapse_loads,
@@ -248,7 +247,7 @@ class Assembly(KernelEngine):
             "order": packing.WIDTH * own_rows,
             "colours": own.most_parts + 1,
             "open": packing.COLOURS + 1,
-            "drifts": own.most_parts + 2,
+            "weighted": own.most_parts + 2,
             "scratch": 4 * assembly_solids.MOST_CORNERS,
         }
         for name, room in rooms.items():
@@ -362,6 +361,8 @@ class Assembly(KernelEngine):
         return take_lanes(respond(self.name, packed, fields, times), where)
 
     def _run_large(self, lane: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+        from warprock.engines.assembly_team import Given, run_team
+
         own, module = _of(lane), self.module_of(lane, motions)
         kind, steps = own.of(0), self.longest_step(lane, motions)
         own = Assemblies((kind,), np.zeros(1, dtype=np.intp))

@@ -19,7 +19,7 @@ from warprock.engines.launching import NEVER
 from warprock.errors import InputError
 from warprock.model.assembly import Assemblies
 from warprock.model.solids import SpatialAssembly
-from warprock.model.turning import principal_axes, rotate
+from warprock.model.turning import inverse, principal_axes, rotate
 
 Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
@@ -101,7 +101,7 @@ def shapes_of(kind: SpatialAssembly) -> Shapes:
     spans = [_spans(kind, block, attitude[block]) for block in range(kind.count)]
     for block in range(kind.count):
         offset = kind.corners[block, : kind.corner_count[block]] - kind.centre[block]
-        own = rotate(_back(attitude[block]), offset)
+        own = rotate(inverse(attitude[block]), offset)
         corners.append(own)
         directions: list[Array] = []
         between: dict[tuple[int, int], int] = {}
@@ -151,7 +151,7 @@ def _spans(kind: SpatialAssembly, block: int, attitude: Array) -> tuple[Array, A
     for edge in np.roll(corners, -1, axis=0) - corners:
         _direction(directions, np.cross(joints.normal[joint], edge))
     across = np.asarray(directions)
-    return rotate(_back(attitude), across), np.ptp(corners @ across.T, axis=0)
+    return rotate(inverse(attitude), across), np.ptp(corners @ across.T, axis=0)
 
 
 def _starts(parts: Any) -> Places:
@@ -173,11 +173,6 @@ def _direction(known: list[Array], along: Array) -> int:
             return number
     known.append(unit)
     return len(known) - 1
-
-
-def _back(attitude: Array) -> Array:
-    """The quaternion that turns back."""
-    return np.asarray(attitude * (-1.0, -1.0, -1.0, 1.0))
 
 
 @functools.lru_cache(maxsize=64)
@@ -236,7 +231,7 @@ def _links(kind: SpatialAssembly, struct: Any) -> Rows:
 def _face_along(kind: SpatialAssembly, shapes: Shapes, block: int, normal: Array) -> int:
     """The face of a block whose outward normal is nearest to a normal in the axes of the base."""
     first, last = shapes.face_of[block : block + 2]
-    own = rotate(_back(shapes.attitude[block]), normal)
+    own = rotate(inverse(shapes.attitude[block]), normal)
     return int(np.argmax(shapes.normals[first:last] @ own))
 
 
@@ -325,5 +320,5 @@ def turns_back(assemblies: Assemblies) -> Array:
     """
     starts = np.zeros((len(assemblies.kinds), assemblies.most_parts, 4))
     for row, kind in zip(starts, _kinds(assemblies), strict=True):
-        row[: kind.count] = _back(shapes_of(kind).attitude)
+        row[: kind.count] = inverse(shapes_of(kind).attitude)
     return np.asarray(starts[assemblies.lane])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from types import ModuleType
-from typing import Any, ClassVar, cast, final
+from typing import TYPE_CHECKING, Any, ClassVar, cast, final
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,6 @@ from warprock.engines.assembly_packs import LARGE
 from warprock.engines.base import KernelEngine
 from warprock.engines.blocks import body_columns, speed_columns
 from warprock.engines.decoding import lane_fields, planar_fields, rest_start_times, spatial_fields
-from warprock.engines.dem_assembly import SprungAssembly
 from warprock.engines.dem_bodies import CornerSprings, corner_rows, cornered_columns
 from warprock.engines.dem_bodies_space import PointSprings, on_corners, sprung_inputs
 from warprock.engines.dem_springs import (
@@ -45,6 +44,9 @@ from warprock.model.scene import SceneKind
 from warprock.model.stacking import sum_above
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
+
+if TYPE_CHECKING:
+    from warprock.engines.dem_assembly import SprungAssembly
 
 Array = npt.NDArray[np.float64]
 
@@ -160,6 +162,8 @@ class Dem(KernelEngine):
     @property
     def _assembly(self) -> SprungAssembly:
         """What runs assemblies."""
+        from warprock.engines.dem_assembly import SprungAssembly
+
         return SprungAssembly(self.settings, self.target)
 
     def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:

@@ -18,7 +18,7 @@ from warprock.engines.spatial_bodies import body_of, existing_points, spatial_in
 from warprock.model.bodies import Bodies, boxes_on_corners
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.pose import product, quaternion, start_poses
-from warprock.model.turning import rotate
+from warprock.model.turning import inverse, rotate
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 
@@ -82,7 +82,7 @@ class PointSprings:
         """Largest angular frequency of small motions [rad/s], all points closed, shape [lane]."""
         body = self.body
         # The axes of the base as seen along the principal axes.
-        back = body.axes * np.array([-1.0, -1.0, -1.0, 1.0])
+        back = inverse(body.axes)
         matrix = np.zeros((len(body.mass), 6, 6))
         weight = existing_points(body)[..., None]
         for axis, spring in zip(np.eye(3), (self.shear, self.shear, self.stiffness), strict=True):

@@ -28,7 +28,7 @@ from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions
 from warprock.model.pose import product, start_poses
 from warprock.model.stacking import centre_height, sum_above
-from warprock.model.turning import rotate
+from warprock.model.turning import inverse, rotate
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -59,7 +59,7 @@ def kinetic_energy_at_start(lanes: Lanes) -> Array:
         attitude = start_poses(cast(SpatialLanes, lanes))[1]
         if lanes.body is not None:
             attitude = product(attitude, lanes.body.axes)
-        spin = rotate(attitude * np.array([-1.0, -1.0, -1.0, 1.0]), spin)
+        spin = rotate(inverse(attitude), spin)
     moving = (release.velocity**2).sum(axis=-1) + (inertia * spin**2).sum(axis=-1)
     return np.asarray(0.5 * lanes.mass * moving)
 

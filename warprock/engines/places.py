@@ -18,7 +18,7 @@ from warprock.engines.bodies import Corners, rotate_lever
 from warprock.engines.spatial_bodies import body_of, existing_points, standing_places
 from warprock.engines.stack_bodies import profile_slides
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
-from warprock.model.turning import rotate
+from warprock.model.turning import inverse, rotate
 
 Array = npt.NDArray[np.float64]
 
@@ -148,7 +148,7 @@ def _spatial_slides(stacks: SpatialLanes, attitude: Array, places: Array) -> Arr
         corners = np.stack([x - own["centre_x"], y - own["centre_y"], low], axis=-1)
         frames = (*places[:, k].shape[:-1], 4, 3)
         arms = rotate(attitude[:, k, :, None], np.broadcast_to(corners, frames))
-        back = below * np.array([-1.0, -1.0, -1.0, 1.0])
+        back = inverse(below)
         seen = rotate(back[:, :, None], arms + (places[:, k] - below_place)[:, :, None])
         lowest = seen[..., 2].min(axis=-1, keepdims=True)
         touches = seen[..., 2] <= lowest + TOUCH * own["half_width"]

@@ -69,7 +69,7 @@ def plot_spectrum(axes: Axes, found: Spectrum, group: int = 0) -> None:
 
 
 def _restitution(found: Spectrum) -> str:
-    """What a case gives, or whose closed form it is."""
+    """The angular restitution in words: the numbers of the case, or Housner's closed form."""
     if not found.run.lane_set.scene.restitution_given:
         return "Housner's closed form"
     known = found.run.lane_set.inputs["angular_restitution"]

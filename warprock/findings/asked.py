@@ -63,9 +63,9 @@ def _round_base(case: Facts, table: Table | None) -> str:
     blocks = dict(_flat(case.get("resolved", {}).get("block", {}), "block"))
     if not any(key.endswith(".diameter") for key in [*blocks, *swept_keys(case)]):
         return ""
-    without = "run as a box as wide as the diameter and pi / 4 of it deep, of the same mass, base "
-    without += "area and slenderness angle; `warprock explain` says what its inertia changes"
-    return without if table is None else round_base_note(table)
+    plain = "run as a box as wide as the diameter and pi / 4 of it deep, of the same mass, base "
+    plain += "area and slenderness angle; `warprock explain` says what its inertia changes"
+    return plain if table is None else round_base_note(table)
 
 
 def _inputs(case: Facts) -> str:
@@ -195,7 +195,7 @@ def _given(value: Mapping[str, Any], table: str = "") -> Iterator[tuple[str, Any
 
 
 def _first_text(value: Any) -> str:
-    """The first text of what an axis gives; empty where there is none but words."""
+    """The first text of what an axis gives, besides names of distributions; empty without one."""
     if isinstance(value, Mapping):
         texts = [_first_text(each) for name, each in value.items() if name != "distribution"]
         return next(filter(None, texts), "")

@@ -129,8 +129,8 @@ def _not_counted(rows: pd.DataFrame, single: pd.DataFrame, groups: Sequence[str]
     doubt = int(rows["in_doubt"].max())
     if doubt:
         found.append(
-            f"In doubt are up to {counted(doubt, 'lane')}: they count by their finest run, and "
-            "bands reach around those in which all of them reached the limit state, or none."
+            f"Up to {counted(doubt, 'lane')} are in doubt: they count by their finest run. Bands "
+            "enclose those that follow if all of them reach the limit state, or none."
         )
     return found
 
@@ -149,7 +149,7 @@ def _fit_sheet(rows: pd.DataFrame, groups: Sequence[str], intensity: str) -> She
 
 
 def median_heading(intensity: str) -> Heading:
-    """That of medians, in the unit of the column of the intensity measure."""
+    """The heading of medians, with the unit of the intensity measure."""
     return Heading("median", heading(intensity).unit, measure(intensity).name)
 
 
@@ -165,7 +165,7 @@ def _group_sheet(rows: pd.DataFrame, intensity: str, groups: int) -> Sheet:
             *(f"{verdicts.count(each):,}" for each in ("separated", "none reached", "all reached")),
             f"{mine['in_doubt'].sum():,}",
         ])  # fmt: skip
-    heads = ["limit state", "groups fitted", "least median", "middle", "greatest", "data parted"]
+    heads = ["limit state", "groups fitted", "least median", "middle", "greatest", "separated"]
     heads += ["none reached", "all reached", "lanes in doubt"]
     title = f"Fragility over {intensity}: {groups:,} groups"
     return Sheet(title, [*map(Heading, heads)], cells, f"All {len(rows):,} fits are in {CURVES}.")

@@ -25,9 +25,21 @@ def kinds() -> Mapping[str, Kind]:
     return {each.key: each for each in every_kind() if each.key}
 
 
-def kinds_of_files() -> Mapping[str, Kind]:
-    """The kinds of findings by the file by which they are known, beside other results, too."""
-    return {each.file: each for each in every_kind() if each.file}
+KNOWN_BY_FILE = {
+    "fragility-p58.csv": "fragility",
+    "predictors.csv": "predictors",
+    "risk.csv": "risk",
+    "trade.parquet": "trade",
+}
+"""Files by which kinds of findings are known, beside other results, too, and the files of this room
+that declare them: a page of none of them is written without any."""
+
+
+def kind_of_file(name: str) -> Kind:
+    """The kind that is known by a file of `KNOWN_BY_FILE`."""
+    module = importlib.import_module(f"warprock.findings.{KNOWN_BY_FILE[name]}")
+    values = vars(module).values()
+    return next(each for each in values if isinstance(each, Kind) and each.file == name)
 
 
 def shapes() -> Mapping[str, Facts]:

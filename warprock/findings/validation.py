@@ -327,7 +327,7 @@ def test_table(found: Validation) -> pd.DataFrame:
 
 
 def _right(row: Mapping[str, Any]) -> int:
-    """Tests whose outcome was said."""
+    """Tests whose outcome was predicted correctly."""
     return int(row["hits"] + row["correct_rejections"])
 
 
@@ -337,8 +337,8 @@ def _sentence(facts: Mapping[str, Any]) -> str:
     engines = [row for row in facts["scores"] if row["predictor"] in names]
     best = max(engines, key=_right)
     text = (
-        f"{best['predictor']} says the outcome of {_right(best):,} of {best['tests']:,} tests "
-        f"rightly ({quantity_of('right_share', best['accuracy'])})"
+        f"{best['predictor']} predicts the outcome of {_right(best):,} of {best['tests']:,} tests "
+        f"correctly ({quantity_of('right_share', best['accuracy'])})"
     )
     left = facts["validation"]["tests"] - best["tests"]
     if left:

@@ -33,6 +33,7 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import (
     Control,
     GroundMotions,
+    HarmonicMotions,
     PlanarMotions,
     SpatialMotions,
     Waveform,
@@ -134,7 +135,6 @@ def _solid_wall(courses: int, *, whole_first: bool) -> SpatialAssembly:
 
 def run_assembly_bench(
     report: Callable[[str], None] | None = None,
-    peers: dict[str, Any] | None = None,
     *,
     space: bool = False,
 ) -> dict[str, Any]:
@@ -142,7 +142,6 @@ def run_assembly_bench(
 
     Args:
         report: Called with what is about to be measured.
-        peers: Programs and their settings; those of `PEERS` where None.
         space: Whether walls lie in space.
 
     Returns:
@@ -164,7 +163,7 @@ def run_assembly_bench(
         loads = {each.name: _collapse(each, _own_moves(each, step), at_once) for each in scenes}
         rows.append(_row("assembly", step, loads, path, exact, cpu))
     missing = []
-    for name, settings in (PEERS if peers is None else peers).items():
+    for name, settings in PEERS.items():
         if not PROGRAMS[name].installed:
             missing.append(f"{name} is not installed; {PROGRAMS[name].install} installs it")
             continue
@@ -211,7 +210,7 @@ def _row(
     }
 
 
-def _lanes(kind: Assembly, count: int) -> Lanes:
+def lanes_of(kind: Assembly, count: int) -> Lanes:
     """So many lanes of one assembly."""
     width, height = kind.size[0], kind.size[-1]
     mass = kind.mass[~kind.fixed].sum()
@@ -231,7 +230,7 @@ def _lanes(kind: Assembly, count: int) -> Lanes:
     return in_space(lanes) if kind.spatial else lanes
 
 
-def _towards(kind: Assembly, motions: PlanarMotions, angle: float) -> GroundMotions:
+def towards(kind: Assembly, motions: PlanarMotions, angle: float) -> GroundMotions:
     """Motions along x; for an assembly in space at an angle to x [rad]."""
     if not kind.spatial:
         return motions
@@ -240,14 +239,19 @@ def _towards(kind: Assembly, motions: PlanarMotions, angle: float) -> GroundMoti
     return SpatialMotions(x, y, no_motion(motions))
 
 
+def sines(size: Array, frequency: float) -> HarmonicMotions:
+    """One cycle of a sine of each acceleration [m/s^2] at a frequency [Hz]."""
+    same = np.ones(len(size))
+    control = [Control.ACCELERATION] * len(size)
+    return harmonic_motions(
+        Waveform.SINE, control, size, frequency * same, 0.0 * same, same / frequency
+    )
+
+
 def _shakes(kind: Assembly, count: int) -> GroundMotions:
     """The sine, and somewhat larger ones beside it."""
     size = SHAKE * GRAVITY * np.linspace(1.0, 1.0 + SPREAD, count)
-    waves = harmonic_motions(
-        Waveform.SINE, [Control.ACCELERATION] * count, size, np.full(count, FREQUENCY),
-        np.zeros(count), np.full(count, 1.0 / FREQUENCY),
-    )  # fmt: skip
-    return _towards(kind, waves, ASKEW)
+    return towards(kind, sines(size, FREQUENCY), ASKEW)
 
 
 def pushes(loads: Array) -> RecordMotions:
@@ -289,8 +293,8 @@ def _own_moves(scene: Scene, step: float) -> Moves:
     engine = Engine(settings=AssemblySettings(time_step=step))
 
     def moves(kind: Assembly, loads: Array) -> Array:
-        motions = _towards(kind, pushes(loads), scene.direction)
-        found = engine.run(_lanes(kind, len(loads)), motions, SampleTimes(RISE + HOLD))
+        motions = towards(kind, pushes(loads), scene.direction)
+        found = engine.run(lanes_of(kind, len(loads)), motions, SampleTimes(RISE + HOLD))
         return np.asarray(found["peak_displacement"])
 
     return moves
@@ -298,8 +302,8 @@ def _own_moves(scene: Scene, step: float) -> Moves:
 
 def _peer_moves(scene: Scene, name: str, settings: Any) -> Moves:
     def moves(kind: Assembly, loads: Array) -> Array:
-        lanes, times = _lanes(kind, len(loads)), SampleTimes(RISE + HOLD)
-        motions = _towards(kind, pushes(loads), scene.direction)
+        lanes, times = lanes_of(kind, len(loads)), SampleTimes(RISE + HOLD)
+        motions = towards(kind, pushes(loads), scene.direction)
         found = run_program(name, lanes, motions, times, settings).response
         return np.asarray(found["peak_displacement"])
 
@@ -311,7 +315,7 @@ def _own_motion(kind: Assembly, step: float, lanes: int) -> tuple[Array, float]:
     engine = Engine(settings=AssemblySettings(time_step=step))
     times = SampleTimes(SHAKEN, SAMPLE, places=True)
     begin = time.process_time()
-    found = engine.run(_lanes(kind, lanes), _shakes(kind, lanes), times)
+    found = engine.run(lanes_of(kind, lanes), _shakes(kind, lanes), times)
     cpu = (time.process_time() - begin) / lanes
     free = int((~kind.fixed).sum())
     axes = "xyz" if kind.spatial else "xz"
@@ -320,7 +324,7 @@ def _own_motion(kind: Assembly, step: float, lanes: int) -> tuple[Array, float]:
 
 
 def _peer_motion(name: str, kind: Assembly, settings: Any) -> tuple[Array, float]:
-    scenes = peer_scenes(_lanes(kind, 1), _shakes(kind, 1), SampleTimes(SHAKEN, SAMPLE))
+    scenes = peer_scenes(lanes_of(kind, 1), _shakes(kind, 1), SampleTimes(SHAKEN, SAMPLE))
     runs: list[PeerRun] = adapter_of(name).run(scenes, settings)
     base = scenes[0].base
     assert base is not None

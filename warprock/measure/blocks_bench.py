@@ -10,19 +10,21 @@ from typing import Any
 import numpy as np
 
 from warprock.case.assembly import MOST_ASSEMBLED
-from warprock.engines.assembly import Assembly
+from warprock.engines.assembly import Assembly as Engine
 from warprock.errors import InputError
+from warprock.measure.assembly_bench import ASKEW, THICK, lanes_of, sines, towards
 from warprock.model import patterns
-from warprock.model.assembly import Assemblies, assemble
-from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, HarmonicMotions, Waveform, harmonic_motions
+from warprock.model.assembly import Assembly, assemble
 from warprock.model.response import SampleTimes, Status
+from warprock.model.solids import assemble_solids
 from warprock.running.batch import run_batch
 from warprock.units import GRAVITY
 
 BLOCKS = (10, 30, 100, 300, 1_000, 3_000, 10_000)
 """Blocks of the walls, about: as many courses as blocks in a course."""
 
+BLOCKS_IN_SPACE = (10, 30, 100, 300)
+"""The same in space, where steps cost more."""
 
 LENGTH, HEIGHT, FRICTION = 0.4, 0.2, 0.6
 """Of a block [m], and of its joints."""
@@ -34,20 +36,22 @@ FIRST, LAST = 0.005, 0.025
 """The two ends of the runs whose costs are subtracted [s]: what is left is without the start, in
 which contacts find their first forces."""
 
-
 TRIES = 5
+"""Runs of each length, of which the quickest counts; one of a large lane."""
 
 
 def run_blocks_bench(
-    blocks: Sequence[int] = BLOCKS,
+    blocks: Sequence[int] = (),
     *,
+    space: bool = False,
     workers: int | None = None,
     report: Callable[[str], None] | None = None,
 ) -> list[dict[str, Any]]:
     """Measures walls in running bond at the beginning of a sine.
 
     Args:
-        blocks: Blocks of each wall, about.
+        blocks: Blocks of each wall, about; those of `BLOCKS` where empty.
+        space: Whether the walls are of bricks in space, and the sine comes at an angle to them.
         workers: Worker threads; the cores at hand where None.
         report: Called with what is about to be measured.
 
@@ -61,27 +65,36 @@ def run_blocks_bench(
         InputError: A number of blocks out of bounds.
     """
     rows = []
-    for count in blocks:
+    counts = blocks or (BLOCKS_IN_SPACE if space else BLOCKS)
+    for count in counts:
         if not 2 <= count <= MOST_ASSEMBLED:
             allowed = f"must be a number of blocks from 2 to {MOST_ASSEMBLED:,}"
             raise InputError("--blocks", "", count, allowed)
-    for count in blocks:
+    for count in counts:
         if report is not None:
             report(f"bench blocks: a wall of some {count:,} blocks")
-        rows.append(_measure(count, workers))
+        rows.append(_measure(count, workers, space=space))
     return rows
 
 
-def _measure(count: int, workers: int | None) -> dict[str, Any]:
-    """The row of a wall."""
+def _wall(count: int, *, space: bool) -> Assembly:
+    """A wall of about so many blocks."""
     side = max(1, round(math.sqrt(count)))
     wall = patterns.wall(LENGTH, HEIGHT, side, side, whole_first=True)
-    kind = assemble(wall, depth=1.0, density=2000.0, friction=FRICTION)
-    engine = Assembly()
-    kernel = engine.kernel_of(_lanes(Assemblies((kind,), np.zeros(1, dtype=np.intp))))
+    if space:
+        return assemble_solids(patterns.extruded(wall, THICK), density=2000.0, friction=FRICTION)
+    return assemble(wall, depth=1.0, density=2000.0, friction=FRICTION)
+
+
+def _measure(count: int, workers: int | None, *, space: bool) -> dict[str, Any]:
+    """The row of a wall."""
+    kind, engine = _wall(count, space=space), Engine()
+    kernel = engine.kernel_of(lanes_of(kind, 1))
     count = 1 if kernel.name == "team_run" else kernel.lanes
-    lanes = _lanes(Assemblies((kind,), np.zeros(count, dtype=np.intp)))
-    motions = _motions(count)
+    lanes = lanes_of(kind, count)
+    # The same sine for every lane, a little less from lane to lane.
+    size = AMPLITUDE * GRAVITY * np.linspace(1.0, 0.95, count)
+    motions = towards(kind, sines(size, FREQUENCY), ASKEW)
     # Compiles the kernel.
     engine.warm_up(lanes, motions)
 
@@ -92,7 +105,7 @@ def _measure(count: int, workers: int | None) -> dict[str, Any]:
         return (time.process_time() - begin) / count, bad
 
     # Short runs are repeated: the least time has the least of what else the machine does.
-    tries = TRIES if count > 1 else 1
+    tries = 1 if kernel.name == "team_run" else TRIES
     first = min(spent(FIRST)[0] for _ in range(tries))
     last, bad = min(spent(LAST) for _ in range(tries))
     a_second = (last - first) / (LAST - FIRST)
@@ -106,31 +119,3 @@ def _measure(count: int, workers: int | None) -> dict[str, Any]:
         "start_cpu_s": first - FIRST * a_second,
         "status": f"{bad} not ok" if bad else "ok",
     }
-
-
-def _motions(count: int) -> HarmonicMotions:
-    """The same sine for every lane, a little less from lane to lane."""
-    each = AMPLITUDE * GRAVITY * np.linspace(1.0, 0.95, count)
-    same = np.ones(count)
-    control = [Control.ACCELERATION] * count
-    return harmonic_motions(
-        Waveform.SINE, control, each, FREQUENCY * same, 0.0 * same, same / FREQUENCY
-    )
-
-
-def _lanes(own: Assemblies) -> Lanes:
-    """Lanes of the same wall."""
-    kind, same = own.of(0), np.ones(len(own.lane))
-    width, height = kind.size
-    return Lanes(
-        width=width * same,
-        height=height * same,
-        depth=kind.depth * same,
-        density=kind.density * same,
-        friction=FRICTION * same,
-        chamfer=0.0 * same,
-        offset=0.0 * same,
-        rotation_start=0.0 * same,
-        angular_restitution=0.0 * same,
-        assembly=own,
-    )

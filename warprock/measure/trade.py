@@ -20,9 +20,8 @@ from warprock.engines import ENGINES, engine_class
 from warprock.errors import InputError
 from warprock.measure.price import LEVELS
 from warprock.measure.trade_knobs import TRADE_KNOBS, Settings
-from warprock.measure.trade_scenes import TRADE_SCENES, TradeScene, lane_errors
-from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions
+from warprock.measure.trade_scenes import TRADE_SCENES, lane_errors
+from warprock.model.batch import Batch
 from warprock.model.response import SOUND, Response, SampleTimes
 from warprock.model.scene import scene_kind
 from warprock.quantity import Said
@@ -213,29 +212,24 @@ def _measure_all(
     entries: Sequence[Entry], here: Mapping[str, str]
 ) -> Iterator[tuple[Entry, dict[str, Any]]]:
     """Measures rows one by one; a scene and its right answer are made once."""
-    scenes: dict[str, tuple[TradeScene, Lanes, GroundMotions, Response]] = {}
+    scenes: dict[str, tuple[Batch, Response]] = {}
     for entry in entries:
         if entry.scene not in scenes:
             scene = TRADE_SCENES[entry.scene]
-            lanes, motions = scene.build()
-            scenes[entry.scene] = scene, lanes, motions, scene.solve(lanes, motions, scene.times)
-        scene, lanes, motions, reference = scenes[entry.scene]
-        numbers = measure(entry, lanes, motions, scene.times, reference)
+            batch = Batch(*scene.build(), scene.times)
+            scenes[entry.scene] = batch, scene.solve(*batch)
+        numbers = measure(entry, *scenes[entry.scene])
         today = datetime.datetime.now(datetime.UTC).date().isoformat()
         keys = dict(zip(KEYS, entry.key, strict=True))
         yield entry, {**keys, **numbers, **here, "measured": today}
 
 
-def measure(
-    entry: Entry, lanes: Lanes, motions: GroundMotions, times: SampleTimes, reference: Response
-) -> dict[str, Any]:
+def measure(entry: Entry, batch: Batch, reference: Response) -> dict[str, Any]:
     """Error and cost of one setting of an engine on one scene.
 
     Args:
         entry: What to run.
-        lanes: Lanes of the scene.
-        motions: Their ground motions.
-        times: Duration and sampling.
+        batch: The scene.
         reference: The right answer for them.
 
     Returns:
@@ -243,9 +237,9 @@ def measure(
     """
     settings = build_settings(entry.engine, entry.settings, "trade")
     options = {"settings": settings, "precision": entry.precision}
-    response = run_batch(entry.engine, lanes, motions, times, **options)
-    errors = lane_errors(response, reference, lanes)
-    cost, steps = cpu_cost(entry.engine, lanes, motions, times.duration, options)
+    response = run_batch(entry.engine, *batch, **options)
+    errors = lane_errors(response, reference, batch.lanes)
+    cost, steps = cpu_cost(entry.engine, batch, options)
     return {
         "error_max": float(errors.max()),
         "error_median": float(np.median(errors)),
@@ -256,9 +250,7 @@ def measure(
     }
 
 
-def cpu_cost(
-    engine: str, lanes: Lanes, motions: GroundMotions, duration: float, options: dict[str, Any]
-) -> tuple[float, float]:
+def cpu_cost(engine: str, batch: Batch, options: dict[str, Any]) -> tuple[float, float]:
     """What a simulated second takes of one block of many, on one worker: CPU time [s] and steps.
 
     The lanes are repeated until they fill packs and take long enough; kernels are built already.
@@ -266,11 +258,11 @@ def cpu_cost(
 
     Args:
         engine: Name in `ENGINES`.
-        lanes: Lanes of a scene.
-        motions: Their ground motions.
-        duration: Length of the run [s].
+        batch: A scene, of which samples are left out.
         options: Settings and precision.
     """
+    lanes, motions, times = batch
+    duration = times.duration
 
     def run(count: int) -> tuple[float, float]:
         places = np.arange(count) % lanes.lane_count

@@ -28,7 +28,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.hull import LEVEL, inner_radius, rounded_centres
-from warprock.model.turning import rotate
+from warprock.model.turning import inverse, rotate
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -205,7 +205,7 @@ class Bodies:
         """Moment of inertia about y, through the centre of mass, over the mass [m^2], [lane]."""
         if not self.spatial:
             return self.gyration
-        y = rotate(self.axes * np.array([-1.0, -1.0, -1.0, 1.0]), np.array([[0.0, 1.0, 0.0]]))
+        y = rotate(inverse(self.axes), np.array([[0.0, 1.0, 0.0]]))
         return np.asarray(np.sum(self.gyration * y**2, axis=1))
 
     def outline(self, height: Array) -> Array:

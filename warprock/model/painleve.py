@@ -36,7 +36,7 @@ import numpy.typing as npt
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.response import Response, Status
-from warprock.model.turning import rotate
+from warprock.model.turning import inverse, rotate
 
 Array = npt.NDArray[np.float64]
 
@@ -91,7 +91,7 @@ def spatial_limit(body: Bodies, tilt: Array) -> Array:
     """
     angle = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
     least = np.full(len(body.mass), np.inf)
-    back = (body.axes * np.array([-1.0, -1.0, -1.0, 1.0]))[:, None]
+    back = inverse(body.axes)[:, None]
     for part in np.arange(1, TILTS + 1) / TILTS:
         s, c = np.sin(part * tilt)[:, None], np.cos(part * tilt)[:, None]
         parts = np.broadcast_arrays(-s * np.cos(angle), -s * np.sin(angle), c)

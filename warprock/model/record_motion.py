@@ -216,10 +216,10 @@ class RecordMotions(LaneMotions):
 
     def acceleration_bound(self) -> Array:
         """The largest |acceleration| of the base [m/s^2], shape [lane]."""
-        pull = np.zeros(self.lane_count)
+        largest = np.zeros(self.lane_count)
         for lanes, begin, end in self._records():
-            pull[lanes] = np.maximum(np.abs(begin), np.abs(end)).max()
-        return np.asarray(pull * np.abs(self.scale))
+            largest[lanes] = np.maximum(np.abs(begin), np.abs(end)).max()
+        return np.asarray(largest * np.abs(self.scale))
 
     def left_acceleration(self, duration: Array | float) -> Array:
         """The largest |acceleration| of the base after a time [m/s^2], shape [lane].

@@ -21,8 +21,8 @@ RICKER_HALF_LENGTH = 2.0
 def _humps() -> tuple[Array, Array]:
     """Total variation and steepest slope of the humps x^k exp(-x^2), shape [k].
 
-    They are the parts of the velocity of a Ricker pulse, see `RickerMotions`. Looked at where their
-    peaks are found to 1e-6; beyond there is nothing.
+    They are the parts of the velocity of a Ricker pulse, see `RickerMotions`. The grid finds their
+    peaks to 1e-6; outside it they are zero to round-off.
     """
     grid, powers = np.linspace(-6.0, 6.0, 12_001), np.arange(4)[:, None]
     bell = np.exp(-(grid**2))
@@ -60,7 +60,8 @@ class RickerMotions(PulseMotions):
     def fastest_rate(self) -> Array:
         """Rate at which the acceleration changes [rad/s].
 
-        The highest derivative of a Gaussian that a series keeps changes the fastest.
+        A series of the motion is of derivatives of a Gaussian. The highest that it keeps oscillates
+        fastest, at about this rate.
         """
         return 4.0 * self.rate
 

@@ -328,19 +328,22 @@ class Curve(NamedTuple):
     displacement: Array
 
 
-def curve(box: Leaning, most: float, points: int = 100) -> Curve:
+POINTS = 100
+"""Points of a curve, evenly apart, besides its corners."""
+
+
+def curve(box: Leaning, most: float) -> Curve:
     """Moment, multiplier and displacement of one box up to a lean, and twice at its corners.
 
     Args:
         box: The box alone, of one lane.
         most: The last lean [rad].
-        points: Points, evenly apart, besides the corners.
     """
     ends = np.unique(np.minimum(box.corners()[0], most))
     starts = np.concatenate([[0.0], ends[:-1]])
     pieces, insides = [], []
     for start, end in zip(starts, ends, strict=True):
-        count = 2 + int(points * (end - start) / most)
+        count = 2 + int(POINTS * (end - start) / most)
         pieces.append(np.linspace(start, end, count))
         insides.append(np.full(count, 0.5 * (start + end)))
     lean = np.concatenate(pieces)[None]

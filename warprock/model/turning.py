@@ -17,6 +17,11 @@ def rotate(attitude: Array, vector: Array) -> Array:
     return np.asarray(vector + real * twice + np.cross(imaginary, twice))
 
 
+def inverse(attitude: Array) -> Array:
+    """Unit quaternions that turn back, shape [..., 4]."""
+    return np.asarray(attitude * (-1.0, -1.0, -1.0, 1.0))
+
+
 def principal_axes(tensor: Array) -> tuple[Array, Array]:
     """Principal moments of inertia, and the attitude of their axes.
 

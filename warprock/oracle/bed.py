@@ -1,10 +1,10 @@
 """The oracle's block on compliant ground, by forces at points of its base.
 
-The block is a body in the plane with the place of its centre, its turn, and Newton's and Euler's
-equations. The ground presses at the nodes of a Gauss rule on that part of the base that is below
-its surface, by depth and speed of each node; what holds the lower corner sideways is the force that
-leaves it no acceleration along the base. SciPy's `solve_ivp` (DOP853) is stopped where a corner
-dips in or lifts off, and where the block comes upright or falls.
+The block is a body in the plane that obeys Newton's and Euler's equations. The ground presses at
+the nodes of a Gauss rule on that part of the base that is below its surface, by depth and speed of
+each node. Along the base the ground holds the lower corner without acceleration. SciPy's
+`solve_ivp` (DOP853) is stopped where a corner dips in or lifts off, and where the block comes
+upright or falls.
 """
 
 from __future__ import annotations
@@ -34,9 +34,11 @@ lower order."""
 LOOKS = np.linspace(0.0, 1.0, 9)
 """Parts of a step at which the contact force is looked at."""
 JUST_BEFORE = 1e-12
-"""Relative length of a solve that leads nowhere, and how far before a lean its event lies [rad]."""
+"""A solve shorter than this part of the run got nowhere; an event at a lean lies so far before it
+[rad]."""
 LET_OFF = 0.05
-"""Length of a solve that lets a block off from where it stands, over the longest step."""
+"""Length of the solve that frees a block which got nowhere, over the longest step. It does not stop
+where the block is upright."""
 
 
 class BedRun:
@@ -59,7 +61,8 @@ class BedRun:
             bed: Stiffness [N/m^3] and damping [N s/m^3] a unit of area.
             times: Duration and sampling.
             rtol: Relative tolerance of DOP853.
-            friction: Of the contact, which only says from where on a fall is not judged.
+            friction: Of the contact; beyond its angle and the slenderness angle contacts are not
+                judged.
         """
         width, height, self.thickness = sizes
         self.mass = density * width * height * self.thickness
@@ -178,7 +181,7 @@ class BedRun:
             self._step(segment.velocity_step[0])
         stuck = False
         while self.time < stop and not self.overturned and self.status == Status.OK:
-            # A block that stands upright at a start is let off before that is looked for.
+            # A block that starts upright first moves off: else it would stop there at once.
             before = self.time
             self._solve(min(stop, before + LET_OFF * self.longest) if stuck else stop, not stuck)
             stuck = self.time - before <= JUST_BEFORE * stop and not stuck

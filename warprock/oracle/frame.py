@@ -35,7 +35,6 @@ class RockingFrame(PivotingBlock):
         """
         super().__init__(*sizes, density, restitution)
         self.columns, self.beam = columns, mass_ratio * self.mass
-        self.own_inertia = self.corner_inertia
         # A column's top corner over its pivot, at twice the lever of its centre.
         self.tops = {side: (2.0 * x, 2.0 * y) for side, (x, y) in self.levers.items()}
         top = self.tops[1]

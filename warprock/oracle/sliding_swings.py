@@ -696,9 +696,11 @@ class SlidingRun:
         return self._slide(self.state)
 
 
-def slide(
-    lanes: Lanes, motions: GroundMotions, lane: int, times: SampleTimes, *, rtol: float = 1e-13
-) -> SlidingRun:
+RTOL = 1e-13
+"""Relative tolerance of DOP853."""
+
+
+def slide(lanes: Lanes, motions: GroundMotions, lane: int, times: SampleTimes) -> SlidingRun:
     """Runs one lane of blocks that walls, ties and loads hold, with sliding.
 
     Args:
@@ -706,10 +708,9 @@ def slide(
         motions: Motions of the same lanes, along x.
         lane: Index of the lane.
         times: Duration and sampling.
-        rtol: Relative tolerance of DOP853.
     """
     assert not isinstance(motions, SpatialMotions | UprightMotions)
-    run = SlidingRun(lanes, lane, times, rtol)
+    run = SlidingRun(lanes, lane, times, RTOL)
     run.start(float(lanes.rotation_start[lane]))
     scan = float(motions.shortest_period[lane]) / SCANS_PER_PERIOD
     for segment in base_segments(motions, lane):

@@ -11,10 +11,10 @@ from collections.abc import Collection
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
+from warprock.case.columns import Columns
 from warprock.paper.conflict_texts import Conflict, Parts, conflicts_about
-from warprock.paper.printed import paper_table
+from warprock.paper.printed import paper_columns
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -43,26 +43,22 @@ class Evidence:
         sine: The same for the continuous sine, without `impulse_rough`.
     """
 
-    pulse: pd.DataFrame | None = None
-    sine: pd.DataFrame | None = None
+    pulse: Columns | None = None
+    sine: Columns | None = None
 
 
-def reading_of(table: pd.DataFrame, reading: str, column: str) -> Array:
+def reading_of(table: Columns, reading: str, column: str) -> Array:
     """One column of the lanes of one reading, in the order of Table 4."""
-    chosen = table[table["reading"].astype(str) == reading]
-    return np.asarray(chosen[column].to_numpy(dtype=float))
+    return np.asarray(table[column][table.among("reading", [reading])])
 
 
 def peak_acceleration() -> Array:
     """Peak base acceleration A (2 pi f)^2 of the six inputs of Table 4 [m/s^2]."""
-    inputs = paper_table("table4")
-    frequency = inputs["frequency_hz"].to_numpy(dtype=float)
-    return np.asarray(
-        1e-3 * inputs["amplitude_mm"].to_numpy(dtype=float) * (2.0 * np.pi * frequency) ** 2
-    )
+    inputs = paper_columns("table4")
+    return np.asarray(1e-3 * inputs["amplitude_mm"] * (2.0 * np.pi * inputs["frequency_hz"]) ** 2)
 
 
-def inferred_experiment(sine: pd.DataFrame) -> tuple[Array, Array]:
+def inferred_experiment(sine: Columns) -> tuple[Array, Array]:
     """Shake-table maxima (/ slenderness angle) that Table 7's errors imply, by two routes.
 
     The errors are read as underestimates, which the agreement of the routes supports.
@@ -71,12 +67,12 @@ def inferred_experiment(sine: pd.DataFrame) -> tuple[Array, Array]:
         From the analytical column (our double-size reading), and from Bullet's column (our
         displacement reading), six values each.
     """
-    printed = paper_table("table7")
+    printed = paper_columns("table7")
     slip = reading_of(sine, "double-size", "housner")
     displacement = reading_of(sine, "displacement", "housner")
     return (
-        np.asarray(slip / (1.0 - 1e-2 * printed["analytical"].to_numpy(dtype=float))),
-        np.asarray(displacement / (1.0 - 1e-2 * printed["bullet"].to_numpy(dtype=float))),
+        np.asarray(slip / (1.0 - 1e-2 * printed["analytical"])),
+        np.asarray(displacement / (1.0 - 1e-2 * printed["bullet"])),
     )
 
 
@@ -102,7 +98,7 @@ def _table4(_evidence: Evidence) -> Parts:
     width, height, depth, density = BLOCK
     acceleration = peak_acceleration()
     numbers = {
-        "printed": paper_table("table4")["normalised_acceleration"],
+        "printed": paper_columns("table4")["normalised_acceleration"],
         "width": width,
         "height": height,
         "other_height": TABLE4_HEIGHT,
@@ -118,8 +114,8 @@ def _displacement_drive(evidence: Evidence) -> Parts:
         return {"text": {}}
     ours = reading_of(evidence.pulse, "displacement", "housner")
     stepping = reading_of(evidence.pulse, "displacement", "impulse")
-    printed = paper_table("table6")
-    vortex, bullet = (printed[name].to_numpy(dtype=float) for name in ("vortex", "bullet"))
+    printed = paper_columns("table6")
+    vortex, bullet = printed["vortex"], printed["bullet"]
     numbers = {
         "housner": ours,
         "vortex": vortex,
@@ -138,7 +134,7 @@ def _full_for_half(evidence: Evidence) -> Parts:
     if evidence.pulse is None:
         return {"text": opening}
     slip = reading_of(evidence.pulse, "double-size", "housner")
-    printed = paper_table("table6")["analytical"].to_numpy(dtype=float)
+    printed = paper_columns("table6")["analytical"]
     numbers = {
         "slip": slip,
         "printed": printed,
@@ -182,18 +178,17 @@ def _b0_height(_evidence: Evidence) -> Parts:
 
 
 def _table3_sizes(_evidence: Evidence) -> Parts:
-    blocks = paper_table("table3").drop_duplicates("block")
-    width = blocks["width_m"].to_numpy(dtype=float)
-    height = blocks["height_m"].to_numpy(dtype=float)
+    table = paper_columns("table3")
+    blocks = table.take(np.sort(np.unique(table["block"].astype(str), return_index=True)[1]))
     printed = blocks["slenderness_angle_rad"]
-    return {"text": {"printed": printed, "computed": np.arctan2(width, height)}}
+    computed = np.arctan2(blocks["width_m"], blocks["height_m"])
+    return {"text": {"printed": printed, "computed": computed}}
 
 
 def _friction(evidence: Evidence) -> Parts:
     width, height = BLOCK[:2]
-    inputs = paper_table("table4")
-    frequency, amplitude = (inputs[name].to_numpy(dtype=float) for name in inputs.columns[:2])
-    step = 2e-3 * np.pi * frequency * amplitude
+    inputs = paper_columns("table4")
+    step = 2e-3 * np.pi * inputs["frequency_hz"] * inputs["amplitude_mm"]
     mu = float(np.tan(np.deg2rad(45.0)))
     slowing = slip_deceleration(width, height, mu)
     time, slide = 1e3 * step / slowing, 500.0 * step**2 / slowing
@@ -248,9 +243,9 @@ def _dem_damping(_evidence: Evidence) -> Parts:
 
 
 def _text_and_tables(_evidence: Evidence) -> Parts:
-    analytical = paper_table("table7")["analytical"].to_numpy(dtype=float)
-    times = paper_table("run-times").set_index(["system", "excitation"])
-    bullet = pd.to_numeric(times["bullet_s"])
+    analytical = paper_columns("table7")["analytical"]
+    times = paper_columns("run-times").records
+    bullet = {(row["system"], row["excitation"]): row["bullet_s"] for row in times}
     numbers = {
         "low": analytical.min(),
         "high": analytical.max(),

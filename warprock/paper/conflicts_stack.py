@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Collection, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from warprock.paper.conflict_texts import Conflict, Numbers, Parts, conflicts_about
-from warprock.paper.printed import REFERENCE_DEGREES, paper_table
+from warprock.paper.printed import REFERENCE_DEGREES, as_number, paper_columns
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Array = npt.NDArray[np.float64]
 
@@ -79,14 +81,14 @@ def analytical_peaks(table: pd.DataFrame, block: str) -> Array:
 
 def rows_at(inputs: tuple[tuple[float, float], ...]) -> npt.NDArray[np.intp]:
     """Where some inputs are in Table 8."""
-    table = paper_table("table8")
+    table = paper_columns("table8")
     keys = list(zip(table["frequency_hz"], table["amplitude_mm"], strict=True))
     return np.array([keys.index(key) for key in inputs])
 
 
 def read_printed(name: str, column: str) -> Array:
     """A column of a printed table; NaN where it is no number."""
-    return np.asarray(pd.to_numeric(paper_table(name)[column], errors="coerce").to_numpy(float))
+    return np.array([as_number(cell) for cell in paper_columns(name)[column]])
 
 
 def _angle(width: float, centre: float) -> float:
@@ -176,8 +178,9 @@ def _mean_differences(table: pd.DataFrame, geometry: str) -> Array:
 def _repeatability(evidence: StackEvidence) -> Parts:
     opening: dict[str, float] = {}
     for number in (9, 10):
-        table = paper_table(f"table{number}")[list(_CONTACT)]
-        factors = table.max(axis=1) / table.min(axis=1)
+        table = paper_columns(f"table{number}")
+        peaks = np.array([table[column] for column in _CONTACT])
+        factors = np.nanmax(peaks, axis=0) / np.nanmin(peaks, axis=0)
         opening |= {f"low_{number}": factors.min(), f"high_{number}": factors.max()}
     if evidence.places is None:
         return {"text": opening}
@@ -249,8 +252,8 @@ def _units(_evidence: StackEvidence) -> Parts:
 
 def _text_and_tables(_evidence: StackEvidence) -> Parts:
     analytical, dem = read_printed("table11", "analytical"), read_printed("table11", "dem")
-    table9 = paper_table("table9")
-    same = (table9["vortex"] == table9["dem"]).to_numpy()
+    table9 = paper_columns("table9")
+    same = table9["vortex"] == table9["dem"]
     bullet_off, vortex_off = (
         100.0 * np.abs(read_printed("table9", c) / read_printed("table9", "dem") - 1.0)
         for c in ("bullet", "vortex")
@@ -265,7 +268,8 @@ def _text_and_tables(_evidence: StackEvidence) -> Parts:
         "counted": float(np.nansum(dem)) / (np.isfinite(dem).sum() + len(OVERTURNED)),
         "dem": np.nanmean(dem),
         "same": " and ".join(
-            f"{row.frequency_hz:g}/{row.amplitude_mm:g}" for row in table9[same].itertuples()
+            f"{row['frequency_hz']:g}/{row['amplitude_mm']:g}"
+            for row in table9.take(np.flatnonzero(same)).records
         ),
         "vortex_off": vortex_off.mean(),
         "bullet_off": bullet_off.mean(),

@@ -18,11 +18,12 @@ import numpy as np
 from warprock.engines import engine_class
 from warprock.engines.dem import equivalent_restitution
 from warprock.model import rocking
+from warprock.model.batch import Batch
 from warprock.model.response import SampleTimes
-from warprock.paper.printed import paper_table
+from warprock.paper.printed import paper_columns
 from warprock.paper.runs import (
     PULSE,
-    Batch,
+    KernelUse,
     PaperRuns,
     Reproduction,
     Row,
@@ -62,7 +63,7 @@ VARIANTS: tuple[tuple[str, float | None, dict[str, Any], float | None], ...] = (
 """Knob, its value, the settings that differ from Table 5, and the friction where it differs."""
 
 
-def dem_batches(runs: PaperRuns) -> list[Batch]:
+def dem_batches(runs: PaperRuns) -> list[KernelUse]:
     """What the study runs, for its kernels."""
     lane_set = runs.case(PULSE).lane_set
     return [
@@ -86,17 +87,18 @@ def run_dem_study(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reprodu
     inputs = lane_set.inputs.iloc[chosen]
     times = SampleTimes(lane_set.times.duration)
     slenderness = lanes.slenderness_angle
-    held, _ = runs.timed("housner", lanes, motions, times)
+    held, _ = runs.timed("housner", Batch(lanes, motions, times))
     rigid = held["peak_rotation"] / slenderness
     # A motion of no amplitude needs no kernel of its own.
     at_rest = motions.take(slice(0, 1)).scaled(np.zeros(1))
-    paper = paper_table("table6")["dem"].to_numpy(dtype=float)
+    paper = paper_columns("table6")["dem"]
     rows: list[Row] = []
     for knob, value, changed, friction in VARIANTS:
         run_lanes = lanes
         if friction is not None:
             run_lanes = dataclasses.replace(lanes, friction=np.full_like(lanes.friction, friction))
-        response, _ = runs.timed("dem", run_lanes, motions, times, settings=DemSettings(**changed))
+        batch = Batch(run_lanes, motions, times)
+        response, _ = runs.timed("dem", batch, settings=DemSettings(**changed))
         ratio = response["peak_rotation"] / slenderness
         alike = dataclasses.replace(
             run_lanes.take(slice(0, 1)), rotation_start=RELEASED_FROM * slenderness[:1]

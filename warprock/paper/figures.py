@@ -11,7 +11,7 @@ import pandas as pd
 from warprock.figures.drawing import Drawing
 from warprock.paper import plots_forced, plots_free
 from warprock.paper.conflicts import BLOCK, inferred_experiment, peak_acceleration
-from warprock.paper.printed import INFERRED_NAMES, PAPER_COLUMNS, READING_NAMES, paper_table
+from warprock.paper.printed import INFERRED_NAMES, PAPER_COLUMNS, READING_NAMES, paper_columns
 from warprock.paper.runs import (
     B0,
     B123,
@@ -139,7 +139,7 @@ def figure10(runs: PaperRuns) -> list[Drawing]:
 def _trends(
     runs: PaperRuns, case: str, name: str, title: str, printed: dict[str, Array]
 ) -> list[Drawing]:
-    evidence = lane_evidence(runs, case)
+    evidence = lane_evidence(runs, case).frame
     peaks = pd.concat(
         [
             evidence[["reading"]].assign(source=engine, peak_rotation_ratio=evidence[engine])
@@ -151,7 +151,7 @@ def _trends(
     panels = [
         (
             "peak acceleration / (g tan(slenderness)) [-]\nas printed: block 0.75 m high",
-            paper_table("table4")["normalised_acceleration"].to_numpy(dtype=float),
+            paper_columns("table4")["normalised_acceleration"],
         ),
         (
             "peak acceleration / (g tan(slenderness)) [-]\nthe true block, 1.0 m high",
@@ -163,8 +163,8 @@ def _trends(
 
 def figure8(runs: PaperRuns) -> list[Drawing]:
     """Peaks under one cycle of sine over normalised acceleration."""
-    table = paper_table("table6")
-    printed = {name: table[name].to_numpy(dtype=float) for name in PAPER_COLUMNS}
+    table = paper_columns("table6")
+    printed = {name: table[name] for name in PAPER_COLUMNS}
     return _trends(runs, PULSE, "fig8", "Peaks under one cycle of sine", printed)
 
 

@@ -48,27 +48,13 @@ def draw_windows(
         levels: A rotation ratio to mark in every row, the inferred maximum of the test.
     """
     with style():
-        figure, grid = subplots(
-            len(panels),
-            len(windows),
-            (9.6, 1.75 * len(panels) + 0.9),
-            sharex="col",
-            sharey="row",
-        )
-        _part(figure)
-        for row, (name, ratios) in enumerate(panels):
-            for column, window in enumerate(windows):
-                axes = grid[row, column]
+        figure, grid = _panel_grid(panels, windows)
+        for row, (_name, ratios) in enumerate(panels):
+            for axes, window in zip(grid[row], windows, strict=True):
                 for engine, ratio in ratios.items():
                     history(axes, times, ratio, engine, window)
                 if levels is not None:
                     _mark_level(axes, levels[row])
-                axes.set_xlim(*window)
-                if column == 0:
-                    axes.set_ylabel(SHORT_ROTATION_LABEL)
-                    axes.set_title(name)
-        for axes in grid[-1]:
-            axes.set_xlabel(TIME_LABEL)
         legend_below(figure, grid[0, 0])
         (most, where), (part, at) = _largest(panels), _farthest(panels)
         said = (
@@ -79,9 +65,20 @@ def draw_windows(
     return Drawing(stem, figure, said, f"{title}. {said}.")
 
 
-def _part(figure: Any) -> None:
-    """Parts the columns, so that the last time of one does not touch the first of the next."""
+def _panel_grid(panels: Sequence[Panel], windows: Sequence[Window]) -> tuple[Any, Any]:
+    """A figure with a row of axes for each panel and a column for each window, all labelled."""
+    rows, columns = len(panels), len(windows)
+    figure: Any
+    figure, grid = subplots(rows, columns, (9.6, 1.75 * rows + 0.9), sharex="col", sharey="row")
+    # Space between columns: the last time of one does not touch the first of the next.
     figure.get_layout_engine().set(wspace=0.04)
+    for row, (name, _ratios) in zip(grid, panels, strict=True):
+        row[0].set_ylabel(SHORT_ROTATION_LABEL)
+        row[0].set_title(name)
+    for axes, window in zip(grid[-1], windows, strict=True):
+        axes.set_xlim(*window)
+        axes.set_xlabel(TIME_LABEL)
+    return figure, grid
 
 
 def _largest(panels: Sequence[Panel]) -> tuple[float, str]:
@@ -117,17 +114,9 @@ def draw_readings(
     """
     styles = dict(zip(READING_COLORS, ("-", (0, (5, 1.5)), (0, (1.5, 1.0))), strict=True))
     with style():
-        figure, grid = subplots(
-            len(panels),
-            len(windows),
-            (9.6, 1.75 * len(panels) + 0.9),
-            sharex="col",
-            sharey="row",
-        )
-        _part(figure)
-        for row, (name, ratios) in enumerate(panels):
-            for column, (first, last) in enumerate(windows):
-                axes = grid[row, column]
+        figure, grid = _panel_grid(panels, windows)
+        for row, (_name, ratios) in enumerate(panels):
+            for axes, (first, last) in zip(grid[row], windows, strict=True):
                 shown = (times >= first) & (times <= last)
                 for reading, ratio in ratios.items():
                     axes.plot(
@@ -138,12 +127,6 @@ def draw_readings(
                         linewidth=1.3,
                         label=READING_NAMES[reading],
                     )
-                axes.set_xlim(first, last)
-                if column == 0:
-                    axes.set_ylabel(SHORT_ROTATION_LABEL)
-                    axes.set_title(name)
-        for axes in grid[-1]:
-            axes.set_xlabel(TIME_LABEL)
         legend_below(figure, grid[0, 0], columns=3)
         spans = []
         for name, ratios in panels:

@@ -119,13 +119,14 @@ def draw_free_response(
     return Drawing(stem, figure, title, f"{about}. {title}.")
 
 
+COLUMNS, DURATION = 3, 5.0
+"""Panels of Fig. 5 in a row, and the time that is drawn [s]."""
+
+
 def draw_free_panels(
     stem: str,
     times: Array,
     panels: Sequence[tuple[str, dict[str, Array]]],
-    *,
-    columns: int = 3,
-    duration: float = 5.0,
 ) -> Drawing:
     """Free responses in a grid, each with its residual below (Fig. 5).
 
@@ -133,22 +134,20 @@ def draw_free_panels(
         stem: Name of the drawing.
         times: [s], shape [sample].
         panels: Title and rotation ratios by engine, `housner` among them, in reading order.
-        columns: Panels in a row.
-        duration: Time that is drawn [s].
     """
-    rows = -(-len(panels) // columns)
-    window = (0.0, duration)
-    shown = times <= duration + 1e-9
+    rows = -(-len(panels) // COLUMNS)
+    window = (0.0, DURATION)
+    shown = times <= DURATION + 1e-9
     with style():
         figure, grid = subplots(
             2 * rows,
-            columns,
+            COLUMNS,
             (9.6, 2.9 * rows + 0.4),
             sharex=True,
             height_ratios=[2.2, 1.0] * rows,
         )
         for index, (title, ratios) in enumerate(panels):
-            row, column = divmod(index, columns)
+            row, column = divmod(index, COLUMNS)
             response, residual = grid[2 * row, column], grid[2 * row + 1, column]
             for engine, ratio in ratios.items():
                 history(response, times, ratio, engine, window)
@@ -161,11 +160,11 @@ def draw_free_panels(
                 residual.set_ylabel("impulse minus\nhousner [10⁻³]")
             if row == rows - 1:
                 residual.set_xlabel(TIME_LABEL)
-        grid[0, 0].set_xlim(0.0, duration)
+        grid[0, 0].set_xlim(0.0, DURATION)
         legend_below(figure, grid[0, 0])
         found = [(apart({e: r[shown] for e, r in ratios.items()}), name) for name, ratios in panels]
         most, where = max(found)
         title = f"impulse follows Housner to {most:.2g} of the slenderness angle ({where})"
-        about = f"Free rocking for {duration:g} s; below each history the difference of the engines"
+        about = f"Free rocking for {DURATION:g} s; below each history the difference of the engines"
         headline(figure, title, about)
     return Drawing(stem, figure, title, f"{about}. {title}.")

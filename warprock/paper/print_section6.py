@@ -8,8 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.paper.printed import PAPER_NAMES, REFERENCE_DEGREES
-from warprock.paper.stack_runs import GEOMETRIES
+from warprock.paper.printed import GEOMETRIES, PAPER_NAMES, REFERENCE_DEGREES
 from warprock.tables.terminal import number, plain_table, print_table
 
 Row = Mapping[str, Any]

@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import csv
 import importlib.resources
+from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+import numpy as np
+import numpy.typing as npt
+
+from warprock.case.columns import Columns
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 PAPER_TABLES = (
     *("table3", "table4", "table6", "table7"),
@@ -14,6 +22,8 @@ PAPER_TABLES = (
 PAPER_COLUMNS = ("analytical", "bullet", "vortex", "dem")
 """Columns of the paper's result tables; a row of ours calls them `paper-analytical` and so on."""
 
+GEOMETRIES = ("printed", "low-top")
+"""Geometries of the paper's stack that the ensembles run."""
 BLOCKS = ("bottom", "top")
 """Blocks of the paper's stack as it names them, the lowest first."""
 REFERENCE_DEGREES = 9.85
@@ -34,12 +44,36 @@ READING_NAMES = {
 """Readings of what the paper did, as the reader is told of them."""
 
 
-def paper_table(name: str) -> pd.DataFrame:
-    """One table as printed, units in the column names; an empty cell is NaN.
+def paper_columns(name: str) -> Columns:
+    """One table as printed, units in the names of columns; an empty cell of numbers is NaN.
 
     Args:
         name: One of `PAPER_TABLES`.
     """
     file = importlib.resources.files("warprock.cases") / "paper" / f"{name}.csv"
-    with file.open(encoding="utf-8") as stream:
-        return pd.read_csv(stream, comment="#")
+    lines = [line for line in file.read_text(encoding="utf-8").splitlines() if line[:1] != "#"]
+    rows = list(csv.DictReader(lines))
+    return Columns({key: _numbers([row[key] for row in rows]) for key in rows[0]})
+
+
+def paper_table(name: str) -> pd.DataFrame:
+    """The same as a DataFrame."""
+    return paper_columns(name).frame
+
+
+def _numbers(texts: list[str]) -> npt.NDArray[Any] | list[str]:
+    """Texts as whole numbers, else as numbers where all are some or empty, else as they are."""
+    for kind in (np.int64, np.float64):
+        try:
+            return np.array([text or "nan" for text in texts]).astype(kind)
+        except ValueError:
+            continue
+    return texts
+
+
+def as_number(text: object) -> float:
+    """What a cell says, NaN where it is a word."""
+    try:
+        return float(str(text))
+    except ValueError:
+        return float("nan")

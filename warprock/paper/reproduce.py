@@ -9,19 +9,19 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import importlib
+import math
 import pathlib
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
-import pandas as pd
-
+from warprock.case.columns import Columns
 from warprock.engines import reference_engine
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing, write_drawings
-from warprock.paper import conflicts, conflicts_stack, figures
-from warprock.paper.dem import dem_batches, run_dem_study
-from warprock.paper.printed import PAPER_COLUMNS, paper_table
+from warprock.paper import conflicts
+from warprock.paper.printed import PAPER_COLUMNS, as_number, paper_columns
 from warprock.paper.runs import (
     B0,
     B123,
@@ -35,7 +35,8 @@ from warprock.paper.runs import (
     SINE,
     SINE_ENSEMBLE,
     SPACE,
-    Batch,
+    SPACE_ENGINES,
+    STACK_ENGINES_OF,
     PaperRuns,
     Reproduction,
     Row,
@@ -43,16 +44,14 @@ from warprock.paper.runs import (
     write_rows,
     written_number,
 )
-from warprock.paper.space import ENGINES as SPACE_ENGINES
-from warprock.paper.space import run_space, space_ensembles
-from warprock.paper.stack import STACK_ENGINES_OF, STACK_MAKERS, stack_evidence
-from warprock.paper.study import draw_figures, study_conflict
-from warprock.paper.times import run_times, times_batches
 from warprock.running.files import require_writable
-from warprock.verification import checks
-from warprock.verification.checks import CaseResponses, compare_with_housner
+from warprock.verification.beside import ORACLE
+from warprock.verification.case_responses import CaseResponses
+from warprock.verification.housner import housner_columns
 from warprock.verification.plain import plain_row
-from warprock.verification.study import COLUMNS as STUDY_COLUMNS
+
+Maker: TypeAlias = Callable[[str, PaperRuns, pathlib.Path], Reproduction]
+"""Makes the rows and files of a target."""
 
 ENGINES_OF: dict[str, dict[str, tuple[str, ...]]] = {
     "table6": {PULSE: FAMILIES},
@@ -152,7 +151,11 @@ def reproduce(
     )
     named = conflicts.conflicts_of(targets, evidence)
     named += [conflict for part in parts for conflict in part.conflicts]
-    named += conflicts_stack.stack_conflicts_of(targets, stack_evidence(runs, cases))
+    if set(targets) & set(STACK_ENGINES_OF):
+        from warprock.paper.conflicts_stack import stack_conflicts_of
+        from warprock.paper.stack import stack_evidence
+
+        named += stack_conflicts_of(targets, stack_evidence(runs, cases))
     return {
         "target": target,
         "rows": [plain_row(row) for row in rows],
@@ -164,7 +167,15 @@ def reproduce(
 
 def _compile(targets: Sequence[str], runs: PaperRuns) -> None:
     """Compiles the kernels of all targets side by side."""
-    others = [each for name in targets if name in _BATCHES for each in _BATCHES[name](runs)]
+    others = runs.study_batches(SENSITIVITY) if "fig4" in targets else []
+    if "dem" in targets:
+        from warprock.paper.dem import dem_batches
+
+        others += dem_batches(runs)
+    if "times" in targets:
+        from warprock.paper.times import times_batches
+
+        others += times_batches(runs)
     runs.warm_up(_engines_of(targets), others)
 
 
@@ -214,12 +225,6 @@ def _waits_for(target: str) -> int:
     return int(any(case in _ENSEMBLES for case in CASES_OF[target]))
 
 
-_BATCHES: dict[str, Callable[[PaperRuns], list[Batch]]] = {
-    "fig4": lambda runs: runs.study_batches(SENSITIVITY),
-    "dem": dem_batches,
-    "times": times_batches,
-}
-"""Target -> what it runs beside the shipped cases, for its kernels."""
 _ENSEMBLES = (PULSE_ENSEMBLE, SINE_ENSEMBLE, COLLAPSE)
 """The ensembles in the plane, in the order in which they run."""
 
@@ -230,7 +235,11 @@ def _ensembles(targets: Sequence[str], runs: PaperRuns) -> list[tuple[CaseRespon
     found = [
         (runs.case(case), engine) for case in _ENSEMBLES for engine in engines_of.get(case, ())
     ]
-    return [*found, *(space_ensembles(runs) if "table7-spatial" in targets else [])]
+    if "table7-spatial" in targets:
+        from warprock.paper.space import space_ensembles
+
+        found += space_ensembles(runs)
+    return found
 
 
 def _engines_of(targets: Iterable[str]) -> dict[str, set[str]]:
@@ -246,18 +255,18 @@ def _engine_rows(target: str, runs: PaperRuns, name: str) -> list[Row]:
     """Peaks of engines and the oracle, with the engines' errors, one row a lane and source."""
     responses = runs.case(name)
     lane_set = responses.lane_set
-    inputs = lane_set.inputs
+    inputs = lane_set.table.records
     rows: list[Row] = []
     for engine in ENGINES_OF[target][name]:
-        table = compare_with_housner(lane_set, responses[engine], responses[reference_engine()])
+        held = housner_columns(lane_set, responses[engine], responses[reference_engine()])
         rows += [
-            _row(target, inputs.iloc[lane], engine, found["peak_rotation_ratio"])
+            _row(target, inputs[lane], engine, found["peak_rotation_ratio"])
             | {column: found[column] for column in ERROR_COLUMNS}
-            for lane, found in enumerate(table.to_dict("records"))
+            for lane, found in enumerate(Columns(held).records)
         ]
     if name in ORACLE_TIME:
         rows += [
-            _row(target, inputs.iloc[lane], checks.ORACLE, peak)
+            _row(target, inputs[lane], ORACLE, peak)
             for lane, peak in enumerate(runs.oracle_peaks(name))
         ]
     return rows
@@ -280,7 +289,7 @@ def _row(target: str, inputs: Any, source: str, ratio: float | None) -> Row:
 
 def _table6(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
     rows = _engine_rows(target, runs, PULSE)
-    for printed in paper_table("table6").to_dict("records"):
+    for printed in paper_columns("table6").records:
         rows += [
             _row(target, printed | {"reading": "as printed"}, f"paper-{name}", float(printed[name]))
             for name in PAPER_COLUMNS
@@ -291,12 +300,12 @@ def _table6(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
 def _table7(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
     rows = _engine_rows(target, runs, SINE)
     routes = conflicts.inferred_experiment(lane_evidence(runs, SINE))
-    for index, printed in enumerate(paper_table("table7").to_dict("records")):
+    for index, printed in enumerate(paper_columns("table7").records):
         as_printed = printed | {"reading": "as printed"}
         for name in PAPER_COLUMNS:
-            number = pd.to_numeric(printed[name], errors="coerce")
+            number = as_number(printed[name])
             row = _row(target, as_printed, f"paper-{name}", None)
-            row["abs_error_pct"] = None if pd.isna(number) else float(number)
+            row["abs_error_pct"] = None if math.isnan(number) else number
             if printed[name] == "collapsed":
                 row["why"] = "printed as collapsed: it overturned, where the test did not"
             rows.append(row)
@@ -309,9 +318,7 @@ def _table7(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
     return Reproduction(rows, [write_rows(rows, folder / "table7.csv")])
 
 
-def _figure(
-    draw: Callable[[PaperRuns], list[Drawing]], cases: Sequence[str]
-) -> Callable[[str, PaperRuns, pathlib.Path], Reproduction]:
+def _figure(draw: Callable[[PaperRuns], list[Drawing]], cases: Sequence[str]) -> Maker:
     """A maker that draws a figure and gives the rows of its cases."""
 
     def make(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
@@ -326,7 +333,10 @@ def _figure(
 
 def _figure4(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
     """B0 free, and the paper's study of what the settings of two programs do to it."""
-    free = _figure(figures.figure4, (B0,))(target, runs, folder)
+    from warprock.paper.study import draw_figures, study_conflict
+    from warprock.verification.study import COLUMNS as STUDY_COLUMNS
+
+    free = _figure(_drawn("figure4"), (B0,))(target, runs, folder)
     study = runs.study(SENSITIVITY)
     rows = [
         _row(target, found, str(found["engine"]), float(found["peak_rotation_ratio"]))
@@ -341,17 +351,39 @@ def _figure4(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction
     return Reproduction(free.rows + rows, files, (conflict,), [*free.drawings, *drawings])
 
 
-_MAKERS: dict[str, Callable[[str, PaperRuns, pathlib.Path], Reproduction]] = {
+def _drawn(name: str) -> Callable[[PaperRuns], list[Drawing]]:
+    """A function of `paper.figures`, which is imported once it draws."""
+
+    def draw(runs: PaperRuns) -> list[Drawing]:
+        from warprock.paper import figures
+
+        drawings: list[Drawing] = getattr(figures, name)(runs)
+        return drawings
+
+    return draw
+
+
+def _of(module: str, name: str) -> Maker:
+    """A maker in a file of this room, which is imported once it makes something."""
+
+    def make(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
+        own: Maker = getattr(importlib.import_module(f"warprock.paper.{module}"), name)
+        return own(target, runs, folder)
+
+    return make
+
+
+_MAKERS: dict[str, Maker] = {
     "table6": _table6,
     "table7": _table7,
-    "table7-spatial": run_space,
+    "table7-spatial": _of("space", "run_space"),
     "fig4": _figure4,
-    "fig5": _figure(figures.figure5, CASES_OF["fig5"]),
-    "fig7": _figure(figures.figure7, CASES_OF["fig7"]),
-    "fig8": _figure(figures.figure8, CASES_OF["fig8"]),
-    "fig10": _figure(figures.figure10, CASES_OF["fig10"]),
-    "fig11": _figure(figures.figure11, CASES_OF["fig11"]),
-    "dem": run_dem_study,
-    "times": run_times,
-    **STACK_MAKERS,
+    "fig5": _figure(_drawn("figure5"), CASES_OF["fig5"]),
+    "fig7": _figure(_drawn("figure7"), CASES_OF["fig7"]),
+    "fig8": _figure(_drawn("figure8"), CASES_OF["fig8"]),
+    "fig10": _figure(_drawn("figure10"), CASES_OF["fig10"]),
+    "fig11": _figure(_drawn("figure11"), CASES_OF["fig11"]),
+    "dem": _of("dem", "run_dem_study"),
+    "times": _of("times", "run_times"),
+    **{target: _of("stack", "run_stack") for target in STACK_ENGINES_OF},
 }

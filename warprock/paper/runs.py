@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import dataclasses
 import math
+import os
 import pathlib
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
+from warprock.case.columns import Columns
 from warprock.case.load import load_case
 from warprock.engines import engine_class
 from warprock.engines.base import AbstractEngine
 from warprock.engines.launching import Form, Target
 from warprock.figures.drawing import Drawing
+from warprock.model.batch import Batch
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes
@@ -29,12 +32,14 @@ from warprock.running.batch import warm_up_together
 from warprock.running.case_run import require_options
 from warprock.running.files import replacing
 from warprock.running.options import RunOptions
-from warprock.verification.checks import CaseResponses
-from warprock.verification.study import StudyRun, run_study
+from warprock.verification.case_responses import CaseResponses
+
+if TYPE_CHECKING:
+    from warprock.verification.study import StudyRun
 
 Array = npt.NDArray[np.float64]
 Row = dict[str, Any]
-Batch = tuple[AbstractEngine, Lanes, GroundMotions]
+KernelUse = tuple[AbstractEngine, Lanes, GroundMotions]
 """What needs a kernel."""
 
 ENGINES = ("housner", "impulse")
@@ -55,7 +60,29 @@ PULSE, SINE, B0, B123, SENSITIVITY = (
 )
 PULSE_ENSEMBLE, SINE_ENSEMBLE = "stack-sine-pulse-ensemble", "stack-continuous-sine-ensemble"
 COLLAPSE, SPACE = "stack-collapse", "single-spatial-sine"
+STACK_PULSE, STACK_SINE = "stack-sine-pulse", "stack-continuous-sine"
 """The shipped cases that the targets run."""
+SPACE_ENGINES = ("impulse", "dem")
+"""In space: rigid contact, and the springs of the paper's distinct elements."""
+STACK_ENGINES = ("two-block", "event", "impulse", "dem")
+ENSEMBLE_ENGINE = "event"
+"""Engine of the ensembles: of those that can slide, the one with the smaller error."""
+_PULSE: dict[str, tuple[str, ...]] = {STACK_PULSE: STACK_ENGINES}
+_SINE: dict[str, tuple[str, ...]] = {STACK_SINE: STACK_ENGINES}
+_PULSE_MEMBERS = {PULSE_ENSEMBLE: (ENSEMBLE_ENGINE,)}
+_SINE_MEMBERS = {SINE_ENSEMBLE: (ENSEMBLE_ENGINE,)}
+STACK_ENGINES_OF: dict[str, dict[str, tuple[str, ...]]] = {
+    "table9": _PULSE | _PULSE_MEMBERS,
+    "table10": _PULSE | _PULSE_MEMBERS,
+    "table11": _SINE | _SINE_MEMBERS,
+    "table12": _SINE | _SINE_MEMBERS,
+    "fig12": _PULSE,
+    "fig13": _PULSE | _PULSE_MEMBERS,
+    "fig14": _SINE,
+    "fig15": _SINE | _SINE_MEMBERS,
+    "collapse": {COLLAPSE: (ENSEMBLE_ENGINE,)},
+}
+"""Target of stacks -> the shipped cases that it runs, and the engines that run each."""
 
 MEMBERS: dict[tuple[str, ...], int] = {
     (PULSE_ENSEMBLE,): 256,
@@ -98,11 +125,26 @@ class Reproduction:
 
 
 def write_rows(rows: list[Row], path: pathlib.Path) -> pathlib.Path:
-    """Writes rows as CSV, whole or not at all."""
+    """Writes rows as CSV, whole or not at all; what is missing or no number is an empty cell."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as temporary:
-        pd.DataFrame(rows).to_csv(temporary, index=False)
+    table = Columns.of(rows)
+    cells = [_cells(table.columns[name]) for name in table]
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as stream:
+        csv.writer(stream, lineterminator=os.linesep).writerows(
+            [[*table], *zip(*cells, strict=True)]
+        )
     return path
+
+
+def _cells(values: Sequence[Any]) -> list[Any]:
+    """The cells of a column: whole numbers are written as others are where some are missing."""
+    missing = [value is None or value != value for value in values]
+    whole = [type(value) is int for value in values]
+    mixed = any(whole) and all(
+        none or type(value) in (int, float) for none, value in zip(missing, values, strict=True)
+    )
+    kind = float if mixed and not all(whole) else lambda value: value
+    return ["" if none else kind(value) for none, value in zip(missing, values, strict=True)]
 
 
 def written_number(value: Any) -> float | None:
@@ -154,7 +196,7 @@ class PaperRuns:
         return self._cases[key]
 
     def warm_up(
-        self, engines_of: Mapping[str, Iterable[str]], others: Iterable[Batch] = ()
+        self, engines_of: Mapping[str, Iterable[str]], others: Iterable[KernelUse] = ()
     ) -> None:
         """Compiles or loads the kernels of cases, by their engines, and of others, side by side."""
         batches = list(others)
@@ -178,7 +220,7 @@ class PaperRuns:
 
         threading.Thread(target=run, daemon=True).start()
 
-    def study_batches(self, name: str) -> list[Batch]:
+    def study_batches(self, name: str) -> list[KernelUse]:
         """What the study of a shipped case runs, for its kernels."""
         responses = self.case(name)
         study, lane_set = responses.case.study, responses.lane_set
@@ -192,6 +234,8 @@ class PaperRuns:
 
     def study(self, name: str) -> StudyRun:
         """The study of a shipped case, run when it is first asked for."""
+        from warprock.verification.study import run_study
+
         if name not in self._studies:
             options = RunOptions(workers=self._workers)
             self._studies[name] = run_study(load_case(name), options=options, finished=self._note)
@@ -202,8 +246,8 @@ class PaperRuns:
         if name not in self._oracle_peaks:
             lane_set = self.case(name).lane_set
             times = SampleTimes(min(ORACLE_TIME[name], lane_set.times.duration))
-            of = (lane_set.lanes, lane_set.motions, times)
-            peaks = kept(lambda: _oracle_peaks(*of), *of)
+            batch = Batch(lane_set.lanes, lane_set.motions, times)
+            peaks = kept(lambda: _oracle_peaks(batch), *batch)
             self._oracle_peaks[name] = peaks / lane_set.lanes.slenderness_angle
             self._note(lane_set.lanes.lane_count)
         return self._oracle_peaks[name]
@@ -211,12 +255,9 @@ class PaperRuns:
     def timed(
         self,
         engine: str,
-        lanes: Lanes,
-        motions: GroundMotions,
-        times: SampleTimes,
+        batch: Batch,
         *,
         settings: Any = None,
-        form: Form | None = None,
         repeats: int = 1,
         enough: float = math.inf,
     ) -> tuple[Response, float]:
@@ -224,11 +265,8 @@ class PaperRuns:
 
         Args:
             engine: Name in `ENGINES`.
-            lanes: The lanes.
-            motions: Their ground motions.
-            times: Duration and sampling.
+            batch: What it runs.
             settings: Settings of the engine; its defaults where None.
-            form: Form of the kernel; the fast one where None.
             repeats: Runs, of which the quickest counts.
             enough: CPU time of all runs [s] after which no more are made.
 
@@ -236,17 +274,17 @@ class PaperRuns:
             InputError: No engine has that name.
         """
         require_options(engine)
-        built = engine_class(engine)(settings, Target(form=form))
-        built.warm_up(lanes, motions)
+        built = engine_class(engine)(settings)
+        built.warm_up(batch.lanes, batch.motions)
         least, spent = math.inf, 0.0
         for _ in range(repeats):
             begin = time.thread_time()
-            response = built.run(lanes, motions, times)
+            response = built.run(*batch)
             took = time.thread_time() - begin
             least, spent = min(least, took), spent + took
             if spent >= enough:
                 break
-        self._note(lanes.lane_count)
+        self._note(batch.lanes.lane_count)
         return response, least
 
     def _note(self, lane_count: int) -> None:
@@ -256,35 +294,35 @@ class PaperRuns:
                 self._progress(self._lanes_done)
 
 
-def _oracle_peaks(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Array:
+def _oracle_peaks(batch: Batch) -> Array:
     """Peak rotations of the oracle [rad], shape [lane]."""
     from warprock.oracle.block import oracle_response
 
-    return oracle_response(lanes, motions, times)["peak_rotation"]
+    return oracle_response(*batch)["peak_rotation"]
 
 
-def lane_evidence(runs: PaperRuns, name: str) -> pd.DataFrame:
+def lane_evidence(runs: PaperRuns, name: str) -> Columns:
     """The lanes of a forced case as the conflicts need them; see `conflicts.Evidence`."""
     responses = runs.case(name)
     lane_set, housner = responses.lane_set, responses["housner"]
     slenderness = lane_set.lanes.slenderness_angle
     ratio = housner["rotation"] / slenderness[:, None]
-    table = lane_set.inputs[["reading", "frequency_hz", "amplitude_mm"]].reset_index(drop=True)
-    table = table.assign(
-        housner=housner["peak_rotation"] / slenderness,
-        impulse=responses["impulse"]["peak_rotation"] / slenderness,
-        slide_mm=1e3 * responses["impulse"]["peak_slide"],
-        first_swing=_first_swing(table, ratio[:, housner.times <= FIRST_SWING_TIME + 1e-9]),
-    )
-    if name != PULSE:
-        return table
-    rough = runs.case(name, f"contact.friction={ROUGH_FRICTION}")["impulse"]
-    return table.assign(impulse_rough=rough["peak_rotation"] / slenderness)
+    inputs = lane_set.table
+    table = {name: inputs[name] for name in ("reading", "frequency_hz", "amplitude_mm")} | {
+        "housner": housner["peak_rotation"] / slenderness,
+        "impulse": responses["impulse"]["peak_rotation"] / slenderness,
+        "slide_mm": 1e3 * responses["impulse"]["peak_slide"],
+        "first_swing": _first_swing(inputs, ratio[:, housner.times <= FIRST_SWING_TIME + 1e-9]),
+    }
+    if name == PULSE:
+        rough = runs.case(name, f"contact.friction={ROUGH_FRICTION}")["impulse"]
+        table["impulse_rough"] = rough["peak_rotation"] / slenderness
+    return Columns(table)
 
 
-def _first_swing(table: pd.DataFrame, ratio: Array) -> Array:
+def _first_swing(table: Columns, ratio: Array) -> Array:
     """Each lane's rotation ratio when the displacement reading of its input swings furthest."""
     inputs = list(zip(table["frequency_hz"], table["amplitude_mm"], strict=True))
-    displaced = np.flatnonzero(table["reading"].astype(str) == "displacement")
+    displaced = np.flatnonzero(table.among("reading", ["displacement"]))
     sample = {inputs[lane]: int(np.argmax(np.abs(ratio[lane]))) for lane in displaced}
     return np.array([ratio[lane, sample[key]] for lane, key in enumerate(inputs)])

@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from warprock.model.response import USABLE, Outcome, Response
 from warprock.paper.conflict_texts import Conflict
-from warprock.paper.printed import PAPER_COLUMNS, paper_table
+from warprock.paper.printed import PAPER_COLUMNS, as_number, paper_columns
 from warprock.paper.runs import (
     SINE,
     SPACE,
+    SPACE_ENGINES,
     PaperRuns,
     Reproduction,
     Row,
@@ -30,12 +30,10 @@ from warprock.paper.runs import (
     written_number,
 )
 from warprock.running.cells import wilson_interval
-from warprock.verification.checks import CaseResponses
+from warprock.verification.case_responses import CaseResponses
 
 Array = npt.NDArray[np.float64]
 
-ENGINES = ("impulse", "dem")
-"""Rigid contact, and the springs of the paper's distinct elements."""
 FALLING_INPUT = ("motion.frequency=5 Hz", "motion.amplitude=6 mm")
 """The input under which the paper's DEM fell."""
 VARIANTS = {
@@ -60,7 +58,7 @@ WOBBLE = 0.05
 def space_ensembles(runs: PaperRuns) -> list[tuple[CaseResponses, str]]:
     """The ensembles in space, each with its engine."""
     overs: tuple[tuple[str, ...], ...] = ((), FALLING_INPUT)
-    found = [(runs.case(SPACE, *over), engine) for engine in ENGINES for over in overs]
+    found = [(runs.case(SPACE, *over), engine) for engine in SPACE_ENGINES for over in overs]
     return [*found, *((_variant(runs, *each), engine) for engine, *each in VARIANTS.values())]
 
 
@@ -72,7 +70,7 @@ def _variant(runs: PaperRuns, *settings: str) -> CaseResponses:
 def run_space(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
     """Runs the ensembles in space, and their cells in the plane."""
     rows: list[Row] = []
-    for engine in ENGINES:
+    for engine in SPACE_ENGINES:
         plane = _peaks_in_the_plane(runs, engine)
         # The last input is the one under which blocks fall: as many members as its case has.
         rows += _engine_rows(target, runs.case(SPACE), engine, plane)[:-1]
@@ -80,9 +78,9 @@ def run_space(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproductio
     for name, (engine, *settings) in VARIANTS.items():
         responses = _variant(runs, *settings)
         rows += [row | {"source": name} for row in _engine_rows(target, responses, engine, [None])]
-    for printed in paper_table("table7").to_dict("records"):
+    for printed in paper_columns("table7").records:
         for name in PAPER_COLUMNS:
-            number = pd.to_numeric(printed[name], errors="coerce")
+            number = as_number(printed[name])
             rows.append(
                 {
                     "target": target,
@@ -91,8 +89,8 @@ def run_space(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproductio
                     "reading": "as printed",
                     "source": f"paper-{name}",
                     "peak_rotation_ratio": None,
-                    "abs_error_pct": None if pd.isna(number) else float(number),
-                    "why": str(printed[name]) if pd.isna(number) else None,
+                    "abs_error_pct": None if math.isnan(number) else number,
+                    "why": str(printed[name]) if math.isnan(number) else None,
                 }
             )
     files = [write_rows(rows, folder / f"{target}.csv")]
@@ -114,12 +112,12 @@ def wobble_conflict(rows: list[Row]) -> Conflict:
         return f"{round(row['overturned'] * row['usable'])} of {row['usable']}"
 
     half, damped = (last(name) for name in VARIANTS)
-    rigid, springs = (last(name) for name in ENGINES)
+    rigid, springs = (last(name) for name in SPACE_ENGINES)
     across = max(row.get("peak_rotation_across_deg_max", 0.0) for row in ours)
     others = sum(
         round(row["overturned"] * row["usable"])
         for row in ours
-        if row is not springs and row["source"] in ENGINES
+        if row is not springs and row["source"] in SPACE_ENGINES
     )
     return Conflict(
         13,

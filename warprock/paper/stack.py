@@ -18,11 +18,22 @@ import pandas as pd
 from warprock.figures.drawing import Drawing, write_drawings
 from warprock.paper import stack_figures as figures
 from warprock.paper.conflicts_stack import OVERTURNED, StackEvidence
-from warprock.paper.printed import BLOCKS, PAPER_COLUMNS, REFERENCE_DEGREES, paper_table
+from warprock.paper.printed import (
+    BLOCKS,
+    GEOMETRIES,
+    PAPER_COLUMNS,
+    REFERENCE_DEGREES,
+    as_number,
+    paper_columns,
+)
 from warprock.paper.runs import (
     COLLAPSE,
+    ENSEMBLE_ENGINE,
     PULSE_ENSEMBLE,
     SINE_ENSEMBLE,
+    STACK_ENGINES_OF,
+    STACK_PULSE,
+    STACK_SINE,
     PaperRuns,
     Reproduction,
     Row,
@@ -30,12 +41,7 @@ from warprock.paper.runs import (
     written_number,
 )
 from warprock.paper.stack_runs import (
-    ENSEMBLE_ENGINE,
-    GEOMETRIES,
     INPUTS,
-    STACK_ENGINES,
-    STACK_PULSE,
-    STACK_SINE,
     cell_rows,
     cells_of,
     inferred_tests,
@@ -43,23 +49,6 @@ from warprock.paper.stack_runs import (
 )
 
 Array = npt.NDArray[np.float64]
-
-_PULSE: dict[str, tuple[str, ...]] = {STACK_PULSE: STACK_ENGINES}
-_SINE: dict[str, tuple[str, ...]] = {STACK_SINE: STACK_ENGINES}
-_PULSE_MEMBERS = {PULSE_ENSEMBLE: (ENSEMBLE_ENGINE,)}
-_SINE_MEMBERS = {SINE_ENSEMBLE: (ENSEMBLE_ENGINE,)}
-STACK_ENGINES_OF: dict[str, dict[str, tuple[str, ...]]] = {
-    "table9": _PULSE | _PULSE_MEMBERS,
-    "table10": _PULSE | _PULSE_MEMBERS,
-    "table11": _SINE | _SINE_MEMBERS,
-    "table12": _SINE | _SINE_MEMBERS,
-    "fig12": _PULSE,
-    "fig13": _PULSE | _PULSE_MEMBERS,
-    "fig14": _SINE,
-    "fig15": _SINE | _SINE_MEMBERS,
-    "collapse": {COLLAPSE: (ENSEMBLE_ENGINE,)},
-}
-"""Target -> the shipped cases that it runs, and the engines that run each."""
 
 ENSEMBLE = f"{ENSEMBLE_ENGINE}-ensemble"
 """Source of the rows of an ensemble; their peak is the median."""
@@ -133,7 +122,7 @@ def _pulse_table(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduc
     block = BLOCK_OF[target]
     rows = _engine_rows(target, runs, STACK_PULSE, block)
     rows += _ensemble_rows(target, runs, PULSE_ENSEMBLE, block)
-    for printed in paper_table(target).to_dict("records"):
+    for printed in paper_columns(target).records:
         for name in PAPER_COLUMNS:
             value = float(printed[name])
             inputs = printed | {"reading": "as printed"}
@@ -149,12 +138,12 @@ def _sine_table(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduct
     rows = _engine_rows(target, runs, STACK_SINE, block)
     rows += _ensemble_rows(target, runs, SINE_ENSEMBLE, block)
     tests = inferred_tests(runs, target, block)
-    for index, printed in enumerate(paper_table(target).to_dict("records")):
+    for index, printed in enumerate(paper_columns(target).records):
         key = (float(printed["frequency_hz"]), float(printed["amplitude_mm"]))
         fell = block == "top" and key in OVERTURNED
         for name in PAPER_COLUMNS:
             row = _row(target, block, f"paper-{name}", printed | {"reading": "as printed"}, None)
-            number = float(pd.to_numeric(printed[name], errors="coerce"))
+            number = as_number(printed[name])
             row["abs_error_pct"] = None if np.isnan(number) else number
             if printed[name] == "collapsed":
                 row["why"] = "printed as collapsed"
@@ -227,6 +216,11 @@ STACK_MAKERS: dict[str, Callable[[str, PaperRuns, pathlib.Path], Reproduction]] 
 """Target -> what makes its rows and files."""
 
 
+def run_stack(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
+    """Makes the rows and files of a target of stacks."""
+    return STACK_MAKERS[target](target, runs, folder)
+
+
 def stack_evidence(runs: PaperRuns, cases: Collection[str]) -> StackEvidence:
     """What the conflicts on stacks need of the runs, of those cases that a target has run."""
     pulse = STACK_PULSE in cases
@@ -257,7 +251,7 @@ def _all_places(runs: PaperRuns) -> pd.DataFrame:
         block = BLOCK_OF[name]
         found = cell_rows(cells, block)
         spread = (found["high_95"] - found["low_5"]) / found["median"]
-        for printed in paper_table(name).to_dict("records"):
+        for printed in paper_columns(name).records:
             place = cells.place(geometry, (printed[INPUTS[0]], printed[INPUTS[1]]))
             rows += [
                 {

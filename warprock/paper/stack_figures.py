@@ -15,13 +15,17 @@ from warprock.paper.conflicts_stack import (
     peaks_of,
     read_printed,
 )
-from warprock.paper.printed import BLOCKS, PAPER_COLUMNS, paper_table
-from warprock.paper.runs import COLLAPSE, PULSE_ENSEMBLE, SINE_ENSEMBLE, PaperRuns
-from warprock.paper.stack_runs import (
-    GEOMETRIES,
-    REFERENCE_ANGLE,
+from warprock.paper.printed import BLOCKS, GEOMETRIES, PAPER_COLUMNS, paper_columns
+from warprock.paper.runs import (
+    COLLAPSE,
+    PULSE_ENSEMBLE,
+    SINE_ENSEMBLE,
     STACK_PULSE,
     STACK_SINE,
+    PaperRuns,
+)
+from warprock.paper.stack_runs import (
+    REFERENCE_ANGLE,
     Cells,
     cell_rows,
     cells_of,
@@ -91,7 +95,7 @@ def _engine_points(table: pd.DataFrame, block: str) -> dict[str, Array]:
 
 def _levels() -> tuple[Array, list[str]]:
     """Normalised accelerations as printed in Table 8, and what the axis says of each input."""
-    level = paper_table("table8")["normalised_acceleration"].to_numpy(dtype=float)
+    level = paper_columns("table8")["normalised_acceleration"]
     names = [f"{x:.2f}\n{f:g} Hz\n{a:g} mm" for x, (f, a) in zip(level, input_keys(), strict=True)]
     return level, names
 

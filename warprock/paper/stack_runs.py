@@ -19,20 +19,17 @@ from warprock.paper.conflicts_stack import (
     read_printed,
     rows_at,
 )
-from warprock.paper.printed import BLOCKS, REFERENCE_DEGREES, paper_table
-from warprock.paper.runs import SINE_ENSEMBLE, PaperRuns
+from warprock.paper.printed import BLOCKS, REFERENCE_DEGREES, paper_columns
+from warprock.paper.runs import (
+    ENSEMBLE_ENGINE,
+    SINE_ENSEMBLE,
+    STACK_ENGINES,
+    STACK_SINE,
+    PaperRuns,
+)
 from warprock.running.cells import percentile_of, wilson_interval
 
 Array = npt.NDArray[np.float64]
-
-STACK_PULSE, STACK_SINE = "stack-sine-pulse", "stack-continuous-sine"
-"""The shipped cases that the targets run without spread."""
-
-STACK_ENGINES = ("two-block", "event", "impulse", "dem")
-ENSEMBLE_ENGINE = "event"
-"""Engine of the ensembles: of those that can slide, the one with the smaller error."""
-GEOMETRIES = ("printed", "low-top")
-"""Geometries that the ensembles run."""
 
 REFERENCE_ANGLE = float(np.deg2rad(REFERENCE_DEGREES))
 INPUTS = ["frequency_hz", "amplitude_mm"]
@@ -81,7 +78,7 @@ def peak_table(runs: PaperRuns, name: str, *overrides: str) -> pd.DataFrame:
 
 def input_keys() -> list[tuple[float, float]]:
     """Frequency [Hz] and amplitude [mm] of the inputs of Table 8, in its order."""
-    table = paper_table("table8")
+    table = paper_columns("table8")
     return list(zip(table["frequency_hz"], table["amplitude_mm"].astype(float), strict=True))
 
 
@@ -229,7 +226,7 @@ def inferred_tests(runs: PaperRuns, table: str, block: str) -> tuple[InferredTes
         "analytical": (analytical_peaks(peak_table(runs, STACK_SINE), block), "acceleration"),
         "bullet": (median, "displacement"),
     }
-    fallen = np.zeros(len(paper_table(table)), dtype=bool)
+    fallen = np.zeros(len(paper_columns(table)), dtype=bool)
     fallen[rows_at(OVERTURNED)] = block == "top"
     tests = []
     for column, (base, reading) in bases.items():

@@ -11,7 +11,7 @@ from warprock.figures import study as plots_study
 from warprock.figures.drawing import Drawing
 from warprock.findings.study import study_headline
 from warprock.paper.conflict_texts import Conflict
-from warprock.paper.printed import paper_table
+from warprock.paper.printed import paper_columns
 from warprock.verification.study import StudyRun
 
 
@@ -56,7 +56,7 @@ def study_conflict(study: StudyRun) -> Conflict:
         rows = study.table.query("setting == 'iterations' and value == @value")
         return float(rows["cpu_s"].iloc[0])
 
-    times = paper_table("run-times").set_index("system")["bullet_s"]
+    times = {row["system"]: row["bullet_s"] for row in paper_columns("run-times").records}
     rest = _rest_of_housner(study.table)
     steps, frames, error = "substeps", "frames_per_second", "error_5s_ratio"
     margins = texts("impulse", "collision_margin", error, ".1e")

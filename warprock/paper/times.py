@@ -14,21 +14,21 @@ import pandas as pd
 
 from warprock.case.lanes import LaneSet
 from warprock.engines import ENGINES, engine_class
-from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions
+from warprock.model.batch import Batch
 from warprock.paper.conflict_texts import Conflict
-from warprock.paper.printed import PAPER_COLUMNS, paper_table
+from warprock.paper.printed import PAPER_COLUMNS, paper_columns
 from warprock.paper.runs import (
     PULSE,
     SINE,
-    Batch,
+    STACK_PULSE,
+    STACK_SINE,
+    KernelUse,
     PaperRuns,
     Reproduction,
     Row,
     write_rows,
     written_number,
 )
-from warprock.paper.stack_runs import STACK_PULSE, STACK_SINE
 from warprock.running.batch import LANE_QUANTUM
 
 SCENES: dict[tuple[str, str], tuple[str, dict[str, str]]] = {
@@ -63,14 +63,15 @@ def scene_lane(lane_set: LaneSet, labels: dict[str, str], inputs: Any) -> int:
     return int(lane)
 
 
-def spread_batch(lane_set: LaneSet, lane: int, count: int) -> tuple[Lanes, GroundMotions]:
+def spread_batch(lane_set: LaneSet, lane: int, count: int) -> Batch:
     """A lane many times over, with amplitudes that differ by `SPREAD` from least to largest."""
     places = np.full(count, lane)
     factor = 1.0 + SPREAD * np.linspace(-0.5, 0.5, count)
-    return lane_set.lanes.take(places), lane_set.motions.take(places).scaled(factor)
+    motions = lane_set.motions.take(places).scaled(factor)
+    return Batch(lane_set.lanes.take(places), motions, lane_set.times)
 
 
-def times_batches(runs: PaperRuns) -> list[Batch]:
+def times_batches(runs: PaperRuns) -> list[KernelUse]:
     """What is timed, for its kernels."""
     sets = [runs.case(case).lane_set for case, _ in SCENES.values()]
     return [
@@ -89,8 +90,7 @@ def run_times(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproductio
     """Times every engine that can do a scene, on the scenes whose run times the paper prints."""
     rows: list[Row] = []
     printed = {
-        (row["system"], row["excitation"]): row
-        for row in paper_table("run-times").to_dict("records")
+        (row["system"], row["excitation"]): row for row in paper_columns("run-times").records
     }
     for scene, (case, labels) in SCENES.items():
         lane_set = runs.case(case).lane_set
@@ -127,15 +127,9 @@ def run_times(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproductio
 
 def _time_engine(runs: PaperRuns, engine: str, lane_set: LaneSet, lane: int) -> Row:
     alone = np.array([lane])
-    response, seconds = runs.timed(
-        engine,
-        lane_set.lanes.take(alone),
-        lane_set.motions.take(alone),
-        lane_set.times,
-        repeats=REPEATS,
-        enough=ENOUGH,
-    )
-    _, of_all = runs.timed(engine, *spread_batch(lane_set, lane, BATCH), lane_set.times)
+    one = Batch(lane_set.lanes.take(alone), lane_set.motions.take(alone), lane_set.times)
+    response, seconds = runs.timed(engine, one, repeats=REPEATS, enough=ENOUGH)
+    _, of_all = runs.timed(engine, spread_batch(lane_set, lane, BATCH))
     return {
         "cpu_s": seconds,
         "cpu_s_per_lane": of_all / BATCH,

@@ -28,7 +28,7 @@ from warprock.model.response import (
     Status,
 )
 from warprock.model.solids import SpatialAssembly
-from warprock.model.turning import principal_axes, rotate
+from warprock.model.turning import inverse, principal_axes, rotate
 from warprock.programs.scene import PeerRun, PeerScene, frames_per_sample
 from warprock.units import GRAVITY
 
@@ -98,7 +98,7 @@ def _prism(kind: Assembly, block: int) -> Solid:
 def _solid(kind: SpatialAssembly, block: int) -> Solid:
     inertia, attitude = principal_axes(kind.inertia[block])
     corners = kind.corners[block, : kind.corner_count[block]] - kind.centre[block]
-    hull = rotate(attitude * (-1.0, -1.0, -1.0, 1.0), corners)
+    hull = rotate(inverse(attitude), corners)
     x, y, z = map(float, inertia)
     return Solid(
         float(kind.mass[block]), (x, y, z), kind.centre[block], attitude, hull, _is_box(hull),

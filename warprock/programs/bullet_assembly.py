@@ -41,11 +41,11 @@ def run_assembly(bullet: Any, world: int, scene: PeerScene, settings: BulletSett
     places, velocities = scene.base_steps(steps)
     velocities[:, 2] += GRAVITY * step
     driven = [
-        (body, prism.place, prism.attitude)
-        for body, prism in zip(bodies, own, strict=True)
-        if prism.fixed
+        (body, solid.place, solid.attitude)
+        for body, solid in zip(bodies, own, strict=True)
+        if solid.fixed
     ]
-    free = [body for body, prism in zip(bodies, own, strict=True) if not prism.fixed]
+    free = [body for body, solid in zip(bodies, own, strict=True) if not solid.fixed]
     pose = bullet.getBasePositionAndOrientation
     seen = [[pose(body, **here) for body in free]]
     begin = time.process_time()
@@ -61,7 +61,7 @@ def run_assembly(bullet: Any, world: int, scene: PeerScene, settings: BulletSett
     cpu_s = time.process_time() - begin
     position = np.array([[place for place, _ in frame] for frame in seen])
     turned = np.array([[turn for _, turn in frame] for frame in seen])
-    starts = np.array([prism.attitude for prism in own if not prism.fixed])
+    starts = np.array([solid.attitude for solid in own if not solid.fixed])
     since = product(turned, starts * (-1.0, -1.0, -1.0, 1.0))
     return PeerRun(position, since, cpu_s, scene.frame_count * steps)
 
@@ -72,25 +72,25 @@ def _build(
     """The blocks in a world; their numbers."""
     assert scene.assembly is not None
     bullet.setGravity(0.0, 0.0, -GRAVITY, **here)
-    heavy = TABLE_RATIO * sum(prism.mass for prism in own if not prism.fixed)
+    heavy = TABLE_RATIO * sum(solid.mass for solid in own if not solid.fixed)
     root = one_friction(scene.assembly) ** 0.5
     bodies = []
-    for prism in own:
-        if prism.box:
-            shape = bullet.createCollisionShape(bullet.GEOM_BOX, halfExtents=prism.half, **here)
+    for solid in own:
+        if solid.box:
+            shape = bullet.createCollisionShape(bullet.GEOM_BOX, halfExtents=solid.half, **here)
         else:
             shape = bullet.createCollisionShape(
-                bullet.GEOM_MESH, vertices=prism.hull.tolist(), **here
+                bullet.GEOM_MESH, vertices=solid.hull.tolist(), **here
             )
         body = bullet.createMultiBody(
-            heavy if prism.fixed else prism.mass,
+            heavy if solid.fixed else solid.mass,
             shape,
-            basePosition=prism.place,
-            baseOrientation=prism.attitude,
+            basePosition=solid.place,
+            baseOrientation=solid.attitude,
             useMaximalCoordinates=1,
             **here,
         )
-        dynamics: dict[str, Any] = {} if prism.box else {"collisionMargin": 0.0}
+        dynamics: dict[str, Any] = {} if solid.box else {"collisionMargin": 0.0}
         bullet.changeDynamics(
             body,
             -1,
@@ -103,8 +103,8 @@ def _build(
             **dynamics,
             **here,
         )
-        if not prism.fixed:
-            inertia = {"mass": prism.mass, "localInertiaDiagonal": prism.inertia}
+        if not solid.fixed:
+            inertia = {"mass": solid.mass, "localInertiaDiagonal": solid.inertia}
             bullet.changeDynamics(body, -1, **inertia, **here)
         bodies.append(int(body))
     pairs = touching(scene.assembly)

@@ -98,9 +98,9 @@ def _text(numbers: Any) -> str:
     return " ".join(repr(float(number)) for number in numbers)
 
 
-def _geom(number: int, prism: Solid, where: str) -> str:
-    if prism.box:
-        return f'<geom name="b{number}" type="box" size="{_text(prism.half)}" {where}/>'
+def _geom(number: int, solid: Solid, where: str) -> str:
+    if solid.box:
+        return f'<geom name="b{number}" type="box" size="{_text(solid.half)}" {where}/>'
     return f'<geom name="b{number}" type="mesh" mesh="b{number}" {where}/>'
 
 
@@ -111,21 +111,21 @@ def _model_text(scene: PeerScene, step: float, settings: MujocoSettings) -> str:
     table = ("1 0 0", "0 1 0", "0 0 1") if spatial else ("1 0 0",)
     fixed, blocks, meshes = [], [], []
     own = solids(scene.assembly)
-    for number, prism in enumerate(own):
-        place, attitude = _text(prism.place), _text(np.roll(prism.attitude, 1))
-        if not prism.box:
+    for number, solid in enumerate(own):
+        place, attitude = _text(solid.place), _text(np.roll(solid.attitude, 1))
+        if not solid.box:
             meshes.append(
-                f'<mesh name="b{number}" inertia="convex" vertex="{_text(prism.hull.ravel())}"/>'
+                f'<mesh name="b{number}" inertia="convex" vertex="{_text(solid.hull.ravel())}"/>'
             )
-        if prism.fixed:
-            fixed.append(_geom(number, prism, f'pos="{place}" quat="{attitude}"'))
+        if solid.fixed:
+            fixed.append(_geom(number, solid, f'pos="{place}" quat="{attitude}"'))
             continue
         blocks.append(
             BLOCK.format(
                 place=place,
-                mass=prism.mass,
-                inertia=_text(prism.inertia),
-                geom=_geom(number, prism, ""),
+                mass=solid.mass,
+                inertia=_text(solid.inertia),
+                geom=_geom(number, solid, ""),
                 attitude=attitude,
                 joints="<freejoint/>" if spatial else IN_PLANE,
             )
@@ -142,7 +142,7 @@ def _model_text(scene: PeerScene, step: float, settings: MujocoSettings) -> str:
     return MODEL.format(
         step=step,
         gravity=-GRAVITY,
-        mass=TABLE_RATIO * sum(prism.mass for prism in own if not prism.fixed),
+        mass=TABLE_RATIO * sum(solid.mass for solid in own if not solid.fixed),
         meshes="".join(meshes),
         table="".join(SLIDE.format(axis) for axis in table),
         fixed="".join(fixed),

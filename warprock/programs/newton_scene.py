@@ -155,7 +155,7 @@ def _add_world(
         joint = builder.add_joint_d6(-1, table, linear_axes=linear)
     builder.add_articulation([joint])
     if scene.assembly is not None:
-        _add_prisms(builder, scene, table, config)
+        _add_solids(builder, scene, table, config)
         return
     if plane:
         shapes = [builder.add_shape_plane(body=table, width=0.0, length=0.0, cfg=config)]
@@ -183,34 +183,34 @@ def _add_block(builder: Any, block: PeerBlock, config: Any) -> int:
     return int(builder.add_shape_box(body, xform=middle, hx=hx, hy=hy, hz=hz, cfg=config))
 
 
-def _add_prisms(builder: Any, scene: PeerScene, table: int, config: Any) -> None:
+def _add_solids(builder: Any, scene: PeerScene, table: int, config: Any) -> None:
     """The blocks of an assembly: fixed ones as shapes of the table, all others as free bodies."""
     assert scene.assembly is not None
     shapes = []
-    for prism in solids(scene.assembly):
-        place = wp.transform(tuple(map(float, prism.place)), wp.quat_identity())
-        if prism.fixed:
-            shapes.append(_add_prism(builder, prism, table, place, config))
+    for solid in solids(scene.assembly):
+        place = wp.transform(tuple(map(float, solid.place)), wp.quat_identity())
+        if solid.fixed:
+            shapes.append(_add_solid(builder, solid, table, place, config))
             continue
         body = builder.add_body(
             xform=place,
-            mass=prism.mass,
-            inertia=wp.mat33(np.diag(prism.inertia)),
+            mass=solid.mass,
+            inertia=wp.mat33(np.diag(solid.inertia)),
             lock_inertia=True,
         )
-        shapes.append(_add_prism(builder, prism, body, wp.transform_identity(), config))
+        shapes.append(_add_solid(builder, solid, body, wp.transform_identity(), config))
     pairs = touching(scene.assembly)
     for a, b in itertools.combinations(range(len(shapes)), 2):
         if (a, b) not in pairs:
             builder.add_shape_collision_filter_pair(shapes[a], shapes[b])
 
 
-def _add_prism(builder: Any, prism: Solid, body: int, place: Any, config: Any) -> int:
-    """A box, or the hull of the corners of a prism."""
-    if prism.box:
-        hx, hy, hz = prism.half
+def _add_solid(builder: Any, solid: Solid, body: int, place: Any, config: Any) -> int:
+    """A box, or the hull of the corners of a solid."""
+    if solid.box:
+        hx, hy, hz = solid.half
         return int(builder.add_shape_box(body, xform=place, hx=hx, hy=hy, hz=hz, cfg=config))
-    hull = prism.hull
+    hull = solid.hull
     mesh = newton.Mesh(hull.astype(np.float32), _faces(len(hull) // 2), compute_inertia=False)
     return int(builder.add_shape_convex_hull(body, xform=place, mesh=mesh, cfg=config))
 

@@ -115,7 +115,10 @@ class Kind(NamedTuple):
     apply: Callable[..., Sampled]
 
 
-def parse_step(text: str, option: str = "--step") -> Step:
+OPTION = "--step"
+
+
+def parse_step(text: str) -> Step:
     """Reads a step such as "bandpass 0.1 Hz, 25 Hz, 4".
 
     Raises:
@@ -124,7 +127,7 @@ def parse_step(text: str, option: str = "--step") -> Step:
     name, _, rest = text.strip().partition(" ")
     if name not in STEPS:
         allowed = f"must be one of {', '.join(STEPS)}{did_you_mean(name, STEPS)}"
-        raise InputError(option, "", name or NOTHING, allowed)
+        raise InputError(OPTION, "", name or NOTHING, allowed)
     arguments = STEPS[name].arguments
     given = [part.strip() for part in rest.split(",")] if rest.strip() else []
     needed = sum(argument.default is None for argument in arguments)
@@ -132,17 +135,16 @@ def parse_step(text: str, option: str = "--step") -> Step:
         names = ", ".join(argument.name for argument in arguments)
         count = f"{needed}" if needed == len(arguments) else f"{needed} or {len(arguments)}"
         raise InputError(
-            option, name, rest.strip() or NOTHING, f"must have {count} values: {names}"
+            OPTION, name, rest.strip() or NOTHING, f"must have {count} values: {names}"
         )
     values = [
-        _value(option, name, argument, part)
-        for argument, part in zip(arguments, given, strict=False)
+        _value(name, argument, part) for argument, part in zip(arguments, given, strict=False)
     ]
     values += [argument.default or 0.0 for argument in arguments[len(given) :]]
     return Step(name, tuple(values))
 
 
-def _value(option: str, name: str, argument: Argument, part: str) -> float:
+def _value(name: str, argument: Argument, part: str) -> float:
     """A value of a step."""
     key = f"{name}, {argument.name}"
     number: float | str = part
@@ -154,18 +156,17 @@ def _value(option: str, name: str, argument: Argument, part: str) -> float:
     try:
         value = parse_quantity(number, argument.dimension)
     except ValueError as error:
-        raise InputError(option, key, part or NOTHING, str(error)) from None
+        raise InputError(OPTION, key, part or NOTHING, str(error)) from None
     if value < 0.0 or (value == 0.0 and not argument.zero):
-        raise InputError(option, key, part, f"must be {'>=' if argument.zero else '>'} 0")
+        raise InputError(OPTION, key, part, f"must be {'>=' if argument.zero else '>'} 0")
     if argument.whole and value != round(value):
-        raise InputError(option, key, part, "must be a whole number")
+        raise InputError(OPTION, key, part, "must be a whole number")
     return value
 
 
 def process(
     record: Record,
     steps: Sequence[Step],
-    option: str = "--step",
     displacement: Record | None = None,
 ) -> tuple[Sampled, str]:
     """A record after some steps.
@@ -173,7 +174,6 @@ def process(
     Args:
         record: An acceleration record, or one whose first step is to differentiate it.
         steps: In order.
-        option: What errors blame.
         displacement: What another instrument measured beside it, for the step `merge`.
 
     Returns:
@@ -193,11 +193,11 @@ def process(
             allowed = f"must be used on an acceleration: {DIFFERENTIATE} it first"
             if not wanted:
                 allowed = "must be used on a displacement or a velocity"
-            raise InputError(option, step.name, f"a {motion.quantity} record", allowed)
+            raise InputError(OPTION, step.name, f"a {motion.quantity} record", allowed)
         try:
             motion = STEPS[step.name].apply(motion, *step.values)
         except ValueError as error:
-            raise InputError(option, step.name, step.text, str(error)) from None
+            raise InputError(OPTION, step.name, step.text, str(error)) from None
     said = [record.processing, *(step.text for step in steps)]
     return motion, "; ".join(part for part in said if part)
 

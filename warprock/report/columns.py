@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from warprock.errors import InputError
 from warprock.model.response import USABLE_NAMES, Outcome, Status
@@ -13,6 +13,9 @@ from warprock.quantity import Said
 from warprock.running.lane_table import LANE_TABLE, PEAK_RATIO
 from warprock.running.results import CELL_TABLE
 from warprock.units import ENDINGS
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 TEXT, NUMBER, FLAG = "text", "numbers", "true or false"
 LANE = "*"
@@ -130,8 +133,10 @@ def _require_column(table: pd.DataFrame, name: str, kind: str, source: str) -> N
     if name not in table:
         raise InputError(source, name, Said("nothing"), "must be a column: warprock writes it")
     values = table[name]
-    if isinstance(values, pd.DataFrame):
+    if values.ndim > 1:
         raise InputError(source, name, Said("the column again"), "must be there once")
+    import pandas as pd
+
     if kind == TEXT:
         good = np.array([isinstance(each, str) or each != each for each in values], dtype=bool)
     elif kind == FLAG:

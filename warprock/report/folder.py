@@ -10,11 +10,7 @@ import pathlib
 import re
 import urllib.parse
 from collections.abc import Sequence
-from typing import Any, Protocol
-
-import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
+from typing import TYPE_CHECKING, Any, Protocol
 
 from warprock.errors import InputError
 from warprock.findings.kinds import shapes
@@ -24,6 +20,10 @@ from warprock.report.content import Picture
 from warprock.report.earlier import earlier_sources
 from warprock.running.results import PROVENANCE
 from warprock.running.run_file import read_facts, read_object
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import pyarrow.parquet as pq
 
 MOST_ROWS = 1_000_000
 """Rows of a table that a page is made from; of a longer one the first are read."""
@@ -90,6 +90,10 @@ class ResultFolder:
         Raises:
             InputError: It cannot be read, or lacks columns that a page needs.
         """
+        import pandas as pd
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
         path = self.path / name
         try:
             require_plain(path)
@@ -119,6 +123,8 @@ class ResultFolder:
 
     def rows(self, name: str) -> int:
         """Rows of a Parquet file."""
+        import pyarrow.parquet as pq
+
         return int(pq.read_metadata(self.path / name).num_rows)
 
     def digest(self, name: str) -> str:

@@ -10,10 +10,9 @@ from typing import Any
 from warprock import __version__
 from warprock.errors import InputError
 from warprock.findings import asked
-from warprock.findings.kinds import kinds, kinds_of_files
+from warprock.findings.kinds import KNOWN_BY_FILE, kind_of_file, kinds
 from warprock.report.content import Chapter, Page
 from warprock.report.earlier import earlier_scenes
-from warprock.report.finding_chapters import run_chapter, sweep_chapter, teller
 from warprock.report.folder import Drawn, ResultFolder
 from warprock.report.page import REPORT, write_page
 from warprock.running.lane_table import LANE_TABLE
@@ -29,6 +28,10 @@ Make = Callable[[ResultFolder, Scenes | None], Chapter]
 def _makers(folder: ResultFolder) -> Iterator[Make]:
     """What makes the chapters of the results that lie in a folder, one after another."""
     facts = folder.facts
+    if not facts and not folder.has(PLAN) and not any(map(folder.has, KNOWN_BY_FILE)):
+        return
+    from warprock.report.finding_chapters import run_chapter, sweep_chapter, teller
+
     kind = next((kind for key, kind in kinds().items() if key in facts), None)
     if kind is not None:
         yield teller(kind)
@@ -37,9 +40,8 @@ def _makers(folder: ResultFolder) -> Iterator[Make]:
         yield run_chapter
     elif folder.has(PLAN):
         yield sweep_chapter
-    for name, of_file in kinds_of_files().items():
-        if folder.has(name):
-            yield teller(of_file)
+    for name in filter(folder.has, KNOWN_BY_FILE):
+        yield teller(kind_of_file(name))
 
 
 FITS = "fragility.csv"

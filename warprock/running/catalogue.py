@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import pathlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from warprock.case.case import Case
 from warprock.case.columns import Columns
 from warprock.case.lanes import expand_lanes
 from warprock.case.round_base import round_base_note
-from warprock.case.template import Start
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.assembly_packs import LARGE
 from warprock.engines.base import KernelEngine
@@ -32,6 +31,9 @@ from warprock.running.files import replacing, require_writable_file
 from warprock.running.waiting import LONG
 from warprock.settings.engines import SETTINGS, declared_settings
 from warprock.unmodelled import UNMODELLED
+
+if TYPE_CHECKING:
+    from warprock.case.template import Start
 
 JOINTS_SHOWN = 12
 """Joints of an assembly that are named."""
@@ -165,8 +167,9 @@ STEP_COST, POWER = 7.4e-9, 1.8
 """CPU time of a step of a wall that stands: so many seconds times its joints to this power, from 22
 to 29,850 joints within a factor of two (`warprock bench blocks`)."""
 
-COST_IN_SPACE, POWER_IN_SPACE = 3.7e-6, 1.25
-"""The same in space, from 22 to 744 joints within a quarter, under a sine of 0.1 g."""
+COST_IN_SPACE, POWER_IN_SPACE = 1.3e-5, 0.95
+"""The same in space, from 22 to 841 joints within a factor of two (`warprock bench blocks
+--space`)."""
 
 BYTES_A_JOINT = 4_000
 """Memory of a large lane over its joints: about 120 MB for 10,000 blocks."""

@@ -10,11 +10,12 @@ from typing import Any
 
 from warprock.case.text import case_names, find_case
 from warprock.engines import ENGINES, engine_class
-from warprock.programs.table import PROGRAMS
 
 
 def list_all() -> dict[str, Any]:
     """The shipped cases, the engines, and the programs beside them, ready for JSON."""
+    from warprock.programs.table import PROGRAMS
+
     # A case file says its title itself; to build the case would read its tables.
     texts = [find_case(name) for name in case_names()]
     cases = [{"name": each.name, "title": tomllib.loads(each.text)["title"]} for each in texts]
@@ -33,6 +34,8 @@ def engine_row(name: str) -> dict[str, Any]:
 
 
 def _program_row(name: str) -> dict[str, Any]:
+    from warprock.programs.table import PROGRAMS
+
     program = PROGRAMS[name]
     return {
         "name": name,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
@@ -16,7 +16,9 @@ from warprock.findings.numbers import MISSING
 from warprock.tables.compare import reasons
 from warprock.tables.terminal import plain_table, stdout
 from warprock.verification.housner import EARLY_TIME
-from warprock.verification.study import StudyRun
+
+if TYPE_CHECKING:
+    from warprock.verification.study import StudyRun
 
 Row = Mapping[str, Any]
 

@@ -8,14 +8,18 @@ reason beside it.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from warprock.case.lanes import LaneSet
 from warprock.engines import reference_engine
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import Outcome, Response, Status, names_of
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Array = npt.NDArray[np.float64]
 
@@ -98,10 +102,10 @@ def _history_errors(response: Response, reference: Response, scale: Array) -> tu
     return np.asarray(difference[:, early].max(axis=1)), np.asarray(difference.max(axis=1))
 
 
-def compare_with_housner(
+def housner_columns(
     lane_set: LaneSet, response: Response, reference_response: Response
-) -> pd.DataFrame:
-    """One row a lane: the engine's errors against Housner, and where Housner does not hold.
+) -> dict[str, Any]:
+    """The engine's errors against Housner, and where Housner does not hold, one value a lane.
 
     Args:
         lane_set: The lanes that both responses answer.
@@ -109,9 +113,9 @@ def compare_with_housner(
         reference_response: Housner's response (`housner` or the oracle) of the same lanes.
 
     Returns:
-        The lanes' inputs, then `engine`, `holds`, `why`, `friction_needed` (of Housner's block; inf
-        where its base would have to pull), `outcome`, `reference_outcome`,
-        `peak_rotation_ratio`, `reference_peak_rotation_ratio`, `error_5s_ratio` and
+        Columns by name: `engine`, `holds`, `why`, `friction_needed` (of Housner's block; inf where
+        its base would have to pull), `outcome`, `reference_outcome`, `peak_rotation_ratio`,
+        `reference_peak_rotation_ratio`, `error_5s_ratio` and
         `error_run_ratio` (max |rotation difference| / slenderness angle over the first 5 s and
         over the run; NaN without histories), `peak_error` (relative; NaN where the reference
         does not rock), `peak_slide_mm` and `rest_time_error_s` (engine's minus Housner's; NaN
@@ -128,19 +132,26 @@ def compare_with_housner(
     rocks = reference_peak > SMALL_ROTATION_RATIO
     peak_error = np.full(lane_count, np.nan)
     peak_error[rocks] = peak[rocks] / reference_peak[rocks] - 1.0
+    return {
+        "engine": [response.engine] * lane_count,
+        "holds": [not why for why in reasons],
+        "why": reasons,
+        "friction_needed": _friction_needed(reference_response),
+        "outcome": names_of(Outcome, response["outcome"]),
+        "reference_outcome": names_of(Outcome, reference_response["outcome"]),
+        "peak_rotation_ratio": peak,
+        "reference_peak_rotation_ratio": reference_peak,
+        "error_5s_ratio": early,
+        "error_run_ratio": run,
+        "peak_error": peak_error,
+        "peak_slide_mm": 1e3 * response["peak_slide"],
+        "rest_time_error_s": response["rest_time"] - reference_response["rest_time"],
+    }
+
+
+def compare_with_housner(
+    lane_set: LaneSet, response: Response, reference_response: Response
+) -> pd.DataFrame:
+    """The lanes' inputs, and `housner_columns` beside them, one row a lane."""
     table = lane_set.inputs.reset_index(drop=True).copy()
-    return table.assign(
-        engine=response.engine,
-        holds=[not why for why in reasons],
-        why=reasons,
-        friction_needed=_friction_needed(reference_response),
-        outcome=names_of(Outcome, response["outcome"]),
-        reference_outcome=names_of(Outcome, reference_response["outcome"]),
-        peak_rotation_ratio=peak,
-        reference_peak_rotation_ratio=reference_peak,
-        error_5s_ratio=early,
-        error_run_ratio=run,
-        peak_error=peak_error,
-        peak_slide_mm=1e3 * response["peak_slide"],
-        rest_time_error_s=response["rest_time"] - reference_response["rest_time"],
-    )
+    return table.assign(**housner_columns(lane_set, response, reference_response))

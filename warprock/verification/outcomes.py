@@ -75,8 +75,8 @@ def _within(tests: ObservedTests, lanes: npt.NDArray[np.intp]) -> ObservedTests:
 
 
 def _note(found: Judged, tests: ObservedTests) -> str:
-    """How many tests were said rightly, and how many have no lane with numbers."""
+    """How many tests were predicted correctly, and how many have no lane with numbers."""
     scores = found.scores
     left = len(tests.names) - scores.tests
-    text = f"{scores.right:,} of {scores.tests:,} tests rightly"
+    text = f"{scores.right:,} of {scores.tests:,} tests predicted correctly"
     return f"{text}; {left:,} left out (no lane with numbers)" if left else text

@@ -24,7 +24,7 @@ def plain_name(asked: str) -> str:
 
 
 def require_known(asked: Iterable[str], known: Iterable[str]) -> None:
-    """Refuses names that nothing has.
+    """Refuses unknown names.
 
     Args:
         asked: Names, with settings or without.

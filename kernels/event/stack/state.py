@@ -196,7 +196,7 @@ class Trial:
 
 
 @wp.func
-def fastest(velocity: Triples):
+def largest_speeds(velocity: Triples):
     """Largest velocity of a block's centre [m/s] and largest angular velocity [rad/s]."""
     speed = real(0.0)
     spin = real(0.0)

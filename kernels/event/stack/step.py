@@ -50,7 +50,7 @@ from warprock.kernels.event.stack.state import (
     Trial,
     as_base_rises,
     at_rest,
-    fastest,
+    largest_speeds,
     lost_in_impact,
 )
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
@@ -226,7 +226,7 @@ def collide(
         free: Velocities without contact.
     """
     if t.struck:
-        speed, _spin = fastest(free)
+        speed, _spin = largest_speeds(free)
         grain = DUST * (speed + limits.gravity * limits.longest_step)
         guess = Contacts(guess_held(t.pose.touch, contacts.hold), contacts.slip)
         dust = RoundOff(grain, grain * limits.mass)

@@ -43,7 +43,7 @@ from warprock.kernels.event.stack.state import (
     Trial,
     as_base_rises,
     at_rest,
-    fastest,
+    largest_speeds,
     still_curve,
 )
 
@@ -261,7 +261,7 @@ def try_step(
         target = smaller(knot_time(above.motion, above.segment), target)
         calm = calm and still_upwards(above)
     room = larger(target - s.time, real(0.0))
-    speed, spin = fastest(s.velocity)
+    speed, spin = largest_speeds(s.velocity)
     longest = smaller(smaller(limits.longest_step, REACH / (spin + SLOWEST)), s.cap)
     if calm:
         longest = room

@@ -9,33 +9,31 @@ from collections.abc import Sequence
 from typing import Unpack
 
 from warprock.analysis.capacities import INTENSITIES, capacities, require_columns
-from warprock.analysis.incremental import plan_analysis, read_ladder, run_analysis
+from warprock.analysis.incremental import plan_analysis, run_analysis
 from warprock.analysis.lane_tables import measure_named
+from warprock.api.asked import LadderAsked, LadderHow, ladder_of, taken
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.values import Column
-from warprock.api.work import HowHeld, listing_how, working
-from warprock.arguments import at_the_door, several
+from warprock.api.work import HowHeld, working
+from warprock.arguments import at_the_door, listing, several
 from warprock.figures.incremental import draw_analysis, plot_analysis
 from warprock.findings.incremental import find_analysis
 from warprock.report.chosen import played_of_analysis
 
 
-@listing_how
+@listing(ladder_of, working)
 @at_the_door
 def ida(
     case: AnyCase,
     engine: str | None = None,
     *,
-    from_: float = 0.1,
-    to: float = 10.0,
-    count: int = 21,
     accuracy: float = 0.01,
     im: Column = "peak_acceleration_m_s2",
     by: Column | Sequence[Column] = (),
     folder: str | os.PathLike[str] | None = None,
-    **how: Unpack[HowHeld],
+    **asked: Unpack[LadderHow],
 ) -> Found:
     """Incremental dynamic analysis: the factor on its motion at which each lane first falls.
 
@@ -44,15 +42,13 @@ def ida(
     Args:
         case: The case, as in `run`.
         engine: Name of the engine, as in `run`.
-        from_: Least factor on a motion [-].
-        to: Greatest factor [-].
-        count: Factors of the first stage.
         accuracy: Width of a bracket over its least factor at which it is narrow enough [-].
         im: Intensity measure, or PGA; or normalised_acceleration, scale, factor.
         by: Column of groups; or several.
         folder: Where finished stages are kept, so that the same call goes on behind the last one;
             None keeps none.
-        **how: overrides, tolerance, precision, device, workers and progress, as in `run`.
+        **asked: from_, to and count, the factors on a motion; overrides, tolerance, precision,
+            device, workers and progress, as in `run`.
 
     Returns:
         A `Found` whose tables have the capacities of the lanes and of their groups, and every run.
@@ -73,9 +69,10 @@ def ida(
         [1.299]
     """
     with python_names():
-        ladder = read_ladder(from_, to, count, accuracy)
+        ladder = ladder_of(accuracy, **taken(asked, LadderAsked))
     groups_by = several(by)
-    with working(case, engine, runs=0, factors=ladder.factors.tolist(), **how) as work:
+    factors, how = ladder.factors.tolist(), taken(asked, HowHeld)
+    with working(case, engine, runs=0, factors=factors, **how) as work:
         case, options, intensity = work.case, work.options, measure_named(im, INTENSITIES)
         plan = plan_analysis(case, work.engine, ladder, options)
         require_columns(case, intensity, groups_by)

@@ -9,14 +9,14 @@ from warprock.analysis.boundaries import refine, require_accuracy
 from warprock.analysis.overturning import run_grid
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
-from warprock.api.work import How, listing_how, working
-from warprock.arguments import at_the_door
+from warprock.api.work import How, working
+from warprock.arguments import at_the_door, listing
 from warprock.figures.overturning import draw_map, plot_map
 from warprock.findings.overturning import find_map
 from warprock.report.scenes import scenes_of
 
 
-@listing_how
+@listing(working)
 @at_the_door
 def map(
     case: AnyCase,

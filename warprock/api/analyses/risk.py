@@ -7,12 +7,12 @@ import functools
 import os
 import pathlib
 from collections.abc import Mapping, Sequence
+from typing import Unpack
 
 import numpy as np
 import pandas as pd
 
-from warprock.analysis.hazard import Hazard
-from warprock.analysis.hazard_files import parse_age, read_hazard, read_power_law
+from warprock.analysis.hazard_files import parse_age
 from warprock.analysis.lane_tables import read_lanes
 from warprock.analysis.limits import read_limits
 from warprock.analysis.risk import Risk, assess
@@ -24,28 +24,22 @@ from warprock.analysis.risk_functions import (
     read_components,
 )
 from warprock.api.analyses.fragility import Table
+from warprock.api.asked import HazardAsked, hazard_of
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.api.values import Age, Column, Length, Quantity, Share
+from warprock.api.values import Age, Column, Length, Share
 from warprock.api.weights import AnyWeights, weights_of
-from warprock.arguments import at_the_door, require_within, several
+from warprock.arguments import at_the_door, listing, require_within, several
 from warprock.errors import InputError
 from warprock.figures.risk import draw_risk, plot_risk
 from warprock.findings.risk import find_risk
 
-File = pd.DataFrame | str | os.PathLike[str]
-"""The path of a file, or its table."""
 
-
+@listing(hazard_of)
 @at_the_door
 def risk(
     table: Table | Sequence[Table] | Mapping[str, Table],
     *,
-    hazard: File | None = None,
-    k0: float | None = None,
-    k: float | None = None,
-    at: Quantity = "1 g",
-    im: Column | None = None,
     limit: str | float | Sequence[str | float] = (),
     limit_slide: Length | Sequence[Length] = (),
     by: Column | Sequence[Column] = (),
@@ -55,6 +49,7 @@ def risk(
     survived: Age | None = None,
     unlikely: Share = 0.05,
     max_outside: Share = 0.1,
+    **asked: Unpack[HazardAsked],
 ) -> Found:
     """How often in a year blocks reach a limit state, under a hazard curve of yours.
 
@@ -66,12 +61,6 @@ def risk(
         table: What `run`, `sweep` or `ida` found, a lane table, or the path of one or of a folder;
             a component table with medians and dispersions (fragility-p58.csv), as pelicun has it;
             or several, by name or in a row, which are objects side by side.
-        hazard: Hazard curve: a table, or a CSV file, one of OpenQuake or NRML; #2 behind it takes
-            the second curve of a file. Or a shipped one: usgs-2008-los-angeles, ...
-        k0: How often in a year the intensity `at` is exceeded.
-        k: Exponent of a hazard that is a power law [-].
-        at: Intensity of `k0`, with its unit.
-        im: Column of the hazard's intensity measure, or PGA, PGV [default: what the file says].
         limit: Limit state: uplift, overturning or a peak rotation / slenderness angle; or several
             [default: overturning].
         limit_slide: Limit state: a peak slide, such as "10 mm"; or several.
@@ -84,6 +73,7 @@ def risk(
             be.
         unlikely: Chance of standing that long below which a hazard is ruled out [-].
         max_outside: Share of a rate that may come from motions beyond an end of the hazard [-].
+        **asked: hazard, a curve; or k0, k and at, a power law; and im, their intensity measure.
 
     Returns:
         A `Found` whose table has one row a function; `found` are the rates.
@@ -104,7 +94,7 @@ def risk(
         ['fitted']
     """
     with python_names():
-        under = read_asked(hazard, k0, k, at, im)
+        under = hazard_of(**asked)
         limits = [each if isinstance(each, str) else f"{each:g}" for each in several(limit)]
         slides, spans = several(limit_slide), several(years)
         tables, weighed = _named(table), weights_of(weights)
@@ -120,8 +110,8 @@ def risk(
         for name, one in tables.items():
             rows, source = read_table(one)
             if is_component_table(rows):
-                asked = [each.text for each in chosen] if limits or slides else []
-                functions = functions_of_components(rows, under, source, asked)
+                states = [each.text for each in chosen] if limits or slides else []
+                functions = functions_of_components(rows, under, source, states)
             else:
                 functions = functions_of(
                     rows,
@@ -142,32 +132,6 @@ def risk(
             functools.partial(draw_risk, risks, age, unlikely),
             (len(risks), functools.partial(plot_risk, risks=risks)),
         )
-
-
-def read_asked(
-    hazard: File | None, k0: float | None, k: float | None, at: str, im: str | None
-) -> Hazard:
-    """The hazard that is asked for: a file or a table, or a power law.
-
-    Args:
-        hazard: The file or the table; None where there is none.
-        k0: Of a power law; None where none is asked for.
-        k: Likewise.
-        at: Intensity that k0 is of.
-        im: Column of its intensity measure, or a name of it; None where that is not said.
-
-    Raises:
-        InputError: Both or neither are asked for, or one cannot be used.
-    """
-    if k0 is None and k is None:
-        if hazard is None:
-            raise InputError("--hazard", "", None, "must be a file, or have --k0 and --k instead")
-        return read_hazard(hazard, im)
-    if hazard is not None:
-        raise InputError("--k0", "", k0, "must be left out where --hazard is given")
-    if k0 is None or k is None:
-        raise InputError("--k0" if k0 is None else "--k", "", None, "must be given, too")
-    return read_power_law(k0, k, at, im or "PGA")
 
 
 def _named(table: Table | Sequence[Table] | Mapping[str, Table]) -> dict[str, Table]:

@@ -9,14 +9,14 @@ from warprock.analysis.sensitivity import run_sensitivity
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.values import Column
-from warprock.api.work import HowHeld, listing_how, working
-from warprock.arguments import at_the_door, require_within
+from warprock.api.work import HowHeld, working
+from warprock.arguments import at_the_door, listing, require_within
 from warprock.figures.sensitivity import draw_sensitivity, plot_sensitivity
 from warprock.findings.sensitivity import find_sensitivity
 from warprock.report.scenes import scenes_of
 
 
-@listing_how
+@listing(working)
 @at_the_door
 def sensitivity(
     case: AnyCase,

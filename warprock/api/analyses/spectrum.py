@@ -8,14 +8,14 @@ from typing import Unpack
 from warprock.analysis.spectrum import run_spectrum
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
-from warprock.api.work import HowHeld, listing_how, working
-from warprock.arguments import at_the_door
+from warprock.api.work import HowHeld, working
+from warprock.arguments import at_the_door, listing
 from warprock.figures.spectrum import draw_spectrum, plot_spectrum
 from warprock.findings.spectrum import find_spectrum
 from warprock.report.scenes import scenes_of
 
 
-@listing_how
+@listing(working)
 @at_the_door
 def spectrum(
     case: AnyCase,
