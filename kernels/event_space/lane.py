@@ -18,11 +18,17 @@ class Knobs:
 
 @wp.struct
 class Lane:
-    """One lane: longest step [s]; rise below which a corner closes [m]; largest number of steps."""
+    """One lane: longest step [s]; rise below which a corner closes [m]; largest number of steps.
+
+    rebound, slow: of a stack, see `Rebound` in event_space/stack_contact.py.
+    """
 
     longest_step: real
     rest_gap: real
     step_limit: int
+    if BOUNCES:
+        rebound: real
+        slow: real
 
 
 @wp.struct

@@ -12,8 +12,8 @@ one clock a lane. One step of length d:
        the next one ends there;
     4. the gaps of contacts that pushed are closed, which removes the drift. v and w are projected
        on these contacts: one that stuck does not move, one that slid neither leaves nor approaches.
-       If corners landed or the base steps its velocity, an inelastic impact with friction of all
-       contacts follows.
+       If corners landed or the base steps its velocity, an impact with friction of all contacts
+       follows: inelastic, or with a restitution (event_space/stack_bounce.py).
 
 A stack whose mean motion from rest is round-off stands still: its pose keeps every bit. On a base
 at rest it waits in one step.
@@ -54,10 +54,13 @@ from warprock.kernels.event_space.stack_look import (
     look_at_step,
     momenta,
 )
-from warprock.kernels.event_space.stack_solve import ROUNDS, solve
+from warprock.kernels.event_space.stack_solve import ROUNDS, solve, solve_impact
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.shape_space.frame import frame, rotate_diagonal
 from warprock.kernels.shape_space.stack import Bodies, Points, rows_of
+
+if BOUNCES:
+    from warprock.kernels.event_space.stack_bounce import bounce
 
 STILL = by_precision(1.0e-10, 1.0e-4)
 """Velocity that counts as zero, as a part of the velocity that gravity gives in a step."""
@@ -90,11 +93,12 @@ class Mean:
 
 @wp.func
 def end_step(
-    own: Own, limits: Limits, reached: State, pose: Pose, look: Look, b: Base, held: Ints,
+    own: Own, limits: Limits, reached: State, pose: Pose, seen: Look, b: Base, held: Ints,
     stuck: Ints,
 ) -> State:  # fmt: skip
     """The state at the end of a step: gaps closed, velocities projected, after its impact."""
     n = reached
+    look = seen
     zero = Bodies()
     bodies = int(BLOCKS + 1)
     gravity = limits.gravity
@@ -116,9 +120,13 @@ def end_step(
         before = energy(own, gravity, n.x, n.q, v, w)
         for i in range(t.total):
             t.law[i] = CONE
-        _r, v1, w1, fits = solve(ROUNDS, t, pose, Points(), v, w, v, w)
-        if not fits:
-            _r, v1, w1, fits = solve_by_sweeps(SWEEPS, t, pose, Points(), v, w)
+        if BOUNCES:
+            v1, w1, left, fits = bounce(own.rebound, t, pose, v, w)
+            for k in range(1, bodies):
+                look.touch[k] = look.touch[k] & ~left[k]
+                look.closed = look.closed and left[k] == 0
+        else:
+            v1, w1, fits = solve_impact(t, pose, v, w)
         n.lost = n.lost + before - energy(own, gravity, n.x, n.q, v1, w1)
         # The base's work on the blocks is at the mean of both velocities: see account.py.
         for k in range(1, bodies):

@@ -5,7 +5,8 @@ of the face that is touched: of the lower block, or of the upper one if a corner
 touches it. With friction as a box the latter are the lower block's axes, projected on the upper
 face. Each contact obeys one *law*:
 
-    CONE    it pushes; its friction is within the cone, or box, and against the slip;
+    CONE    it pushes and does not approach by more than its gap, which is negative where it
+            bounces; its friction is within the cone, or box, and against the slip;
     HOLD    it does not move, however large the impulse;
     HOLD_X  it does not move along x and its gap closes, without friction along y; HOLD_Y likewise;
     KEEP    its gap closes, however large the impulse, without friction;
@@ -73,11 +74,24 @@ Ints = wp.types.vector(length=BLOCKS + 1, dtype=int)
 
 
 @wp.struct
+class Rebound:
+    """Restitution of contacts that close, and the speed up to which none bounces [m/s]."""
+
+    kept: real
+    slow: real
+
+
+@wp.struct
 class Own:
-    """The blocks of one lane: those of all lanes, shape [block, lane], and which lane it is."""
+    """The blocks of one lane: those of all lanes, shape [block, lane], and which lane it is.
+
+    With a restitution also how its contacts bounce.
+    """
 
     blocks: wp.array2d(dtype=Block)
     lane: int
+    if BOUNCES:
+        rebound: Rebound
 
 
 @wp.struct
@@ -212,7 +226,7 @@ def solve_by_law(
     mu, vu, ou, vl, ol = pose.friction[k], v[k], w[k], v[k - 1], w[k - 1]
     u = relative_velocity(vu, ou, t.ru[i], vl, ol, t.rl[i])
     if t.law[i] == CONE:
-        return solve_contact(mu, zero, g, e, p, u)
+        return solve_contact(mu, zero, g, e, p, u + t.gap[i] * e[2])
     at = e * u
     if t.law[i] == HOLD:
         return Vector(

@@ -11,7 +11,7 @@ from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.event_space.block_moves import rotate_attitude, rotate_freely
 from warprock.kernels.event_space.lane import Knobs, Lane, Limits, base_motion, read_samples
 from warprock.kernels.event_space.stack import step
-from warprock.kernels.event_space.stack_contact import Ints, Own, block_of, pose_of
+from warprock.kernels.event_space.stack_contact import Ints, Own, Rebound, block_of, pose_of
 from warprock.kernels.event_space.stack_look import State, look_at_step, momenta
 from warprock.kernels.lane.modes import RUNNING, STALLED
 from warprock.kernels.motion.kinds import Motion
@@ -116,7 +116,11 @@ def run_lanes(
     motion = base_motion(motions, lane)
     limits = Limits(knobs.gravity, lanes[lane].longest_step, lanes[lane].rest_gap)
     bodies = int(BLOCKS + 1)
-    own = Own(blocks, lane)
+    own = Own()
+    own.blocks = blocks
+    own.lane = lane
+    if BOUNCES:
+        own.rebound = Rebound(lanes[lane].rebound, lanes[lane].slow)
     s = start(own, limits)
     s0 = s
     for k in range(BLOCKS):

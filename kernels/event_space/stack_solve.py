@@ -2,9 +2,9 @@
 
 The impulse of a contact with velocity u is f = P(l - c (u + lift n)). P projects on the impulses
 that its law allows, l is a multiplier, and c is a stiffness times the effective mass of the
-contact. lift is its gap; in the law CONE it is mu |u_t| for the cone and mu (|u_x| + |u_y|) for the
-box, mu the friction coefficient and u_t the slip. If l = f and lift is that of u, all laws hold
-(augmented Lagrangian, with the change of variable of De Saxce and Feng 1998).
+contact. lift is its gap; to it in the law CONE comes mu |u_t| for the cone and mu (|u_x| + |u_y|)
+for the box, mu the friction coefficient and u_t the slip. If l = f and lift is that of u, all laws
+hold (augmented Lagrangian, with the change of variable of De Saxce and Feng 1998).
 
 P is made of *pieces*. On all but one of them it is linear: a contact without impulse, one that
 sticks, one without friction. With every contact on such a piece, M (v - v_free) = sum G^T f is a
@@ -33,6 +33,7 @@ from warprock.kernels.event_space.stack_contact import (
     HOLD_Y,
     KEEP,
     PUSH,
+    SWEEPS,
     Pose,
     Touches,
     directions,
@@ -272,8 +273,8 @@ def lift_of(law: int, mu: real, gap: real, u: Vector) -> real:
     if law != CONE:
         return gap
     if BOX:
-        return mu * (wp.abs(u[0]) + wp.abs(u[1]))
-    return mu * wp.sqrt(u[0] * u[0] + u[1] * u[1])
+        return gap + mu * (wp.abs(u[0]) + wp.abs(u[1]))
+    return gap + mu * wp.sqrt(u[0] * u[0] + u[1] * u[1])
 
 
 @wp.func(inline=False)
@@ -283,6 +284,7 @@ def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
     body = s.t.body
     slot = s.t.slot
     law = s.t.law
+    gap = s.t.gap
     ru = s.t.ru
     rl = s.t.rl
     axes = s.pose.axes
@@ -301,7 +303,7 @@ def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
         mu, e = friction[k], directions(axes, k, slot[i])
         u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
         if mode == RENEW:
-            now = lift_of(law[i], mu, lift, u)
+            now = lift_of(law[i], mu, gap[i], u)
             z = asks[i] - c * Vector(u[0], u[1], u[2] + lift)
             piece = piece_of(law[i], mu, z)
             f = project_on_piece(piece, law[i], mu, z)
@@ -493,7 +495,7 @@ def continue_pieces(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
         if piece == CURVED:
             return False
         g.pieces[i] = piece
-        g.lift[i] = wp.where(law == CONE and piece == ALL, zero, g.lift[i])
+        g.lift[i] = wp.where(law == CONE and piece == ALL, s.t.gap[i], g.lift[i])
     slope = look_at(s, g, GIVEN)
     factored = factor(s, g)
     before = zero
@@ -568,7 +570,7 @@ def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
             if ratio < one:
                 ahead = smaller(ratio / (one - ratio), FARTHEST)
             for i in range(s.t.total):
-                reached = larger(g.lift[i] + ahead * more[i], real(0.0))
+                reached = larger(g.lift[i] + ahead * more[i], s.t.gap[i])
                 g.lift[i] = wp.where(s.t.law[i] == CONE, reached, g.lift[i])
         before = more
         done = fits and slope.change <= SOUND * SOUND * norm_sq
@@ -615,3 +617,18 @@ def solve(
     g.w = o
     good = solve_by_newton(rounds, s, g)
     return g.asks, g.v, g.w, good
+
+
+@wp.func
+def solve_impact(t: Touches, pose: Pose, v: Bodies, w: Bodies):
+    """Velocities after an impact of contacts that obey CONE, and whether it is solved.
+
+    Args:
+        t: The contacts.
+        pose: Where the bodies are.
+        v, w: Velocity [m/s] and angular velocity [rad/s] of each body before.
+    """
+    _p, v1, w1, fits = solve(ROUNDS, t, pose, Points(), v, w, v, w)
+    if not fits:
+        _p, v1, w1, fits = solve_by_sweeps(SWEEPS, t, pose, Points(), v, w)
+    return v1, w1, fits

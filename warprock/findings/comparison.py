@@ -152,7 +152,8 @@ def _engines(table: pd.DataFrame) -> Iterator[tuple[str, list[str]]]:
         reference = str(rows["reference"].iloc[0]) if "reference" in rows else "Housner"
         off = kept[name].to_numpy(dtype=float)
         off = off[np.isfinite(off)]
-        if engine == reference or not len(off):
+        # `housner` is the reference where that is Housner.
+        if str(engine).lower() == reference.lower() or not len(off):
             continue
         counts = f"{counted(len(off), 'row')}, lanes and blocks" if "block" in rows else ""
         counts = counts or f"{counted(len(off), 'lane')} in which Housner holds"

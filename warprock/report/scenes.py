@@ -230,11 +230,7 @@ def scene(
         beside: What is shown besides blocks and base.
     """
     fixed = None if beside is None else beside.fixed
-    samples = SAMPLES
-    if fixed is not None and outlines is not None:
-        each = (8 if beside is not None and beside.faces else 3) * len(outlines)
-        samples = max(min(SAMPLES, NUMBERS // each), min(LEAST, MANY_NUMBERS // each), FEWEST)
-    stride = -(-(len(history) - 1) // samples) if len(history) > samples + 1 else 1
+    stride = _stride(history, outlines, beside)
     shown = history.iloc[::stride].reset_index(drop=True)
     blocks = [f"_{k}" for k in range(1, 10) if f"width_{k}_m" in row] or [""]
     base = {axis: _column(shown, f"base_{axis}_m") for axis in "xyz"}
@@ -252,19 +248,9 @@ def scene(
     places = [part[axis] for part in parts for axis in "xyz"]
     length = _unit([*places, *base.values(), *ground.values(), *paths])
     angle, rate = _unit([part["r"] for part in parts]), _unit([acceleration, sway, rise])
-    outcome = f"{row['outcome']}, {row['status']}".replace("_", " ")
-    about = f"Outcome and status: {outcome}."
-    if why:
-        about = f"Chosen because: {why}. {about}"
-    if stride > 1:
-        about += f" One in {stride} samples of its history is kept here."
     times = shown["time_s"].to_numpy()
-    fell = len(parts) > 1 and row["outcome"] in FALLEN_NAMES
-    end = float(times[last_move(np.stack([part["r"] for part in parts]))]) if fell else None
-    collapse = row.get("collapse_time_s", math.nan)
-    if end is not None and collapse == collapse:
-        # A lane that goes on after its collapse still moves then.
-        end = None if end > collapse + 2.0 * (times[1] - times[0]) else float(collapse)
+    end = _end_of_model(row, parts, times)
+    about = _about(row, why, stride)
     if end is not None:
         what = "what follows the fall is not modelled"
         if fixed is not None:
@@ -300,6 +286,39 @@ def scene(
         **({"sway": _whole(sway, rate)} if sway.any() else {}),
         **({"rise": _whole(rise, rate)} if rise.any() else {}),
     }
+
+
+def _stride(
+    history: pd.DataFrame, outlines: list[list[list[float]]] | None, beside: Surroundings | None
+) -> int:
+    """Which samples a page keeps, every how manyth: fewer of a lane with many blocks."""
+    samples = SAMPLES
+    if beside is not None and beside.fixed is not None and outlines is not None:
+        each = (8 if beside.faces else 3) * len(outlines)
+        samples = max(min(SAMPLES, NUMBERS // each), min(LEAST, MANY_NUMBERS // each), FEWEST)
+    return -(-(len(history) - 1) // samples) if len(history) > samples + 1 else 1
+
+
+def _about(row: pd.Series[Any], why: str, stride: int) -> str:
+    """What a page says of a lane."""
+    outcome = f"{row['outcome']}, {row['status']}".replace("_", " ")
+    chosen = f"Chosen because: {why}. " if why else ""
+    kept = f" One in {stride} samples of its history is kept here." if stride > 1 else ""
+    return f"{chosen}Outcome and status: {outcome}.{kept}"
+
+
+def _end_of_model(
+    row: pd.Series[Any], parts: Sequence[Mapping[str, Any]], times: Array
+) -> float | None:
+    """When the model of a lane ended, since one of several blocks fell [s]; None without a fall."""
+    if len(parts) == 1 or row["outcome"] not in FALLEN_NAMES:
+        return None
+    end = float(times[last_move(np.stack([part["r"] for part in parts]))])
+    collapse = row.get("collapse_time_s", math.nan)
+    if math.isnan(collapse):
+        return end
+    # A lane that goes on after its collapse still moves then.
+    return None if end > collapse + 2.0 * (times[1] - times[0]) else float(collapse)
 
 
 def _movers(parts: Sequence[Part]) -> list[Mover]:

@@ -161,8 +161,9 @@ class EventSettings:
         float,
         SettingKey(
             "after an impact the block rests if its next swing would stay below this times the "
-            "slenderness angle on either side; in a stack in the plane a hundredth of it counts, "
-            "for what rests decides which ends take part in an impact elsewhere",
+            "slenderness angle on either side; in a stack in the plane, and in one that bounces, "
+            "a hundredth of it counts, for what rests decides which ends take part in an impact "
+            "elsewhere",
             1e-9,
             1e-2,
         ),
@@ -170,7 +171,7 @@ class EventSettings:
     restitution: Annotated[
         float,
         SettingKey(
-            "of single blocks and bodies, and of stacks in the plane: speed at which a corner that "
+            "of single blocks and bodies, and of stacks: speed at which a corner that "
             "lands leaves again, as a part of that at which it came; a bounce that would last less "
             "than a sixteenth of the longest step is left out",
             0.0,
