@@ -168,21 +168,21 @@ def accelerate(m: wp.ref[Square], touch: Counts, moments: Values) -> Values:
     """Angular accelerations, or coefficients of them, from moments of all blocks [N m]."""
     b = moments
     for step in range(BLOCKS):
-        k = BLOCKS - 1 - step
+        k = wp.static(BLOCKS - 1 - step)
         if touch[k] == CLOSED:
             if k > 0:
                 b[k - 1] = b[k - 1] + b[k]
             b[k] = real(0.0)
     for k in range(BLOCKS):
-        for j in range(k):
+        for j in range(wp.static(k)):
             b[k] = fused_less(m[k, j], b[j], b[k])
     for step in range(BLOCKS):
-        k = BLOCKS - 1 - step
-        for j in range(k + 1, BLOCKS):
+        k = wp.static(BLOCKS - 1 - step)
+        for j in range(wp.static(k + 1), BLOCKS):
             b[k] = fused_less(m[k, j], b[j], b[k])
         b[k] = b[k] * m[k, k]
     for k in range(1, BLOCKS):
-        if touch[k] == CLOSED:
+        if touch[wp.static(k)] == CLOSED:
             b[k] = b[k - 1]
     return b
 
