@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import pathlib
 import xml.etree.ElementTree
 
 import PIL.Image
 import pytest
 
+from warprock.figures import drawing as drawing_file
 from warprock.figures.drawing import Drawing, write_drawings
 from warprock.figures.sheet import headline, legend_below, style, subplots
 
@@ -67,6 +69,26 @@ def test_a_users_script_can_take_the_style_by_its_name():
 
     with matplotlib.style.context("warprock.figures.sheet"):
         assert matplotlib.rcParams["image.cmap"] == "cividis"
+
+
+def test_ticks_that_are_kept_change_no_byte(monkeypatch):
+    """Panels that share an axis, a second scale, a logarithm, limits that change."""
+
+    def drawn() -> tuple[bytes, str]:
+        with style():
+            figure, (panels,) = subplots(1, 2, (3.0, 1.5), sharex=True)
+            for axes in panels:
+                axes.plot([1.0, 2e3], [1e-3, 7.0])
+            panels[0].set_yscale("log")
+            panels[1].twinx().plot([1.0, 2e3], [3e5, 4e5])
+            made = Drawing("ticks", figure, "said", "alt")
+            first = made.png()
+            panels[1].set_ylim(-6.0, 1e2)
+            return first, made.svg()
+
+    kept = drawn()
+    monkeypatch.setattr(drawing_file, "_ticks_kept", lambda _figure: contextlib.nullcontext())
+    assert drawn() == kept
 
 
 def test_panels_are_laid_out_again_only_where_something_has_changed(drawing, monkeypatch):
