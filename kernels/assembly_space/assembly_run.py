@@ -29,7 +29,6 @@ from warprock.kernels.assembly.meeting import (
     look_out,
     observe_free,
 )
-from warprock.kernels.assembly.solve import Leap, decide, drift_after, start_solve
 from warprock.kernels.assembly_space.block import (
     Block,
     Peak,
@@ -59,6 +58,7 @@ from warprock.kernels.assembly_space.contact import (
 )
 from warprock.kernels.assembly_space.finding import find_joint, find_pairs, list_pairs
 from warprock.kernels.assembly_space.meeting import Laid, Sides, Step, has_left, slip_of_joint
+from warprock.kernels.assembly_space.pace import decide, start_solve
 from warprock.kernels.assembly_space.packing import (
     NUMBERS,
     WIDTH,
@@ -154,7 +154,7 @@ def run_lanes(
     room = laid.contacts.shape[1] // 2
     samples = sample_times.shape[0]
     end = sample_times[samples - 1]
-    seen, account, near, none = start_seen(), Account(), Near(), Leap()
+    seen, account, near = start_seen(), Account(), Near()
     sides = rows(Sides, lanes=WIDTH)
     ya = rows(Weighted, lanes=WIDTH)
     yb = rows(Weighted, lanes=WIDTH)
@@ -218,10 +218,10 @@ def run_lanes(
             trail = Trail()
             trail.y = laid.weighted[lane, k]
             kept.trails[lane, k] = trail
-        solve = start_solve(real(1.0), knobs.settled, seen.speed)
+        solve = start_solve(live, knobs.settled, seen.speed)
         most = wp.where(number < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
         own_rows = lane * (laid.order.shape[1] // WIDTH)
-        while solve.on > zero:
+        while solve.goes > 0:
             for i in range(WIDTH):
                 rest[i] = Rest()
             beta = real(solve.beta)
@@ -292,7 +292,7 @@ def run_lanes(
             for i in range(WIDTH):
                 solve.square = solve.square + rest[i].square
                 solve.worst = larger(wp.sqrt(rest[i].worst), solve.worst)
-            decide(knobs.settled, most, False, solve, none)
+            decide(knobs.settled, most, solve)
             for k in range(count):
                 y = laid.weighted[lane, k]
                 trail = kept.trails[lane, k]
@@ -306,7 +306,7 @@ def run_lanes(
         seen.sweeps = seen.sweeps + solve.sweeps
         seen.residual = larger(solve.left, seen.residual)
         misses = solve.left > solve.loose
-        drift = drift_after(dt, solve, drift)
+        drift = wp.where(misses, fused(dt, solve.left, drift), drift)
         if drift > DRIFT * laid.scale[lane] or (misses and live == 0):
             seen.mode = UNSOLVED
         number += 1

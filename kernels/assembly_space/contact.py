@@ -146,7 +146,7 @@ class Row:
 
 @wp.struct
 class Impulse:
-    """Impulses of a contact [N s], their direction p and last change d (assembly/solve.py)."""
+    """Impulses of a contact [N s], their direction p and last change d (pace.py)."""
 
     n: real
     t: real

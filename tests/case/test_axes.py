@@ -30,7 +30,7 @@ BAD_SWEEPS = [
     (
         '[[sweep]]\nblock.height = ["1 m", "2 m"]\nblock.width = ["1 m"]',
         "sweep[0].block.width",
-        "got 1 values, must be as many as block.height beside it, 2",
+        "got 1 value, must be as many as block.height beside it, 2",
     ),
     (
         '[[sweep]]\nblock.height = ["1 m"]\n[[sweep]]\nblock.height = ["1 m"]',

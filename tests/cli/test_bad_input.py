@@ -329,3 +329,17 @@ def test_a_case_of_many_lanes_is_still_explained():
     found = explain_case(case)
     assert found["lanes"] == 100_000_000
     assert found["inputs_of_lanes"] == 100_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("view", "free-b0", "--port", "abc"), "--port: got 'abc', must be a whole number, at lea"),
+        (("view", "free-b0", "--port", 70000), "and at most 65535"),
+        (("animate", "free-b0", "--speed", "x"), "--speed: got 'x', must be a number, above 0 and"),
+        (("ida", "free-b0", "--count", "2.5"), "--count: got '2.5', must be a whole number"),
+        (("verdict", "--body", "statue", "--record", "nope"), "--record: got 'nope', must be a fi"),
+    ],
+)
+def test_a_value_of_an_option_is_named_with_its_bound(arguments: tuple[object, ...], said: str):
+    assert said in refused(*arguments)

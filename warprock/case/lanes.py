@@ -393,9 +393,10 @@ def _refuse_checks(case: Case, lane_set: LaneSet) -> None:
         if isinstance(check, PeaksCheck):
             count = len(lane_set.select(check.where))
             if len(check.values) != count:
+                got = "1 value" if len(check.values) == 1 else f"{len(check.values)} values"
                 raise InputError(
                     case.file,
                     f"check[{number}].values",
-                    Said(f"{len(check.values)} values"),
+                    Said(got),
                     f"must be {count}, one for each lane selected",
                 )

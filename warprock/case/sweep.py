@@ -294,7 +294,9 @@ def _common_length(columns: Mapping[str, Numbers | Texts]) -> int:
                 f"must be as many as {first} beside it, {lengths[first]} (keys of one axis are "
                 "zipped; write another [[sweep]] to cross them)"
             )
-            raise KeyedError(key, Said(f"{lengths[key]} values"), allowed)
+            raise KeyedError(
+                key, Said("1 value" if lengths[key] == 1 else f"{lengths[key]} values"), allowed
+            )
     return lengths[first]
 
 

@@ -356,7 +356,12 @@ def take_record(name: str, reading: Reading = AS_WRITTEN) -> TakenRecord:
     Raises:
         InputError: There is no such record, or the file is none.
     """
-    record: Record = load_record(name, asked=reading)
+    try:
+        record: Record = load_record(name, asked=reading)
+    except InputError as error:
+        if (error.source, error.key) != (name, "record"):
+            raise
+        raise InputError("--record", "", name, error.allowed) from None
     duration = f"{math.ceil(record.duration + AFTERWARDS):g} s"
     if name in record_names():
         return TakenRecord(name, duration, {})
