@@ -3,11 +3,21 @@
 Bodies are numbered from the ground: body 0 is the ground, an endless face that nothing moves, body
 k the k-th block. The step is that of a single block (see impulse_space/block.py), body by body. The
 contacts of interface k, below block k, are the corners of the overlap of the bottom face of block k
-and the top face below (see shape/faces.py), found once a step. Their normal is that of the lower
-face; impulses and slips are along its width, its depth and its normal. The velocity of a contact at
-the levers r_u and r_l from the centres of the two blocks is
+and the top face below (see shape/faces.py), found once a step. All of an interface is in the axes
+of its lower body, whose third one is the normal: impulses, slips, and places from the foot, the
+point of the lower face under the upper centre of mass. With the levers c_u and c_l of the foot from
+both centres, the upper body moves there, as seen from the lower one, at
 
-    v_u + omega_u x r_u - v_l - omega_l x r_l.
+    V = v_u + omega_u x c_u - v_l - omega_l x c_l,     W = omega_u - omega_l,
+
+and a contact at r at V + W x r. Its impulse p changes V and W by Y p, three columns that are found
+once a step: L p + C (r x p) and C^T p + J (r x p), where the sum over both bodies, of inverse mass
+1/m, inverse inertia J_b and lever c, is
+
+    L = sum 1/m - [c] J_b [c],     C = - sum [c] J_b,     J = sum J_b,     [c] x = c x x.
+
+So a sweep knows two bodies by V and W alone while it visits an interface; then both get the sum of
+its impulses.
 
 The sweeps go from the ground up. In a mirrored scene they visit the corners of an interface in
 mirrored order: slots are those of the mirror image in which the block leans to the positive side
@@ -21,6 +31,7 @@ import warp as wp
 from warprock.kernels.impulse.stack import drop_round_off
 from warprock.kernels.impulse_space.block import (
     FAR,
+    Contact,
     Gains,
     Impulse,
     Knobs,
@@ -41,11 +52,11 @@ from warprock.kernels.shape_space.lanes import (
     Symmetric,
     Triple,
     Turn,
-    cross_product,
     inertia_of,
     into_base,
     into_body,
     minus,
+    multiple,
     plus,
     product,
     scalar_product,
@@ -58,7 +69,7 @@ CORNERS = real(4.0)
 """Corners of the upper face; if all of them lie over the lower one, other slots do not exist."""
 
 SETTLED = real(1.0e-14)
-"""Relative change of the impulses in a sweep that is round-off."""
+"""Change of the impulses in a sweep that is round-off, over the weight of the stack in a step."""
 
 
 @wp.struct
@@ -78,24 +89,86 @@ class Spot:
 
 
 @wp.struct
-class Contact:
-    """A contact of two bodies in a step.
+class Foot:
+    """Levers of the foot of an interface, in the axes of its lower body.
 
     Attributes:
-        ux, uy, uz: Lever from the upper centre of mass [m].
-        lx, ly, lz: Lever from the lower one [m].
-        gap: Its gap, zero if it sinks [m].
-        on: 1 if it is one, else 0.
+        height: Of the upper centre of mass above it [m].
+        x, y, z: From the lower centre of mass [m].
     """
 
-    ux: real
-    uy: real
-    uz: real
-    lx: real
-    ly: real
-    lz: real
-    gap: real
-    on: real
+    height: real
+    x: real
+    y: real
+    z: real
+
+
+@wp.struct
+class Mobility:
+    """The matrices L, C and J of an interface, see above [1/kg, 1/(kg m), 1/(kg m^2)]."""
+
+    l11: real
+    l12: real
+    l13: real
+    l22: real
+    l23: real
+    l33: real
+    c11: real
+    c12: real
+    c13: real
+    c21: real
+    c22: real
+    c23: real
+    c31: real
+    c32: real
+    c33: real
+    j11: real
+    j12: real
+    j13: real
+    j22: real
+    j23: real
+    j33: real
+
+
+@wp.struct
+class Effect:
+    """Change of the relative motion of two bodies per impulse along x, y or z of a contact.
+
+    Attributes:
+        x1, x2, x3: Of V along x [1/kg]; likewise y and z.
+        turn_x1, turn_x2, turn_x3: Of W about x [1/(kg m)]; likewise y and z.
+    """
+
+    x1: real
+    x2: real
+    x3: real
+    y1: real
+    y2: real
+    y3: real
+    z1: real
+    z2: real
+    z3: real
+    turn_x1: real
+    turn_x2: real
+    turn_x3: real
+    turn_y1: real
+    turn_y2: real
+    turn_y3: real
+    turn_z1: real
+    turn_z2: real
+    turn_z3: real
+
+
+@wp.struct
+class Wrench:
+    """Sum of impulses [N s] and of their moments about the foot [N m s]."""
+
+    x: real
+    y: real
+    z: real
+    turn_x: real
+    turn_y: real
+    turn_z: real
 
 
 @wp.struct
@@ -111,14 +184,6 @@ class Opening:
     lifted: real
     landed: real
     deep: real
-
-
-@wp.struct
-class Change:
-    """Squares of the change of the impulses in a sweep, and of the impulses [N^2 s^2]."""
-
-    change: real
-    size: real
 
 
 @wp.func
@@ -257,100 +322,148 @@ def rise_of(knobs: Knobs, opens: Opening, low: Turn, shift: wp.ref[Triple], tota
 
 
 @wp.func
-def find_contact(
-    on: bool, spot: Spot, lean: Lean, below: Block, low: Turn, s: State, under: State
-) -> Contact:  # fmt: skip
-    """A contact at a slot.
+def inverse_of(block: Block) -> Triple:
+    """Inverse moments of inertia of a block about its axes, for unit mass [1/m^2]."""
+    return Triple(block.inverse_x, block.inverse_y, block.inverse_z)
+
+
+@wp.func
+def find_foot(away: Triple, height: real) -> Foot:
+    """The foot of an interface; see `place_between` and, for the height, `support_of`."""
+    return Foot(away.z - height, away.x, away.y, height)
+
+
+@wp.func
+def find_contact(spot: Spot, lean: Lean, below: Block, foot: Foot, knobs: Knobs) -> Contact:
+    """The contact at a slot, from the foot.
 
     Args:
-        on: Whether it is one.
         spot: The slot.
         lean: Sides to which the block leans.
         below: The body below.
-        low: Its axes.
-        s: The block.
-        under: The state of the body below.
+        foot: Its levers.
+        knobs: Settings.
     """
-    zero = real(0.0)
-    x, y = lean.x * spot.x - below.centre_x, lean.y * spot.y - below.centre_y
-    r = into_base(low, Triple(x, y, spot.gap + below.half_height))
+    zero, on = real(0.0), spot.on > real(0.0)
+    x = lean.x * spot.x - below.centre_x - foot.x
+    y = lean.y * spot.y - below.centre_y - foot.y
+    aim = -larger(spot.gap, zero) * knobs.rate
     return Contact(
-        wp.where(on, r.x + under.x - s.x, zero), wp.where(on, r.y + under.y - s.y, zero),
-        wp.where(on, r.z + under.z - s.z, zero), wp.where(on, r.x, zero), wp.where(on, r.y, zero),
-        wp.where(on, r.z, zero), wp.where(on, larger(spot.gap, zero), zero),
-        wp.where(on, real(1.0), zero),
+        wp.where(on, x, zero), wp.where(on, y, zero), wp.where(on, spot.gap, zero),
+        wp.where(on, aim, zero), spot.on,
     )  # fmt: skip
 
 
 @wp.func
-def gains_of(both: real, r: Turn, ju: Symmetric, jl: Symmetric, at: Contact) -> Gains:
-    """Effect of impulses at a contact.
+def mobility_of(
+    light: real, under: real, m: Turn, inverse: Triple, lower: Triple, foot: Foot
+) -> Mobility:  # fmt: skip
+    """What impulses at the foot do to the relative motion of two bodies.
 
     Args:
-        both: Sum of the inverse masses of its bodies [1/kg].
-        r: Axes of the lower body, the directions of the contact.
-        ju, jl: Inverse inertia of the upper body [1/(kg m^2)] and of the lower one.
-        at: The contact.
+        light, under: Inverse masses of the upper and the lower body [1/kg].
+        m: Attitude of the upper one in the axes of the lower one.
+        inverse, lower: Inverse moments of inertia of both about their axes, for unit mass [1/m^2].
+        foot: Levers.
     """
-    one = real(1.0)
-    ru, rl = Triple(at.ux, at.uy, at.uz), Triple(at.lx, at.ly, at.lz)
-    e1, e2, e3 = (
-        Triple(r.r11, r.r21, r.r31), Triple(r.r12, r.r22, r.r32), Triple(r.r13, r.r23, r.r33)
+    j, jl = inertia_of(m, multiple(light, inverse)), multiple(under, lower)
+    h, x, y, z, both = foot.height, foot.x, foot.y, foot.z, light + under
+    hx, hy = h * j.xy, h * h * j.xy
+    ax, bx, cx = jl.x * z, jl.y * x, jl.z * x
+    ay, bz, cy = jl.x * y, jl.y * z, jl.z * y
+    return Mobility(
+        both + fused(h * h, j.yy, fused(bz, z, cy * y)), -fused(cx, y, hy), -bx * z,
+        both + fused(h * h, j.xx, fused(ax, z, cx * x)), -ay * z, both + fused(ay, y, bx * x),
+        -hx, fused_less(h, j.yy, bz), fused_less(h, j.yz, -cy),
+        fused(h, j.xx, -ax), hx, fused(h, j.xz, cx),
+        ay, -bx, real(0.0),
+        j.xx + jl.x, j.xy, j.xz, j.yy + jl.y, j.yz, j.zz + jl.z,
     )  # fmt: skip
-    u1, u2, u3 = cross_product(ru, e1), cross_product(ru, e2), cross_product(ru, e3)
-    l1, l2, l3 = cross_product(rl, e1), cross_product(rl, e2), cross_product(rl, e3)
-    ju1, ju2, ju3 = times(ju, u1), times(ju, u2), times(ju, u3)
-    jl1, jl2, jl3 = times(jl, l1), times(jl, l2), times(jl, l3)
-    k11 = both + scalar_product(u1, ju1) + scalar_product(l1, jl1)
-    k12 = scalar_product(u1, ju2) + scalar_product(l1, jl2)
-    k13 = scalar_product(u1, ju3) + scalar_product(l1, jl3)
-    k22 = both + scalar_product(u2, ju2) + scalar_product(l2, jl2)
-    k23 = scalar_product(u2, ju3) + scalar_product(l2, jl3)
-    k33 = both + scalar_product(u3, ju3) + scalar_product(l3, jl3)
-    p1, p2, p3 = slip_gains(one, k11, k12, k22)
-    h = stop_gains(one, Symmetric(k11, k12, k13, k22, k23, k33))
-    return Gains(k13, k23, one / k33, p1, p2, p3, h.xx, h.xy, h.xz, h.yy, h.yz, h.zz)
 
 
 @wp.func
-def velocity_at(u: Velocity, x: real, y: real, z: real) -> Triple:
-    """Velocity of a point of a body at a lever from its centre of mass [m/s]."""
+def effect_of(m: Mobility, at: Contact) -> Effect:
+    """What impulses at a contact do; nothing if there is none."""
+    x, y, h, on = at.x, at.y, at.h, at.on
+    # r x e for e along x, y, z is (0, h, -y), (-h, 0, x), (y, -x, 0).
+    return Effect(
+        on * fused_less(m.c13, y, fused(m.c12, h, m.l11)),
+        on * fused(m.c13, x, fused_less(m.c11, h, m.l12)),
+        on * fused_less(m.c12, x, fused(m.c11, y, m.l13)),
+        on * fused_less(m.c23, y, fused(m.c22, h, m.l12)),
+        on * fused(m.c23, x, fused_less(m.c21, h, m.l22)),
+        on * fused_less(m.c22, x, fused(m.c21, y, m.l23)),
+        on * fused_less(m.c33, y, fused(m.c32, h, m.l13)),
+        on * fused(m.c33, x, fused_less(m.c31, h, m.l23)),
+        on * fused_less(m.c32, x, fused(m.c31, y, m.l33)),
+        on * fused_less(m.j13, y, fused(m.j12, h, m.c11)),
+        on * fused(m.j13, x, fused_less(m.j11, h, m.c21)),
+        on * fused_less(m.j12, x, fused(m.j11, y, m.c31)),
+        on * fused_less(m.j23, y, fused(m.j22, h, m.c12)),
+        on * fused(m.j23, x, fused_less(m.j12, h, m.c22)),
+        on * fused_less(m.j22, x, fused(m.j12, y, m.c32)),
+        on * fused_less(m.j33, y, fused(m.j23, h, m.c13)),
+        on * fused(m.j33, x, fused_less(m.j13, h, m.c23)),
+        on * fused_less(m.j23, x, fused(m.j13, y, m.c33)),
+    )  # fmt: skip
+
+
+@wp.func
+def gains_of(e: Effect, at: Contact) -> Gains:
+    """Effect of impulses at a contact on its velocity; zero if there is none."""
+    one, on = real(1.0), at.on
+    off = one - on
+    k11 = off + fused_less(e.turn_z1, at.y, fused(e.turn_y1, at.h, e.x1))
+    k12 = fused_less(e.turn_z2, at.y, fused(e.turn_y2, at.h, e.x2))
+    k13 = fused_less(e.turn_z3, at.y, fused(e.turn_y3, at.h, e.x3))
+    k22 = off + fused_less(e.turn_x2, at.h, fused(e.turn_z2, at.x, e.y2))
+    k23 = fused_less(e.turn_x3, at.h, fused(e.turn_z3, at.x, e.y3))
+    k33 = off + fused_less(e.turn_y3, at.x, fused(e.turn_x3, at.y, e.z3))
+    p1, p2, p3 = slip_gains(on, k11, k12, k22)
+    h = stop_gains(on, Symmetric(k11, k12, k13, k22, k23, k33))
+    return Gains(k13, k23, on / k33, p1, p2, p3, h.xx, h.xy, h.xz, h.yy, h.yz, h.zz)
+
+
+@wp.func
+def motion_between(foot: Foot, low: Turn, u: Velocity, below: Velocity) -> Velocity:
+    """V and W, see above: a body as seen from the one below, in the axes `low`."""
+    v = into_body(low, Triple(u.x - below.x, u.y - below.y, u.z - below.z))
+    o = into_body(low, rate_of(u))
+    b = into_body(low, rate_of(below))
+    wx, wy, wz = vector_product(b.x, b.y, b.z, foot.x, foot.y, foot.z)
+    return Velocity(
+        fused_less(foot.height, o.y, v.x) - wx, fused(foot.height, o.x, v.y) - wy, v.z - wz,
+        o.x - b.x, o.y - b.y, o.z - b.z,
+    )  # fmt: skip
+
+
+@wp.func
+def slip_of(at: Contact, v: Velocity) -> Triple:
+    """Velocity of a contact from that at the foot [m/s]."""
     return Triple(
-        fused_less(u.turn_z, y, fused(u.turn_y, z, u.x)),
-        fused_less(u.turn_x, z, fused(u.turn_z, x, u.y)),
-        fused_less(u.turn_y, x, fused(u.turn_x, y, u.z)),
+        fused_less(v.turn_z, at.y, fused(v.turn_y, at.h, v.x)),
+        fused_less(v.turn_x, at.h, fused(v.turn_z, at.x, v.y)),
+        fused_less(v.turn_y, at.x, fused(v.turn_x, at.y, v.z)),
     )
 
 
 @wp.func
-def slip_between(at: Contact, u: Velocity, low: Velocity) -> Triple:
-    """Velocity of a contact on the upper body as seen from the lower one [m/s]."""
-    return minus(velocity_at(u, at.ux, at.uy, at.uz), velocity_at(low, at.lx, at.ly, at.lz))
-
-
-@wp.func
-def solve_contact(
-    mu: real, rate: real, at: Contact, g: Gains, r: Turn, p: Impulse, slip: Triple
-) -> Impulse:  # fmt: skip
+def solve_contact(mu: real, at: Contact, g: Gains, p: Impulse, v: Triple) -> Impulse:
     """New impulses of a contact along its directions, by a Gauss-Seidel update [N s].
 
     Args:
         mu: Friction coefficient.
-        rate: Inverse of the time step [1/s].
         at: The contact.
         g: Effect of its impulses.
-        r: Axes of the lower body.
         p: Its impulses so far [N s].
-        slip: Its velocity, see `slip_between` [m/s].
+        v: Its velocity, see `slip_of` [m/s].
     """
-    zero = real(0.0)
-    v = into_body(r, slip)
-    z = fused(at.gap, rate, v.z)
+    z = v.z - at.aim
     stop_x = p.fx - product(g.h11, g.h12, g.h13, v.x, v.y, z)
     stop_y = p.fy - product(g.h12, g.h22, g.h23, v.x, v.y, z)
     stop_z = p.n - product(g.h13, g.h23, g.h33, v.x, v.y, z)
     sticks = holds(stop_x, stop_y, stop_z, mu)
-    pushed = larger(fused_less(g.pn, z, p.n), zero)
+    pushed = larger(fused_less(g.pn, z, p.n), real(0.0))
     # Slip velocity after the normal impulse.
     more = pushed - p.n
     fx, fy = drag(
@@ -362,26 +475,73 @@ def solve_contact(
 
 
 @wp.func
-def add_change(change: Triple, p: Impulse, sums: wp.ref[Change]):
-    """Adds a contact's change of its impulse in a sweep, and its impulse."""
-    sums.change = sums.change + scalar_product(change, change)
-    q = Triple(p.fx, p.fy, p.n)
-    sums.size = sums.size + scalar_product(q, q)
+def add_effect(e: Effect, p: Triple, v: wp.ref[Velocity]):
+    """Adds what an impulse p [N s] of a contact does to V and W."""
+    v.x = fused(e.x3, p.z, fused(e.x2, p.y, fused(e.x1, p.x, v.x)))
+    v.y = fused(e.y3, p.z, fused(e.y2, p.y, fused(e.y1, p.x, v.y)))
+    v.z = fused(e.z3, p.z, fused(e.z2, p.y, fused(e.z1, p.x, v.z)))
+    v.turn_x = fused(e.turn_x3, p.z, fused(e.turn_x2, p.y, fused(e.turn_x1, p.x, v.turn_x)))
+    v.turn_y = fused(e.turn_y3, p.z, fused(e.turn_y2, p.y, fused(e.turn_y1, p.x, v.turn_y)))
+    v.turn_z = fused(e.turn_z3, p.z, fused(e.turn_z2, p.y, fused(e.turn_z1, p.x, v.turn_z)))
 
 
 @wp.func
-def push(light: real, j: Symmetric, x: real, y: real, z: real, p: Triple, u: wp.ref[Velocity]):
-    """Applies an impulse p [N s] at the lever (x, y, z) to the velocity u of a body.
+def add_impulse(at: Contact, p: Triple, sum: wp.ref[Wrench]):
+    """Adds an impulse p [N s] of a contact to that of its interface."""
+    sum.x = sum.x + p.x
+    sum.y = sum.y + p.y
+    sum.z = sum.z + p.z
+    sum.turn_x = fused_less(at.h, p.y, fused(at.y, p.z, sum.turn_x))
+    sum.turn_y = fused_less(at.x, p.z, fused(at.h, p.x, sum.turn_y))
+    sum.turn_z = fused_less(at.y, p.x, fused(at.x, p.y, sum.turn_z))
 
-    light is its inverse mass [1/kg], j its inverse inertia [1/(kg m^2)].
+
+@wp.func
+def square_of(p: Wrench, foot: Foot) -> real:
+    """The square of the impulses of an interface, moments over the height [N^2 s^2]."""
+    part = real(1.0) / foot.height
+    mx, my, mz = part * p.turn_x, part * p.turn_y, part * p.turn_z
+    return product(p.x, p.y, p.z, p.x, p.y, p.z) + product(mx, my, mz, mx, my, mz)
+
+
+@wp.func
+def push_upper(
+    light: real, j: Symmetric, foot: Foot, low: Turn, p: Wrench, u: wp.ref[Velocity]
+):  # fmt: skip
+    """Gives the impulses of an interface to its upper body; see `push`."""
+    moment = Triple(
+        fused(foot.height, p.y, p.turn_x), fused_less(foot.height, p.x, p.turn_y), p.turn_z
+    )
+    push(light, j, into_base(low, Triple(p.x, p.y, p.z)), into_base(low, moment), u)
+
+
+@wp.func
+def push_lower(
+    light: real, j: Symmetric, foot: Foot, low: Turn, p: Wrench, u: wp.ref[Velocity]
+):  # fmt: skip
+    """Gives the impulses of an interface to its lower body; see `push`."""
+    mx, my, mz = vector_product(foot.x, foot.y, foot.z, p.x, p.y, p.z)
+    moment = Triple(-p.turn_x - mx, -p.turn_y - my, -p.turn_z - mz)
+    push(light, j, into_base(low, Triple(-p.x, -p.y, -p.z)), into_base(low, moment), u)
+
+
+@wp.func
+def push(light: real, j: Symmetric, p: Triple, moment: Triple, u: wp.ref[Velocity]):
+    """Changes the velocity of a body by an impulse.
+
+    Args:
+        light: Inverse mass [1/kg].
+        j: Inverse inertia, in the axes of the base [1/(kg m^2)].
+        p: The impulse [N s].
+        moment: Its moment about the centre of mass [N m s].
+        u: The velocity; updated.
     """
     u.x = fused(light, p.x, u.x)
     u.y = fused(light, p.y, u.y)
     u.z = fused(light, p.z, u.z)
-    a, b, c = vector_product(x, y, z, p.x, p.y, p.z)
-    u.turn_x = fused(j.xz, c, fused(j.xy, b, fused(j.xx, a, u.turn_x)))
-    u.turn_y = fused(j.yz, c, fused(j.yy, b, fused(j.xy, a, u.turn_y)))
-    u.turn_z = fused(j.zz, c, fused(j.yz, b, fused(j.xz, a, u.turn_z)))
+    u.turn_x = fused(j.xz, moment.z, fused(j.xy, moment.y, fused(j.xx, moment.x, u.turn_x)))
+    u.turn_y = fused(j.yz, moment.z, fused(j.yy, moment.y, fused(j.xy, moment.x, u.turn_y)))
+    u.turn_z = fused(j.zz, moment.z, fused(j.yz, moment.y, fused(j.xz, moment.x, u.turn_z)))
 
 
 @wp.func

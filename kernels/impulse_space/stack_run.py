@@ -24,6 +24,7 @@ import warp as wp
 from warprock.kernels.algebra.vectors import W, X, Y, Z
 from warprock.kernels.impulse_space.block import (
     FAR,
+    Contact,
     Gains,
     Impulse,
     Knobs,
@@ -38,26 +39,36 @@ from warprock.kernels.impulse_space.block_run import swap_if, swap_impulses_if
 from warprock.kernels.impulse_space.stack import (
     CORNERS,
     SETTLED,
-    Change,
-    Contact,
+    Effect,
+    Foot,
+    Mobility,
     Opening,
     Spot,
-    add_change,
+    Wrench,
+    add_effect,
+    add_impulse,
+    effect_of,
     find_contact,
     find_edge_spot,
+    find_foot,
     find_lean,
     find_lower_spot,
     find_upper_spot,
     gains_of,
     integrate,
+    inverse_of,
+    mobility_of,
     mode_after,
+    motion_between,
     observe_block,
     observe_spot,
     place_between,
-    push,
+    push_lower,
+    push_upper,
     rise_of,
-    slip_between,
+    slip_of,
     solve_contact,
+    square_of,
     support_of,
     turn_between,
 )
@@ -74,8 +85,6 @@ from warprock.kernels.shape_space.lanes import (
     Symmetric,
     Triple,
     Turn,
-    into_base,
-    into_body,
     turn_of,
 )
 from warprock.kernels.shape_space.stack import CONTACTS, UPPER, face_pair
@@ -95,8 +104,10 @@ Numbers = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=real)
 """A number a body."""
 Marks = wp.types.matrix(shape=(SLOTS * BLOCKS, LANES), dtype=real)
 """A number a slot."""
-Slots = wp.types.matrix(shape=(CONTACTS * BLOCKS, LANES), dtype=int)
+Slots = wp.types.matrix(shape=(CONTACTS * BLOCKS + 1, LANES), dtype=int)
 """The slot of a contact."""
+Order = wp.types.vector(length=SLOTS + 1, dtype=int)
+"""Slots that some lane of the thread touches."""
 Counts = wp.types.vector(length=BLOCKS + 1, dtype=int)
 """Rows of contacts of an interface that a lane of the thread uses."""
 Places = wp.types.vector(length=LANES, dtype=int)
@@ -118,6 +129,7 @@ def run_lanes(
     lean = rows(Lean, BLOCKS + 1)
     peaks = rows(Peaks, BLOCKS + 1)
     lift = rows(Triple, BLOCKS + 1)
+    foot = rows(Foot, BLOCKS + 1)
     light, mu, load, there = Numbers(), Numbers(), Numbers(), Numbers()
     # Slots: of one interface its spots, of all of them the impulses of the last step.
     spot = rows(Spot, SLOTS + 1)
@@ -125,6 +137,7 @@ def run_lanes(
     apart = Marks()
     # Contacts, CONTACTS rows an interface.
     contact = rows(Contact, ROWS)
+    effect = rows(Effect, ROWS)
     gains = rows(Gains, ROWS)
     impulse = rows(Impulse, ROWS)
     slot = Slots()
@@ -132,13 +145,14 @@ def run_lanes(
     opens = rows(Opening)
     total = rows(Opening)
     shift = rows(Triple)
-    change = rows(Change)
-    given = rows(Triple)
+    mobility = rows(Mobility)
+    moving = rows(Velocity)
+    given = rows(Wrench)
     seen = rows(Result)
-    base, dv, hint, number, busy = Three(), Three(), Three(), Places(), Counts()
+    base, dv, hint, number, busy, change = Three(), Three(), Three(), Places(), Counts(), R()
     part, going, fastest, flip = R(), R(), R(), Three()
     bodies, directions, slots = int(BLOCKS + 1), int(2), int(SLOTS)  # loops stay
-    uppers, edges = int(UPPER), int(12)
+    uppers, edges, spare, order = int(UPPER), int(12), int(SLOTS * BLOCKS), Order()
     count, running, time = int(-1), int(1), -dt
     for i in range(LANES):
         turn[GROUND, i] = Turn(one, zero, zero, zero, one, zero, zero, zero, one)
@@ -202,6 +216,11 @@ def run_lanes(
                     lean[k, i] = now
                     below = support_of(blocks[wp.max(k - 2, 0), first + i], k)
                     faces[i] = face_pair(blocks[k - 1, first + i], below, m, away, now.x, now.y)
+                    foot[k, i] = find_foot(away, below.half_height)
+                    mobility[i] = mobility_of(
+                        light[k, i], light[low, i], m, inverse_of(blocks[k - 1, first + i]),
+                        inverse_of(below), foot[k, i],
+                    )  # fmt: skip
                     opens[i] = Opening(zero, zero, -FAR)
                     there[k, i] = zero
                     number[i] = 0
@@ -242,34 +261,56 @@ def run_lanes(
                 for s in range(visits, slots):
                     for i in range(LANES):
                         apart[slot_row + s, i] = zero
-                # Contacts to the front. The place depends on the lane: no vector code.
+                # Contacts to the front. If one lane touches all slots that any lane touches, whole
+                # rows move; else each lane's own do, which is no vector code. There a slot that is
+                # no contact is written over by the next one, without branches.
+                union = int(0)
+                for s in range(visits):
+                    those = int(0)
+                    for i in range(LANES):
+                        number[i] = number[i] + int(spot[s, i].on)
+                        those += int(spot[s, i].on)
+                    order[union] = s
+                    union += wp.where(those > 0, 1, 0)
                 for i in range(LANES):
-                    n = int(0)
-                    for s in range(visits):
-                        if spot[s, i].on > zero and n < CONTACTS:
+                    most = wp.max(most, number[i])
+                most = wp.min(most, CONTACTS)
+                if union > most:
+                    for i in range(LANES):
+                        n = int(0)
+                        for s in range(visits):
                             slot[row + n, i] = s
-                            n += 1
-                    number[i] = n
-                    most = wp.max(most, n)
+                            n = wp.min(n + int(spot[s, i].on), CONTACTS)
+                    for n in range(most):
+                        for i in range(LANES):
+                            on = n < number[i]
+                            s = wp.where(on, slot[row + n, i], 0)
+                            p = kept[slot_row + s, i]
+                            impulse[row + n, i] = impulse_where(on, p)
+                            here = spot[s, i]
+                            here.on = wp.where(on, one, zero)
+                            spot[n, i] = here
+                else:
+                    for n in range(most):
+                        s = order[n]
+                        for i in range(LANES):
+                            p = kept[slot_row + s, i]
+                            here = spot[s, i]
+                            slot[row + n, i] = s
+                            impulse[row + n, i] = impulse_where(here.on > zero, p)
+                            spot[n, i] = here
                 busy[k] = most
                 for n in range(most):
                     for i in range(LANES):
-                        on = n < number[i]
-                        s = wp.where(on, slot[row + n, i], 0)
-                        place_there = spot[s, i]
+                        p = impulse[row + n, i]
+                        p.n = wp.where(count > 0, p.n, load[k, i] / real(wp.max(number[i], 1)))
+                        impulse[row + n, i] = impulse_where(spot[n, i].on > zero, p)
                         below = support_of(blocks[wp.max(k - 2, 0), first + i], k)
                         contact[row + n, i] = find_contact(
-                            on,
-                            place_there,
-                            lean[k, i],
-                            below,
-                            turn[low, i],
-                            state[k, i],
-                            state[low, i],
+                            spot[n, i], lean[k, i], below, foot[k, i], knobs
                         )
-                        p = kept[slot_row + s, i]
-                        p.n = wp.where(count > 0, p.n, load[k, i] / real(wp.max(number[i], 1)))
-                        impulse[row + n, i] = impulse_where(on, p)
+                        effect[row + n, i] = effect_of(mobility[i], contact[row + n, i])
+                        gains[row + n, i] = gains_of(effect[row + n, i], contact[row + n, i])
                 for i in range(LANES):
                     raised = shift[i]
                     all_seen = total[i]
@@ -279,28 +320,26 @@ def run_lanes(
                     lift[k, i] = raised
             for k in range(1, bodies):
                 low, row = k - 1, CONTACTS * (k - 1)
+                for i in range(LANES):
+                    given[i] = Wrench(zero, zero, zero, zero, zero, zero)
                 for n in range(busy[k]):
                     c = row + n
                     for i in range(LANES):
-                        gains[c, i] = gains_of(
-                            light[k, i] + light[low, i], turn[low, i], ease[k, i], ease[low, i],
-                            contact[c, i],
-                        )  # fmt: skip
                         p = impulse[c, i]
-                        more = into_base(turn[low, i], Triple(p.fx, p.fy, p.n))
-                        less = Triple(-more.x, -more.y, -more.z)
-                        u = new[k, i]
-                        lower = new[low, i]
-                        push(
-                            light[k, i], ease[k, i], contact[c, i].ux, contact[c, i].uy,
-                            contact[c, i].uz, more, u,
-                        )  # fmt: skip
-                        push(
-                            light[low, i], ease[low, i], contact[c, i].lx, contact[c, i].ly,
-                            contact[c, i].lz, less, lower,
-                        )  # fmt: skip
-                        new[k, i] = u
-                        new[low, i] = lower
+                        sum = given[i]
+                        add_impulse(contact[c, i], Triple(p.fx, p.fy, p.n), sum)
+                        given[i] = sum
+                for i in range(LANES):
+                    u = new[k, i]
+                    push_upper(light[k, i], ease[k, i], foot[k, i], turn[low, i], given[i], u)
+                    new[k, i] = u
+                # Nothing moves the ground.
+                for i in range(wp.where(k > 1, LANES, 0)):
+                    lower = new[low, i]
+                    push_lower(
+                        light[low, i], ease[low, i], foot[k, i], turn[low, i], given[i], lower
+                    )
+                    new[low, i] = lower
             for i in range(LANES):
                 going[i] = one
             step, sweeping = int(0), int(1)
@@ -308,47 +347,47 @@ def run_lanes(
             while sweeping > 0 and step < sweeps:
                 step += 1
                 for i in range(LANES):
-                    change[i] = Change(zero, zero)
+                    change[i] = zero
                 for k in range(1, bodies):
                     low, row = k - 1, CONTACTS * (k - 1)
+                    for i in range(LANES):
+                        moving[i] = motion_between(foot[k, i], turn[low, i], new[k, i], new[low, i])
+                        given[i] = Wrench(zero, zero, zero, zero, zero, zero)
                     for n in range(busy[k]):
                         c = row + n
                         for i in range(LANES):
-                            slip = slip_between(contact[c, i], new[k, i], new[low, i])
+                            slip = slip_of(contact[c, i], moving[i])
                             p = solve_contact(
-                                mu[k, i], knobs.rate, contact[c, i], gains[c, i], turn[low, i],
-                                impulse[c, i], slip,
-                            )  # fmt: skip
-                            works = contact[c, i].on * going[i]
-                            dx = wp.where(works > zero, p.fx - impulse[c, i].fx, zero)
-                            dy = wp.where(works > zero, p.fy - impulse[c, i].fy, zero)
-                            dz = wp.where(works > zero, p.n - impulse[c, i].n, zero)
-                            impulse[c, i].fx = wp.where(works > zero, p.fx, impulse[c, i].fx)
-                            impulse[c, i].fy = wp.where(works > zero, p.fy, impulse[c, i].fy)
-                            impulse[c, i].n = wp.where(works > zero, p.n, impulse[c, i].n)
-                            more = into_base(turn[low, i], Triple(dx, dy, dz))
-                            sums = change[i]
-                            add_change(more, impulse[c, i], sums)
-                            change[i] = sums
-                            u = new[k, i]
-                            push(
-                                light[k, i], ease[k, i], contact[c, i].ux, contact[c, i].uy,
-                                contact[c, i].uz, more, u,
-                            )  # fmt: skip
-                            new[k, i] = u
-                            given[i] = Triple(-more.x, -more.y, -more.z)
-                        # Nothing moves the ground.
-                        for i in range(wp.where(k > 1, LANES, 0)):
-                            lower = new[low, i]
-                            push(
-                                light[low, i], ease[low, i], contact[c, i].lx, contact[c, i].ly,
-                                contact[c, i].lz, given[i], lower,
-                            )  # fmt: skip
-                            new[low, i] = lower
+                                mu[k, i], contact[c, i], gains[c, i], impulse[c, i], slip
+                            )
+                            works = going[i] > zero
+                            dx = wp.where(works, p.fx - impulse[c, i].fx, zero)
+                            dy = wp.where(works, p.fy - impulse[c, i].fy, zero)
+                            dz = wp.where(works, p.n - impulse[c, i].n, zero)
+                            impulse[c, i] = wp.where(works, p, impulse[c, i])
+                            more = Triple(dx, dy, dz)
+                            v = moving[i]
+                            add_effect(effect[c, i], more, v)
+                            moving[i] = v
+                            sum = given[i]
+                            add_impulse(contact[c, i], more, sum)
+                            given[i] = sum
+                    for i in range(LANES):
+                        u = new[k, i]
+                        push_upper(light[k, i], ease[k, i], foot[k, i], turn[low, i], given[i], u)
+                        new[k, i] = u
+                        change[i] = change[i] + square_of(given[i], foot[k, i])
+                    # Nothing moves the ground.
+                    for i in range(wp.where(k > 1, LANES, 0)):
+                        lower = new[low, i]
+                        push_lower(
+                            light[low, i], ease[low, i], foot[k, i], turn[low, i], given[i], lower
+                        )
+                        new[low, i] = lower
                 sweeping = int(0)
                 for i in range(LANES):
-                    settles = change[i].change <= SETTLED * SETTLED * change[i].size
-                    going[i] = wp.where(settles, zero, going[i])
+                    least = SETTLED * load[GROUND + 1, i]
+                    going[i] = wp.where(change[i] <= least * least, zero, going[i])
                     sweeping += wp.where(going[i] > zero, 1, 0)
             for k in range(1, bodies):
                 low, slot_row, row = k - 1, SLOTS * (k - 1), CONTACTS * (k - 1)
@@ -357,13 +396,15 @@ def run_lanes(
                         kept[slot_row + s, i] = Impulse(zero, zero, zero)
                 for n in range(busy[k]):
                     for i in range(LANES):
-                        if contact[row + n, i].on > zero:
-                            kept[slot_row + slot[row + n, i], i] = impulse[row + n, i]
+                        touches = contact[row + n, i].on > zero
+                        s = wp.where(touches, slot_row + slot[row + n, i], spare)
+                        kept[s, i] = impulse[row + n, i]
+                for i in range(LANES):
+                    moving[i] = motion_between(foot[k, i], turn[low, i], new[k, i], new[low, i])
                 for n in range(busy[k]):
                     for i in range(LANES):
-                        slip = slip_between(contact[row + n, i], new[k, i], new[low, i])
-                        along = into_body(turn[low, i], slip)
-                        sped = contact[row + n, i].on * dot(along.x, along.y, along.x, along.y)
+                        slip = slip_of(contact[row + n, i], moving[i])
+                        sped = contact[row + n, i].on * dot(slip.x, slip.y, slip.x, slip.y)
                         fastest[i] = larger(fastest[i], sped)
             running = int(0)
             for i in range(LANES):

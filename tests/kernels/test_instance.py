@@ -49,6 +49,13 @@ def test_an_instance_has_only_the_parameters_that_matter_to_it():
     assert same is still
 
 
+def test_no_function_has_a_derivative_that_would_be_compiled():
+    file = kernel_module("impulse/block_run", precision="float64", motion="still", iterations=3)
+    functions = [value for value in vars(file).values() if isinstance(value, wp.Function)]
+    assert functions
+    assert all(function.adj.skip_reverse_codegen for function in functions)
+
+
 def test_an_import_brings_the_instance_with_the_same_parameters():
     for blocks in (2, 3):
         rows = kernel_module("shape/stack", precision="float64", blocks=blocks).Rows

@@ -77,10 +77,10 @@ def test_explain_says_how_large_and_how_long_a_large_run_is():
 
 
 def test_explain_says_how_long_a_run_in_space_is():
-    """Of 40 joints 0.2 ms a step: one minute for 300,000 of them."""
+    """Of 40 joints 0.4 ms a step: one minute for 140,000 of them."""
     motion = {"waveform": "sine", "control": "acceleration", "amplitude": "0.1 g"}
     motion |= {"frequency": "1 Hz", "cycles": 1}
-    long = {"motion": motion, "run": {"duration": "400 s"}}
+    long = {"motion": motion, "run": {"duration": "150 s"}}
     space = wall(4) | {"model": "spatial"} | long
     said = " ".join(explain_case(wr.Case.from_dict(space).judged)["scene"]["laid"])
     assert "some 1 core minutes" in said

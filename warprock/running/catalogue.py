@@ -167,7 +167,7 @@ STEP_COST, POWER = 7.4e-9, 1.8
 """CPU time of a step of a wall that stands: so many seconds times its joints to this power, from 22
 to 29,850 joints within a factor of two (`warprock bench blocks`)."""
 
-COST_IN_SPACE, POWER_IN_SPACE = 1.5e-6, 1.33
+COST_IN_SPACE, POWER_IN_SPACE = 1.3e-5, 0.95
 """The same in space, from 22 to 841 joints within a factor of two (`warprock bench blocks
 --space`)."""
 

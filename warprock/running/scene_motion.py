@@ -291,64 +291,38 @@ def _assembly_motion(run: CaseRun, case: Case, lane: int, response: Response) ->
     """The motion of an assembly: blocks that can move first, as histories have them."""
     assert run.lane_set.lanes.assembly is not None
     kind = run.lane_set.lanes.assembly.of(lane)
-    free, fixed = np.flatnonzero(~kind.fixed), np.flatnonzero(kind.fixed)
-    order = np.concatenate([free, fixed])
-    base = base_places(run.lane_set.motions, lane, response.times)
-    shape = (kind.count, len(response.times))
-    turn = np.zeros(shape)
-    if isinstance(kind, SpatialAssembly):
-        return _assembly_in_space(run, case, lane, response)
-    x, z = (np.broadcast_to(each[order, None], shape).copy() for each in kind.centre.T)
-    for field, values in (("turn", turn), ("x", x), ("z", z)):
-        values[: len(free)] = response[field][0][: len(free)]
-    nothing = np.zeros(shape)
-    outline = (kind.corners - kind.centre[:, None])[order]
-    width, height = np.ptp(outline, axis=1).T
-    ground = run.lane_set.ground
-    return SceneMotion(
-        name=_name(run, case, lane, response),
-        outcome=_outcome(response),
-        spatial=False,
-        times=response.times,
-        sizes=np.stack([width, np.full(kind.count, kind.depth), height], axis=-1),
-        position=np.stack([x, nothing, z], axis=-1) + base,
-        attitude=quaternion(np.stack([nothing, turn, nothing], axis=-1)),
-        ratio=np.degrees(turn),
-        base=base,
-        acceleration=_base_acceleration(run, lane, response.times),
-        outline=np.insert(outline, 1, 0.0, axis=-1),
-        ground=None if ground is None else base_places(ground, lane, response.times),
-        fixed=len(fixed),
-        floor=kind.ground,
-        goes_on=_goes_on(run, response),
-    )
-
-
-def _assembly_in_space(run: CaseRun, case: Case, lane: int, response: Response) -> SceneMotion:
-    """The same of an assembly in space."""
-    assert run.lane_set.lanes.assembly is not None
-    kind = run.lane_set.lanes.assembly.of(lane)
-    assert isinstance(kind, SpatialAssembly)
     order, moving = np.argsort(kind.fixed, kind="stable"), int((~kind.fixed).sum())
     base = base_places(run.lane_set.motions, lane, response.times)
     shape = (kind.count, len(response.times))
-    place = np.broadcast_to(kind.centre[order, None], (*shape, SPACE)).copy()
-    attitude = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (*shape, 4)).copy()
+    centre, outline = kind.centre[order], (kind.corners - kind.centre[:, None])[order]
+    if isinstance(kind, SpatialAssembly):
+        attitude = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (*shape, 4)).copy()
+        for part, field in enumerate("xyzw"):
+            attitude[:moving, :, part] = response[f"attitude_{field}"][0][:moving]
+        angle, faces = turned_by(attitude), tuple(kind.faces[block] for block in order)
+    else:
+        centre, outline = (np.insert(each, 1, 0.0, axis=-1) for each in (centre, outline))
+        angle, faces = np.zeros(shape), ()
+        angle[:moving] = response["turn"][0][:moving]
+        nothing = np.zeros(shape)
+        attitude = quaternion(np.stack([nothing, angle, nothing], axis=-1))
+    place = np.broadcast_to(centre[:, None], (*shape, SPACE)).copy()
     for axis, field in enumerate("xyz"):
-        place[:moving, :, axis] = response[field][0][:moving]
-    for part, field in enumerate("xyzw"):
-        attitude[:moving, :, part] = response[f"attitude_{field}"][0][:moving]
-    outline = (kind.corners - kind.centre[:, None])[order]
+        if field in response.fields:
+            place[:moving, :, axis] = response[field][0][:moving]
+    sizes = np.ptp(outline, axis=1)
+    if not kind.spatial:
+        sizes[:, 1] = kind.depth
     ground = run.lane_set.ground
     return SceneMotion(
         name=_name(run, case, lane, response),
         outcome=_outcome(response),
-        spatial=True,
+        spatial=kind.spatial,
         times=response.times,
-        sizes=np.ptp(outline, axis=1),
+        sizes=sizes,
         position=place + base,
         attitude=attitude,
-        ratio=np.degrees(turned_by(attitude)),
+        ratio=np.degrees(angle),
         base=base,
         acceleration=_base_acceleration(run, lane, response.times),
         outline=outline,
@@ -356,7 +330,7 @@ def _assembly_in_space(run: CaseRun, case: Case, lane: int, response: Response) 
         fixed=kind.count - moving,
         floor=kind.ground,
         goes_on=_goes_on(run, response),
-        faces=tuple(kind.faces[block] for block in order),
+        faces=faces,
     )
 
 
