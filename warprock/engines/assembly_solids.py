@@ -238,7 +238,7 @@ def _sections(kind: SpatialAssembly, shapes: Shapes, first: Places) -> dict[str,
     """Fields of `Link` that say what bonded joints bear, in the axes of their first blocks."""
     joints = kind.joints
     middle, moments = joints.middle, joints.second_moments
-    bending = np.linalg.pinv(moments, rcond=FLAT, hermitian=True)
+    bending: Array = np.linalg.pinv(moments, rcond=FLAT, hermitian=True).astype(np.float64)
     axes = shapes.attitude[first]
     turned = rotate(inverse(axes)[:, None], bending)
     return {
