@@ -257,9 +257,10 @@ def run_lanes(
                         share = SPACING * wp.where(p == pairs - 1 or p < ODD, HALF, real(1.0))
                         for i in range(LANES):
                             mu = interface[k, i].friction
-                            one, two = spring[row + 2 * p, i], spring[row + 2 * p + 1, i]
+                            one = spring[row + 2 * p, i]
                             first_end = press(knobs, pace[i], mu, -away, meeting[i], one)
                             spring[row + 2 * p, i] = one
+                            two = spring[row + 2 * p + 1, i]
                             second_end = press(knobs, pace[i], mu, away, meeting[i], two)
                             spring[row + 2 * p + 1, i] = two
                             sums[i] = add_pair(share, away, first_end, second_end, sums[i])

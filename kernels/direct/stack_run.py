@@ -24,7 +24,7 @@ from warprock.kernels.direct.stack import (
 from warprock.kernels.direct.stack_pivot import Equations
 from warprock.kernels.lane.account import Account, keep_account
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
-from warprock.kernels.launch.instance import LOOPS_STAY
+from warprock.kernels.launch.instance import LOOPS_STAY, SHORT_COPIES
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import Motion, base_velocity
 from warprock.kernels.shape.interface import gap_of_end, place_on
@@ -41,7 +41,7 @@ from warprock.kernels.shape.stack_found import (
 )
 from warprock.kernels.shape.stack_run import Block, Stack
 
-wp.set_module_options(LOOPS_STAY)
+wp.set_module_options((SHORT_COPIES if PRECISION == "float64" else {}) | LOOPS_STAY)
 
 LANES = 1
 """Lanes that a thread runs."""
