@@ -83,7 +83,7 @@ def test_no_base_does_more_than_its_bounds_say(
 ):
     motions = motions_of(kind)
     times = np.linspace(0.0, duration, 120_001)
-    bound, strongest = motions.velocity_variation(duration), motions.strongest_pull()
+    bound, strongest = motions.velocity_variation(duration), motions.largest_acceleration()
     for lane in range(3):
         size = np.abs(motions.acceleration(times, lane))
         stepped = [s for s in motions.segments(lane) if s.velocity_step and s.start < duration]
@@ -100,7 +100,7 @@ def test_no_base_does_more_than_its_bounds_say(
 
 def test_a_base_that_stands_still_does_nothing():
     np.testing.assert_array_equal(StillBase(2).velocity_variation(5.0), 0.0)
-    np.testing.assert_array_equal(StillBase(2).strongest_pull(), 0.0)
+    np.testing.assert_array_equal(StillBase(2).largest_acceleration(), 0.0)
 
 
 def test_no_way_to_lean_takes_less_energy():

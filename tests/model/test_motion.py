@@ -60,8 +60,8 @@ def test_bounds_hold_on_samples(motions: PlanarMotions):
         # The peaks of Ricker's humps are found on a grid, to 1e-6.
         assert size.max() <= bound[lane] * (1.0 + 1e-6)
         after = size[times > 0.3].max(initial=0.0)
-        assert after <= motions.left_acceleration(0.3)[lane] * (1.0 + 1e-6)
-    assert np.all(motions.left_acceleration(motions.end.max()) == 0.0)
+        assert after <= motions.later_acceleration(0.3)[lane] * (1.0 + 1e-6)
+    assert np.all(motions.later_acceleration(motions.end.max()) == 0.0)
 
 
 @pytest.mark.parametrize("motions", ALL)

@@ -96,7 +96,7 @@ def test_a_block_at_rest_stays_where_the_rest_of_its_record_cannot_lift_it(write
     found = run_batch("housner", lanes, motions, SampleTimes(12.0))
     at_rest = found["outcome"] == Outcome.AT_REST
     open_end = undecided(found, lanes, motions, 12.0, springs=False)
-    lifts = motions.left_acceleration(12.0) >= 9.81 * lanes.width / lanes.height
+    lifts = motions.later_acceleration(12.0) >= 9.81 * lanes.width / lanes.height
     np.testing.assert_array_equal(open_end[at_rest], lifts[at_rest])
     # Both kinds are there, and the whole record leaves those that are decided where they stood.
     assert (at_rest & open_end).any()

@@ -13,7 +13,7 @@ import shlex
 import signal
 import sys
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -85,19 +85,18 @@ def main() -> None:
 @click.pass_context
 def run(
     ctx: click.Context,
+    /,
     case_name: str,
     engine: str | None,
     overrides: tuple[str, ...],
     folder: pathlib.Path | None,
-    precision: str,
-    device: str,
-    workers: int | None,
     lanes: tuple[int, ...],
     tolerance: float | None,
     estimate: bool,
     cheapest: bool,
     max_bad: float | None,
     as_json: bool,
+    **how: Any,
 ) -> None:
     """Run every lane of a CASE with one engine; a study, with all of its engines and settings.
 
@@ -116,7 +115,6 @@ def run(
             "--tolerance": tolerance,
         }
         refused |= {"--max-bad": max_bad, "--estimate": estimate and not _is_default("estimate")}
-        how = {"precision": precision, "device": device, "workers": workers}
         return run_study_of(case, engine, folder, refused, as_json=as_json, **how)
     require_histories(case, lanes)
     if lanes and folder is None:
@@ -130,9 +128,7 @@ def run(
         tolerance=tolerance,
         estimate=estimate,
         cheapest=cheapest,
-        precision=None if _is_default("precision") else precision,
-        device=device,
-        workers=workers,
+        **how | ({"precision": None} if _is_default("precision") else {}),
     )
     assert isinstance(found, api.Run)
     found.kept, case_run, choice = lanes, found.found, found.cheapest

@@ -60,11 +60,8 @@ def plan(
     overrides: tuple[str, ...],
     folder: pathlib.Path,
     chunk: int,
-    precision: str,
-    device: str,
-    tolerance: float | None,
-    estimate: bool,
     as_json: bool,
+    **how: Any,
 ) -> None:
     """Write the plan of a sweep over the lanes of a CASE, after a look at every one of them."""
     from warprock.case.load import load_case
@@ -72,7 +69,7 @@ def plan(
     from warprock.tables import sweeps, terminal
 
     case = load_case(case_name, overrides)
-    options = asked_options(precision, device, tolerance=tolerance, estimate=estimate)
+    options = asked_options(**how)
     choice = engine_for(case, engine)
     with terminal.lane_progress("look at every lane", case.lane_count) as progress:
         made = make_plan(

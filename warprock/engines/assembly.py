@@ -199,7 +199,7 @@ class Assembly(KernelEngine):
         """By how hard their bases pull: lanes that move alike need as many sweeps."""
         if lanes.spatial:
             return None
-        pull = motions.components[0].strongest_pull()
+        pull = motions.components[0].largest_acceleration()
         return np.asarray(np.lexsort((pull, sorts_of(_of(lanes)))))
 
     def inputs(

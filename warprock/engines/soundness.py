@@ -252,7 +252,7 @@ def pull_in_space(motions: SpatialMotions) -> Array:
 
     Infinite where the base velocity steps, or the base may fall as fast as its blocks [m/s^2].
     """
-    x, y, z = (part.strongest_pull() for part in motions.components)
+    x, y, z = (part.largest_acceleration() for part in motions.components)
     left = 1.0 - z / GRAVITY
     return np.where(left > 0.0, np.hypot(x, y) / np.where(left > 0.0, left, 1.0), np.inf)
 

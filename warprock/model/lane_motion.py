@@ -181,7 +181,7 @@ class LaneMotions(abc.ABC):
     def acceleration_bound(self) -> Array:
         """Upper bound of the |acceleration| of the base [m/s^2], without its velocity steps."""
 
-    def strongest_pull(self) -> Array:
+    def largest_acceleration(self) -> Array:
         """Upper bound of the |acceleration| of the base [m/s^2], shape [lane].
 
         Infinite where the base velocity steps.
@@ -189,12 +189,12 @@ class LaneMotions(abc.ABC):
         start, stop = self.velocity_steps
         return np.where((start != 0.0) | (stop != 0.0), np.inf, self.acceleration_bound())
 
-    def left_acceleration(self, duration: Array | float) -> Array:
+    def later_acceleration(self, duration: Array | float) -> Array:
         """Upper bound of the |acceleration| of the base after a time [m/s^2], shape [lane].
 
         Infinite where a velocity step is left.
         """
-        return np.where(self.end > duration, self.strongest_pull(), 0.0)
+        return np.where(self.end > duration, self.largest_acceleration(), 0.0)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -52,7 +52,7 @@ def push_motions(load: Array, rise: Array, start: Array, end: Array) -> LoadMoti
     nothing = np.zeros(len(load))
     return LoadMotions(
         start=start,
-        # What a load pushes to +x a base pushes that accelerates to -x.
+        # A load towards +x is a base that accelerates towards -x.
         scale=-load,
         offset=offset[lanes].astype(np.int32),
         count=np.array(counts)[lanes].astype(np.int32),

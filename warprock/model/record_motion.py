@@ -221,7 +221,7 @@ class RecordMotions(LaneMotions):
             largest[lanes] = np.maximum(np.abs(begin), np.abs(end)).max()
         return np.asarray(largest * np.abs(self.scale))
 
-    def left_acceleration(self, duration: Array | float) -> Array:
+    def later_acceleration(self, duration: Array | float) -> Array:
         """The largest |acceleration| of the base after a time [m/s^2], shape [lane].
 
         Infinite where a velocity step is left.

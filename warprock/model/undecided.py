@@ -74,8 +74,8 @@ def undecided(
                 lifts = GRAVITY * lanes.uplift_ratios.min(axis=1)
             if isinstance(motions, UprightMotions):
                 # A base that falls takes weight off a block.
-                lifts = lifts * (1.0 - motions.z.left_acceleration(duration) / GRAVITY)
-            may_fall &= rocks | (motions.components[0].left_acceleration(duration) >= lifts)
+                lifts = lifts * (1.0 - motions.z.later_acceleration(duration) / GRAVITY)
+            may_fall &= rocks | (motions.components[0].later_acceleration(duration) >= lifts)
     usable = np.isin(response["status"], USABLE)
     return np.asarray(usable & upright & may_fall)
 

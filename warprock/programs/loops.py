@@ -22,8 +22,8 @@ Array = npt.NDArray[np.float64]
 
 ROOT_STEPS = 60
 ROOT_TOLERANCE = 1e-12
-"""Steps of Newton's method to an impact, at most, and the change of the time at which it ends; to a
-swing far shorter than the step each halves the way."""
+"""Most steps of Newton's method to the time of an impact, and the change of that time at which it
+ends. Where a swing is far shorter than the time step, each halves the way that is left."""
 
 REST_RATE = 1e-9
 """Rate after an impact below which a block rests [rad/s]."""
