@@ -73,6 +73,10 @@ from warprock.kernels.launch.instance import VECTORS_INSIDE
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import Motion, base_velocity
 
+if BONDS:
+    from warprock.kernels.assembly.bond import Breaks
+    from warprock.kernels.assembly_space.bond import is_torn
+
 wp.set_module_options(VECTORS_INSIDE)
 
 LANES = 1
@@ -121,6 +125,8 @@ class Found:
         attitudes: Quaternions at the samples, shape [sample, block, 4, lane]; empty if not asked
             for.
         places: Centres of mass at the samples [m], shape [sample, block, 3, lane]; likewise.
+        breaks: Bonds that broke, shape [lane].
+        bonds: 1 where a joint is bonded at the end, two rows a joint as in `contacts`.
     """
 
     results: wp.array(dtype=Result)
@@ -128,6 +134,9 @@ class Found:
     contacts: wp.array2d(dtype=ContactResult)
     attitudes: wp.array4d(dtype=real)
     places: wp.array4d(dtype=real)
+    if BONDS:
+        breaks: wp.array(dtype=Breaks)
+        bonds: wp.array2d(dtype=int)
 
 
 @wp.func
@@ -176,6 +185,11 @@ def run_lanes(
     laid.moves[lane, count] = Move()
     laid.weighted[lane, count] = Weighted()
     laid.weighted[lane, count + 1] = Weighted()
+    if BONDS:
+        breaks = Breaks()
+        breaks.first = NEVER
+        for joint in range(joints):
+            laid.joined[lane, joint].holds = wp.where(laid.links[lane, joint].tension > zero, 1, 0)
     number = int(-SETTLING)
     time = real(number) * dt
     last = end
@@ -314,6 +328,14 @@ def run_lanes(
         if live > 0:
             seen.steps += 1
             seen.speed = zero
+            if BONDS:
+                for joint in range(joints):
+                    if laid.joined[lane, joint].holds > 0 and is_torn(
+                        laid, lane, joint, step.half, dt
+                    ):
+                        laid.joined[lane, joint].holds = 0
+                        breaks.count += 1
+                        breaks.first = smaller(time, breaks.first)
             # A joint tells of its slide until something has fallen or slid off.
             for joint in range(wp.where(seen.collapse_time >= NEVER, joints, 0)):
                 joined = laid.joined[lane, joint]
@@ -383,3 +405,7 @@ def run_lanes(
         slide = wp.sqrt(inner(joined.slide, joined.slide))
         row = 2 * laid.links[lane, joint].number
         found.contacts[row, lane] = ContactResult(joined.opening, joined.most, slide)
+        if BONDS:
+            found.bonds[row, lane] = joined.holds
+    if BONDS:
+        found.breaks[lane] = breaks

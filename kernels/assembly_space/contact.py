@@ -71,7 +71,7 @@ class Contact:
         n, t, s: Normal and tangents.
         ra, rb: Levers [m].
         closing: Velocity b [m/s].
-        friction: Coulomb friction coefficient.
+        friction: Coulomb friction coefficient; NEVER of a bond, which holds whatever it bears.
     """
 
     a: int
@@ -305,6 +305,31 @@ def push(at: Row, n: real, t: real, s: real, va: wp.ref[Weighted], vb: wp.ref[We
     vb.oz = vb.oz + sum_of(n, at.nbz, t, at.tbz, s, at.sbz)
 
 
+if BONDS:
+
+    @wp.func
+    def least_normal(friction: real) -> real:
+        """The least N of a contact [N s]: a bond holds."""
+        return wp.where(friction >= NEVER, -NEVER, real(0.0))
+
+    @wp.func
+    def most_drag(friction: real, n: real) -> real:
+        """The most |(T, S)| of a contact [N s]."""
+        return wp.where(friction >= NEVER, NEVER, friction * n)
+
+else:
+
+    @wp.func
+    def least_normal(friction: real) -> real:
+        """The least N of a contact [N s]."""
+        return real(0.0)
+
+    @wp.func
+    def most_drag(friction: real, n: real) -> real:
+        """The most |(T, S)| of a contact [N s]."""
+        return friction * n
+
+
 @wp.func
 def sweep_contact(
     rest: wp.ref[Rest], beta: real, at: Row, held: wp.ref[Impulse],
@@ -341,11 +366,11 @@ def sweep_contact(
         sum_of(at.sax, va.ox, at.say, va.oy, at.saz, va.oz)
         + sum_of(at.sbx, vb.ox, at.sby, vb.oy, at.sbz, vb.oz)
     )
-    n = larger(fused_less(at.wn, un + at.closing, n0), real(0.0))
+    n = larger(fused_less(at.wn, un + at.closing, n0), least_normal(at.friction))
     dn = n - n0
     ut = fused(at.knt, dn, ut)
     us = fused(at.kns, dn, us)
-    bound = at.friction * n
+    bound = most_drag(at.friction, n)
     t1 = t0 - fused(at.wts, us, at.wtt * ut)
     s1 = s0 - fused(at.wss, us, at.wts * ut)
     t2, s2 = fused_less(at.wk, ut, t0), fused_less(at.wk, us, s0)

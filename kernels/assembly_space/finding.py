@@ -175,6 +175,10 @@ def find_joint(
     search = Search(
         link.a, link.b, joined.first, joined.count, link.friction, 1, 0, 0, near.range
     )  # fmt: skip
+    if BONDS:
+        # Bonds set once the weight is borne: they begin without stress.
+        bonded = joined.holds > 0 and step.live > 0
+        search.friction = wp.where(bonded, NEVER, link.friction)
     begins = int(step.total)
     met = meet_joint(laid, lane, link)
     whole = int(0)

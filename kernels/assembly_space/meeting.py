@@ -19,7 +19,7 @@ Only pairs that may touch soon are looked at, as in the plane (assembly/meeting.
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import Vector
+from warprock.kernels.algebra.vectors import Matrix, Vector
 from warprock.kernels.assembly.meeting import BELOW, NONE
 from warprock.kernels.assembly_space.block import Place
 from warprock.kernels.assembly_space.contact import (
@@ -129,6 +129,11 @@ class Link:
         number: Which of the joints of the model it is.
         least: Slide up to which neither block has left what bears it [m], see `has_left`.
         friction: Coulomb friction coefficient.
+        cohesion, tension: Strength in shear without load and in tension [Pa], see bond.py.
+        area: [m^2].
+        middle: Of its area, from the centre of its first block in the axes of that one [m].
+        bending: Inverse of the second moments of its area about that, in these axes [1/m^4].
+        twisting: Inverse of their sum [1/m^4].
     """
 
     a: int
@@ -138,6 +143,13 @@ class Link:
     number: int
     least: real
     friction: real
+    if BONDS:
+        cohesion: real
+        tension: real
+        area: real
+        middle: Vector
+        bending: Matrix
+        twisting: real
 
 
 @wp.struct
@@ -150,6 +162,7 @@ class Joined:
         opening: Widest gap so far [m].
         most: Largest |slide| so far [m].
         slide: Its slide, while it bears [m].
+        holds: 1 while it is bonded, else 0.
     """
 
     first: int
@@ -158,6 +171,8 @@ class Joined:
     opening: real
     most: real
     slide: Vector
+    if BONDS:
+        holds: int
 
 
 @wp.struct

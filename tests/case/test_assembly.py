@@ -189,11 +189,6 @@ def _motion() -> dict[str, Any]:
             },
             "motion.direction: got a value, must be left out: in the plane the base moves along x",
         ),
-        (
-            {**WALL, "joint_cohesion": "1 MPa", "joint_tensile_strength": "1 MPa"},
-            {"model": "spatial"},
-            "assembly.joint_cohesion: got a value, must be left out: joints are dry in space",
-        ),
         (ARCH, {"frame": {"columns": 2, "beam_mass": "1 kg"}}, "is an assembly ([assembly])"),
     ],
 )

@@ -13,6 +13,7 @@ from tests.shared.programs import in_newton_xpbd
 from warprock.errors import DeclinedError
 from warprock.measure.bench import in_space
 from warprock.model import patterns
+from warprock.model.assembly import assemble
 from warprock.model.motion import SpatialMotions, StillBase, no_motion
 from warprock.model.response import Outcome, SampleTimes, Status
 from warprock.model.solids import SpatialAssembly, assemble_solids
@@ -163,6 +164,14 @@ def test_blocks_in_space_have_their_own_axes():
         np.testing.assert_allclose(back, corners[: len(back)], atol=1e-12)
     size = 2.0 * np.array([slabs[-1].half])
     np.testing.assert_allclose(np.sort(size), [[0.15, 0.2, 0.6]])
+
+
+def test_programs_decline_bonded_joints():
+    pieces = patterns.column(1.0, 0.5, 2)
+    bonded = assemble(pieces, depth=1.0, density=2000.0, friction=0.8, tension=1e5, cohesion=1e5)
+    settings = PROGRAMS["mujoco"][1]
+    with pytest.raises(DeclinedError, match="dry joints only"):
+        require_scenes("mujoco", assembly_lanes([bonded]), StillBase(1), SampleTimes(1.0), settings)
 
 
 def test_programs_decline_assemblies_in_space_by_name():

@@ -158,10 +158,6 @@ def _refuse_others(values: LaneValues, *, in_space: bool) -> None:
         if tables.constant(key) is not None:
             allowed = "must be left out: in the plane the base moves along x"
             raise InputError(case.source_of(key), key, Said("a value"), allowed)
-    for name in BONDS if in_space else ():
-        if values.given(f"{PLACE}.{name}"):
-            key, allowed = f"{PLACE}.{name}", "must be left out: joints are dry in space"
-            raise InputError(case.source_of(key), key, Said("a value"), allowed)
     for key in tables.start.model_fields_set:
         allowed = "must be left out: an assembly starts at rest"
         raise InputError(case.source_of("start"), f"start.{key}", Said("a start"), allowed)
@@ -279,6 +275,8 @@ def _assemble_in_space(
         friction=own[FRICTION],
         head_friction=own.get("head_friction"),
         tolerance=None if file is None else table.joint_tolerance,
+        cohesion=own.get("joint_cohesion", 0.0),
+        tension=own.get("joint_tensile_strength", 0.0),
     )
     return _weakened(case, table, own, found) if table.weak_joints else found
 

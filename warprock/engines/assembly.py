@@ -120,7 +120,7 @@ class Assembly(KernelEngine):
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
         """It runs no single blocks and no stacks, which others run faster."""
-        if scene.bonded and scene.contact_point_count > 2 * LARGE:
+        if scene.bonded and not scene.spatial and scene.contact_point_count > 2 * LARGE:
             return (
                 f"{cls.name} runs bonded joints (assembly.joint_tensile_strength) in assemblies of "
                 f"up to {LARGE} joints, and the case has {scene.contact_point_count // 2}"
@@ -143,7 +143,7 @@ class Assembly(KernelEngine):
             large, bonded, trees = joints > LARGE, scene.bonded, False
         packed = self.target.kernel_form is Form.PACKED
         if scene.spatial:
-            return Kernel(assembly_space, "assembly_run")
+            return Kernel(assembly_space, "assembly_run", bonds=bonded)
         if large and not self.on_springs:
             return Kernel(assembly, "team_run", lanes=LANE_WIDTH if packed else 1)
         room = room_for(min(joints, LARGE))
@@ -164,7 +164,7 @@ class Assembly(KernelEngine):
         kernel = self.kernel_of(lanes)
         if lanes.spatial:
             own = {"precision": self.target.precision, "motion": motions.kind.value, "lanes": 1}
-            return cast(ModuleType, kernel_module(kernel.file, **own))
+            return cast(ModuleType, kernel_module(kernel.file, **own, bonds=kernel.bonds))
         module: ModuleType = kernel_module(
             kernel.file,
             precision=self.target.precision,

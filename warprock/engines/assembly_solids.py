@@ -42,6 +42,9 @@ none."""
 PARALLEL = 1e-6
 """Sine of the angle up to which edges have one direction."""
 
+FLAT = 1e-9
+"""Second moments of a joint along its normal, over the others: round-off."""
+
 FLUSH = 1e-6
 """Distance up to which something lies on the ground, over the size of the assembly: round-off."""
 
@@ -218,6 +221,9 @@ def _links(kind: SpatialAssembly, struct: Any) -> Rows:
             if not ground[place]:
                 rows[f"face_{name}"][joint] = _face_along(kind, shapes, int(place), normals[joint])
     rows["friction"], rows["number"] = kind.joints.friction, np.arange(kind.joints.count)
+    if "tension" in rows.dtype.names:
+        for name, values in _sections(kind, shapes, rows["a"]).items():
+            rows[name] = values
     least = np.array(
         [
             shapes.width[start:stop].min(initial=NEVER)
@@ -226,6 +232,23 @@ def _links(kind: SpatialAssembly, struct: Any) -> Rows:
     )
     rows["least"] = least[kind.joints.blocks].min(axis=1)
     return rows[np.lexsort((rows["b"], rows["a"]))]
+
+
+def _sections(kind: SpatialAssembly, shapes: Shapes, first: Places) -> dict[str, Array]:
+    """Fields of `Link` that say what bonded joints bear, in the axes of their first blocks."""
+    joints = kind.joints
+    middle, moments = joints.middle, joints.second_moments
+    bending: Array = np.linalg.pinv(moments, rcond=FLAT, hermitian=True).astype(np.float64)
+    axes = shapes.attitude[first]
+    turned = rotate(inverse(axes)[:, None], bending)
+    return {
+        "cohesion": joints.cohesion,
+        "tension": joints.tension,
+        "area": joints.area,
+        "middle": rotate(inverse(axes), middle - kind.centre[first]),
+        "bending": rotate(inverse(axes)[:, None], turned.swapaxes(1, 2)),
+        "twisting": 1.0 / np.trace(moments, axis1=1, axis2=2),
+    }
 
 
 def _face_along(kind: SpatialAssembly, shapes: Shapes, block: int, normal: Array) -> int:

@@ -80,6 +80,33 @@ class SpatialJoints(Joints):
         turned = np.cross(arms, np.roll(arms, -1, axis=1)).sum(axis=1)
         return np.asarray(0.5 * (turned * self.normal).sum(axis=1))
 
+    @property
+    def middle(self) -> Array:
+        """Middles of the areas of the polygons [m], shape [joint, 3]."""
+        return self._sections[0]
+
+    @property
+    def second_moments(self) -> Array:
+        """Second moments of the areas of the polygons about their middles [m^4].
+
+        Shape [joint, 3, 3]: integrals of r r over the area, none along the normal.
+        """
+        return self._sections[1]
+
+    @functools.cached_property
+    def _sections(self) -> tuple[Array, Array]:
+        # A polygon is a fan of triangles from its first corner. Over one with the corners a, b and
+        # c the integral of r r is area / 12 (s s + a a + b b + c c), where s is their sum.
+        arms = self.ends - self.ends[:, :1]
+        fan = np.stack([np.zeros_like(arms), arms, np.roll(arms, -1, axis=1)], axis=2)
+        area = 0.5 * np.einsum("jci,ji->jc", np.cross(fan[:, :, 1], fan[:, :, 2]), self.normal)
+        middle = np.einsum("jc,jcki->ji", area, fan) / (3.0 * self.area[:, None])
+        corners = fan - middle[:, None, None]
+        total = corners.sum(axis=2)
+        moments = np.einsum("jc,jci,jck->jik", area, total, total)
+        moments = (moments + np.einsum("jc,jcli,jclk->jik", area, corners, corners)) / 12.0
+        return self.ends[:, 0] + middle, moments
+
     @functools.cached_property
     def tangents(self) -> Array:
         """Unit vectors along every joint, shape [joint, 2, 3]; normal to its normal.
@@ -177,6 +204,8 @@ def assemble_solids(
     friction: float,
     head_friction: float | None = None,
     tolerance: float | None = None,
+    cohesion: float = 0.0,
+    tension: float = 0.0,
 ) -> SpatialAssembly:
     """Convex blocks in space with the joints that their faces make.
 
@@ -188,6 +217,8 @@ def assemble_solids(
             it is the same.
         tolerance: Distance up to which faces of drawn blocks touch [m]; None where coordinates are
             exact.
+        cohesion: Shear strength of every joint without load, until it breaks [Pa].
+        tension: Tensile strength of every joint, likewise; zero of dry joints.
 
     Raises:
         ValueError: A block is flat, two blocks overlap, a drawing leaves open whether they touch,
@@ -208,9 +239,15 @@ def assemble_solids(
         _require_no_gaps(bodies, surfaces, names, joints, flush, fixed)
     upright = np.abs(joints.normal[:, 2]) < np.linalg.norm(joints.normal[:, :2], axis=1)
     own = friction if head_friction is None else head_friction
-    joints = dataclasses.replace(joints, friction=np.where(upright, own, friction))
+    joints = dataclasses.replace(
+        joints,
+        friction=np.where(upright, own, friction),
+        cohesion=np.full(joints.count, cohesion),
+        tension=np.full(joints.count, tension),
+    )
     require_held(joints, names, fixed, lambda a, b: max(_parted(corners, surfaces, a, b), 0.0))
-    require_lifted(joints, names, fixed)
+    if tension == 0.0:
+        require_lifted(joints, names, fixed)
     moving = np.concatenate([each.corners for each, f in zip(bodies, fixed, strict=True) if not f])
     return SpatialAssembly(
         corners=corners,

@@ -160,6 +160,11 @@ def require_scenes(
         raise DeclinedError(
             "warprock hands it assemblies in the plane only; the case's lies in space"
         )
+    if lanes.assembly is not None and lanes.assembly.bonded:
+        raise DeclinedError(
+            "warprock hands it dry joints only; the case's are bonded "
+            "(assembly.joint_tensile_strength)"
+        )
     program = PROGRAMS[name]
     beyond = [table for table in lanes.held if table not in program.holds]
     if beyond:

@@ -100,11 +100,10 @@ def violation(p: Three, u: Three, contact: Contact, dust: RoundOff) -> real:
 
 @wp.func
 def worst_violation(
-    problem: wp.ref[Problem], contacts: Contacts, p: Triples, dust: RoundOff
+    problem: wp.ref[Problem], contacts: Contacts, p: Triples, u: Triples, dust: RoundOff
 ) -> real:
     """The largest `violation` of all interfaces."""
     worst = real(0.0)
-    u = respond(problem.couplings, problem.free, p)
     for k in range(BLOCKS):
         contact = contact_of(problem, contacts, wp.static(k))
         if contact.touch != 0:
@@ -154,24 +153,28 @@ def solve(
     f = Factors()
     eliminate(problem.couplings, guess, 0, f)
     p = find_impulses(problem.couplings, f, guess, problem.free)
+    u = respond(problem.couplings, problem.free, p)
     found.spare = spare_of(problem, guess, p)
     worst = IMPOSSIBLE
     if is_positive(f):
-        worst = worst_violation(problem, guess, p, dust)
+        worst = worst_violation(problem, guess, p, u, dust)
     tries = int(0)
     while worst > real(1.0) and tries < ATTEMPTS:
         r = Triples()
         if tries == 0:
-            r = path_from_guess(problem, guess, p)
+            r = path_from_guess(problem, guess, p, u)
         else:
             r = path_from_open(problem, tries)
             found.contacts = Contacts()
+            eliminate(problem.couplings, found.contacts, 0, f)
+            p = find_impulses(problem.couplings, f, found.contacts, problem.free)
+            u = respond(problem.couplings, problem.free, p)
         if tries > 1:
             problem.glide = Counts()
-        p, contacts, arrived = follow_path(problem, found.contacts, r)
+        p, u, contacts, arrived = follow_path(problem, found.contacts, f, p, u, r)
         found.contacts = contacts
         if arrived:
-            worst = worst_violation(problem, contacts, p, dust)
+            worst = worst_violation(problem, contacts, p, u, dust)
         tries += 1
     found.velocity = apply_impulses(blocks, g, free, p)
     found.impulse = p

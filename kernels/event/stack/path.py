@@ -180,10 +180,15 @@ def make_obey(p: Three, u: Three, contact: Contact, more: real):
 
 
 @wp.func(inline=False)
-def path_from_guess(problem: wp.ref[Problem], guess: Contacts, p: Triples) -> Triples:
-    """The direction r along which a guess, with its impulses p, obeys the law at t = 1 [m/s]."""
+def path_from_guess(
+    problem: wp.ref[Problem], guess: Contacts, p: Triples, velocity: Triples
+) -> Triples:  # fmt: skip
+    """The direction r along which a guess obeys the law at t = 1 [m/s].
+
+    p are its impulses, `velocity` the relative velocities with them.
+    """
     f = Triples()
-    u = respond(problem.couplings, problem.free, p)
+    u = velocity
     for k in range(BLOCKS):
         # Not all alike, so that no two margins are used up at once.
         more = real(1.0) + real(0.1) * real(wp.static(k))
@@ -260,20 +265,27 @@ def next_switch(
 
 
 @wp.func(inline=False)
-def follow_path(problem: wp.ref[Problem], start: Contacts, r: Triples):
+def follow_path(
+    problem: wp.ref[Problem], start: Contacts, f: wp.ref[Factors], p: Triples, u: Triples,
+    r: Triples,
+):  # fmt: skip
     """The state at the end of a path.
 
     Args:
         problem: What the law is asked for.
         start: State in which the path starts.
+        f: Its factors; those of the last state after.
+        p: Its impulses [N s].
+        u: Its relative velocities [m/s].
         r: How the relative velocities without contact are moved [m/s].
 
     Returns:
-        Impulses; the state; whether the path has reached t = 0.
+        Impulses; relative velocities; the state; whether the path has reached t = 0.
     """
     contacts = start
-    f = Factors()
     line = Line()
+    line.impulse = p
+    line.velocity = u
     sense = real(-1.0)
     at = int(0)
     code = int(0)
@@ -281,10 +293,11 @@ def follow_path(problem: wp.ref[Problem], start: Contacts, r: Triples):
     arrived = bool(False)
     while tries > 0:
         tries -= 1
-        eliminate(problem.couplings, contacts, at, f)
-        line.impulse = find_impulses(problem.couplings, f, contacts, problem.free)
+        if code != 0:
+            eliminate(problem.couplings, contacts, at, f)
+            line.impulse = find_impulses(problem.couplings, f, contacts, problem.free)
+            line.velocity = respond(problem.couplings, problem.free, line.impulse)
         line.impulse_rate = find_impulses(problem.couplings, f, contacts, r)
-        line.velocity = respond(problem.couplings, problem.free, line.impulse)
         line.velocity_rate = respond(problem.couplings, r, line.impulse_rate)
         if code != 0:
             contact = contact_of(problem, contacts, at)
@@ -304,4 +317,4 @@ def follow_path(problem: wp.ref[Problem], start: Contacts, r: Triples):
             contacts.hold[at] = hold
             contacts.slip[at] = slip
             code = other
-    return line.impulse, contacts, arrived
+    return line.impulse, line.velocity, contacts, arrived

@@ -87,7 +87,7 @@ def chain_of(blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts) -> Chain
     """The levers of a stack that sticks where its ends touch."""
     chain = Chain()
     for k in range(BLOCKS):
-        anchor = find_anchor(blocks, pose, k, touch[k])
+        anchor = find_anchor(blocks, pose, wp.static(k), touch[k])
         low, height = lower_face(blocks, k)
         side = side_of(touch[k])
         below = side * blocks.half_width[k]
@@ -122,7 +122,7 @@ def factorize(chain: wp.ref[Chain], pose: wp.ref[Pose], touch: Counts) -> Square
     m = Square()
     carried = real(0.0)
     for step in range(BLOCKS):
-        k = BLOCKS - 1 - step
+        k = wp.static(BLOCKS - 1 - step)
         bx = chain.bx[k]
         bz = chain.bz[k]
         cx = chain.cx[k]
@@ -132,7 +132,7 @@ def factorize(chain: wp.ref[Chain], pose: wp.ref[Pose], touch: Counts) -> Square
         m[k, k] = inertia + carried * (cx * cx + cz * cz)
         px = carried * cx - mass * bx
         pz = carried * cz - mass * bz
-        for j in range(k):
+        for j in range(wp.static(k)):
             sd = pose.sine[k] * pose.cosine[j] - pose.cosine[k] * pose.sine[j]
             cd = pose.cosine[k] * pose.cosine[j] + pose.sine[k] * pose.sine[j]
             qx = chain.cx[j]
@@ -142,7 +142,7 @@ def factorize(chain: wp.ref[Chain], pose: wp.ref[Pose], touch: Counts) -> Square
             m[k, j] = mixed
         carried = carried + mass
     for step in range(BLOCKS):
-        k = BLOCKS - 1 - step
+        k = wp.static(BLOCKS - 1 - step)
         if touch[k] == CLOSED:
             if k > 0:
                 for j in range(BLOCKS):
@@ -155,9 +155,9 @@ def factorize(chain: wp.ref[Chain], pose: wp.ref[Pose], touch: Counts) -> Square
             m[k, k] = real(1.0)
     for k in range(BLOCKS):
         m[k, k] = real(1.0) / m[k, k]
-        for i in range(k + 1, BLOCKS):
+        for i in range(wp.static(k + 1), BLOCKS):
             part = m[i, k] * m[k, k]
-            for j in range(k + 1, BLOCKS):
+            for j in range(wp.static(k + 1), BLOCKS):
                 m[i, j] = m[i, j] - part * m[k, j]
             m[i, k] = part
     return m
@@ -168,21 +168,21 @@ def accelerate(m: wp.ref[Square], touch: Counts, moments: Values) -> Values:
     """Angular accelerations, or coefficients of them, from moments of all blocks [N m]."""
     b = moments
     for step in range(BLOCKS):
-        k = BLOCKS - 1 - step
+        k = wp.static(BLOCKS - 1 - step)
         if touch[k] == CLOSED:
             if k > 0:
                 b[k - 1] = b[k - 1] + b[k]
             b[k] = real(0.0)
     for k in range(BLOCKS):
-        for j in range(k):
+        for j in range(wp.static(k)):
             b[k] = fused_less(m[k, j], b[j], b[k])
     for step in range(BLOCKS):
-        k = BLOCKS - 1 - step
-        for j in range(k + 1, BLOCKS):
+        k = wp.static(BLOCKS - 1 - step)
+        for j in range(wp.static(k + 1), BLOCKS):
             b[k] = fused_less(m[k, j], b[j], b[k])
         b[k] = b[k] * m[k, k]
     for k in range(1, BLOCKS):
-        if touch[k] == CLOSED:
+        if touch[wp.static(k)] == CLOSED:
             b[k] = b[k - 1]
     return b
 
