@@ -113,7 +113,22 @@ def held_rows(hold: int, slip: int) -> Three:
 def over_mass(m: Matrix, blocks: wp.ref[Blocks], k: int) -> Matrix:
     """Rows of an interface times the inverse masses of block k."""
     w = blocks.inverse_mass[k]
-    return m * wp.diag(Three(w, w, blocks.inverse_inertia[k]))
+    j = blocks.inverse_inertia[k]
+    return Matrix(
+        m[0, 0] * w, m[0, 1] * w, m[0, 2] * j,
+        m[1, 0] * w, m[1, 1] * w, m[1, 2] * j,
+        m[2, 0] * w, m[2, 1] * w, m[2, 2] * j,
+    )  # fmt: skip
+
+
+@wp.func
+def keep_rows(keep: Three, m: Matrix) -> Matrix:
+    """The rows of a matrix, each times a number; a product with a diagonal matrix costs thrice."""
+    return Matrix(
+        keep[0] * m[0, 0], keep[0] * m[0, 1], keep[0] * m[0, 2],
+        keep[1] * m[1, 0], keep[1] * m[1, 1], keep[1] * m[1, 2],
+        keep[2] * m[2, 0], keep[2] * m[2, 1], keep[2] * m[2, 2],
+    )  # fmt: skip
 
 
 @wp.func
@@ -186,18 +201,18 @@ def eliminate(c: wp.ref[Couplings], contacts: Contacts, first: int, f: wp.ref[Fa
         if k >= first:
             hold = contacts.hold[wp.static(k)]
             slip = contacts.slip[k]
-            keep = wp.diag(held_rows(hold, slip))
+            keep = held_rows(hold, slip)
             system = state_rows(matrix_of(c.own, k), hold, slip, c.friction[k])
             positive = int(1)
             if k > 0:
-                system = system - keep * matrix_of(c.below, k) * matrix_of(f.reach, k - 1)
+                system = system - keep_rows(keep, matrix_of(c.below, k)) * matrix_of(f.reach, k - 1)
                 positive = f.positive[k - 1]
             turned = not wp.determinant(system) > real(0.0)
             f.positive[k] = wp.where(turned, 1 - positive, positive)
             inverse = wp.inverse(system)
             reach = Matrix()
             if k < BLOCKS - 1:
-                reach = inverse * (keep * wp.transpose(matrix_of(c.below, k + 1)))
+                reach = inverse * keep_rows(keep, wp.transpose(matrix_of(c.below, k + 1)))
             for i in range(3):
                 for j in range(3):
                     f.inverse[3 * k + i, j] = inverse[i, j]

@@ -87,7 +87,7 @@ def chain_of(blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts) -> Chain
     """The levers of a stack that sticks where its ends touch."""
     chain = Chain()
     for k in range(BLOCKS):
-        anchor = find_anchor(blocks, pose, k, touch[k])
+        anchor = find_anchor(blocks, pose, wp.static(k), touch[k])
         low, height = lower_face(blocks, k)
         side = side_of(touch[k])
         below = side * blocks.half_width[k]
