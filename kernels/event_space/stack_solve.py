@@ -16,6 +16,11 @@ solves that system with the stiffness FIRM until l no longer changes, each time 
 smaller by about that factor. Contacts that turn out to be on other linear pieces go there. If one
 comes to the curved piece, this ends without a solution.
 
+With a cone, `solve_with_slips` comes next. It bounds the friction of a contact by the disc that its
+own push allows (Alart and Curnier 1991), so that stiffnesses along a face and across it may differ:
+contacts share the friction of a face as they share its load. The Newton steps of this system, which
+is not symmetric, converge fast where contacts slip, but not from everywhere.
+
 Else, for given l and lift the velocities minimise a convex function. Newton's method finds its
 least value; a step that does not descend is halved, and one within linear pieces is exact. Then l
 is set to f and lift to that of u. This repeats until only round-off changes. Redundant contacts of
@@ -38,6 +43,7 @@ from warprock.kernels.event_space.stack_contact import (
     Touches,
     directions,
     solve_by_sweeps,
+    sticking_bits,
 )
 from warprock.kernels.shape_space.frame import relative_velocity
 from warprock.kernels.shape_space.stack import Bodies, PointInts, PointNumbers, Points, rows_of
@@ -46,6 +52,20 @@ STIFF = by_precision(1.0e4, 1.0e2)
 """Stiffness c of a contact over its effective mass, in Newton's method..."""
 FIRM = by_precision(1.0e7, 1.0e5)
 """...and on given pieces. A change of l leaves about 1/FIRM of it: two come to round-off."""
+PLIANT = by_precision(1.0e5, 1.0e3)
+"""...and where contacts slip."""
+BEFORE = FIRM if BOX else PLIANT
+"""Stiffness of what comes before Newton's method with a convex function."""
+SLIP_TURNS = 30
+"""Largest number of Newton steps there..."""
+LOST = 6
+"""...and of those before the velocities settle, else they seldom do."""
+FAIR = by_precision(1.0e-4, 1.0e-2)
+"""Relative change of the velocities in a step from which they have settled..."""
+CLOSE = by_precision(1.0e-9, 1.0e-4)
+"""...and after which only round-off is left: the next change is about its square."""
+LEAST_GRIP = real(0.01)
+"""Least stiffness of a contact along its face, over that across it."""
 TURNS = 12
 """Largest number of changes of l or of linear pieces."""
 ROUNDS = 200
@@ -157,6 +177,23 @@ class Factor:
 
     own: SixRows
     below: SixRows
+
+
+@wp.struct
+class Linear:
+    """A Newton step: the gradient, and the matrix, six rows a block.
+
+    Attributes:
+        force, spin: The gradient M (v - v_free) - sum G^T f.
+        own: Within a block.
+        below, above: Rows of a block and columns of the one below, and the other way round.
+    """
+
+    force: Bodies
+    spin: Bodies
+    own: SixRows
+    below: SixRows
+    above: SixRows
 
 
 @wp.func
@@ -462,6 +499,232 @@ def descent(factored: wp.ref[Factor], slope: wp.ref[Slope]):
 
 
 @wp.func
+def piece_on_disc(law: int, mu: real, z: Vector) -> int:
+    """The piece of a contact, its friction within the disc that its own push allows."""
+    if law != CONE:
+        return piece_of(law, mu, z)
+    pull = wp.sqrt(z[0] * z[0] + z[1] * z[1])
+    return wp.where(z[2] <= real(0.0), NONE, wp.where(pull <= mu * z[2], ALL, CURVED))
+
+
+@wp.func
+def project_on_disc(piece: int, law: int, mu: real, z: Vector) -> Vector:
+    """The impulse of a contact on a piece, its friction within that disc."""
+    if piece == CURVED:
+        part = mu * z[2] / wp.sqrt(z[0] * z[0] + z[1] * z[1])
+        return Vector(part * z[0], part * z[1], z[2])
+    return project_on_piece(piece, law, mu, z)
+
+
+@wp.func
+def slope_on_disc(piece: int, mu: real, push: real, c: Vector, z: Vector) -> Matrix:
+    """How an impulse on a piece shrinks with the velocity of its contact [kg].
+
+    `push` is its normal impulse [N s], c the stiffness along each direction [kg].
+    """
+    zero = real(0.0)
+    if piece == CURVED:
+        pull = wp.sqrt(z[0] * z[0] + z[1] * z[1])
+        x, y, turns = z[0] / pull, z[1] / pull, c[0] * mu * larger(push, zero) / pull
+        return Matrix(
+            turns * y * y, -turns * x * y, mu * x * c[2],
+            -turns * x * y, turns * x * x, mu * y * c[2],
+            zero, zero, c[2],
+        )  # fmt: skip
+    x = wp.where(piece == NORMAL or piece == NO_X, zero, c[0])  # noqa: SIM109
+    y = wp.where(piece == NORMAL or piece == NO_Y, zero, c[1])  # noqa: SIM109
+    return wp.diag(Vector(x, y, c[2]))
+
+
+@wp.func(inline=False)
+def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bool):
+    """The system of a Newton step, and whether all contacts stayed on their pieces.
+
+    At the beginning the impulses tell the pieces. A contact that stays on its piece gets l = f, its
+    friction only once the velocities have `settled`; then all contacts do.
+    """
+    body = s.t.body
+    slot = s.t.slot
+    laws = s.t.law
+    gap = s.t.gap
+    ru = s.t.ru
+    rl = s.t.rl
+    axes = s.pose.axes
+    friction = s.pose.friction
+    light = s.pose.light
+    inertia = s.pose.inertia
+    stiff = s.stiff
+    asks = g.asks
+    pieces = g.pieces
+    v = g.v
+    w = g.w
+    force, spin = Bodies(), Bodies()
+    own, below, above = SixRows(), SixRows(), SixRows()
+    same, zero, load = bool(True), real(0.0), real(0.0)
+    bodies = int(BLOCKS + 1)
+    for k in range(1, bodies):
+        dv, dw = v[k] - s.v[k], w[k] - s.w[k]
+        force[k] = dv / light[k]
+        spin[k] = rows_of(inertia, k) * dw
+        for i in range(3):
+            own[6 * k - 6 + i, i] = real(1.0) / light[k]
+            for j in range(3):
+                own[6 * k - 3 + i, 3 + j] = inertia[3 * k + i, j]
+    for q in range(s.t.total):
+        load += larger(asks[q, 2], zero) / real(s.t.total)
+    for q in range(s.t.total):
+        k, law, ask = body[q], laws[q], asks[q]
+        mu, e = friction[k], directions(axes, k, slot[q])
+        u = e * relative_velocity(v[k], w[k], ru[q], v[k - 1], w[k - 1], rl[q])
+        c = stiff[q] * Vector(real(1.0), real(1.0), real(1.0))
+        if law == CONE and load > zero:
+            # Contacts of a face share its friction as they share its load.
+            grip = smaller(larger(ask[2] / load, LEAST_GRIP), real(1.0))
+            c = Vector(grip * c[0], grip * c[1], c[2])
+        lift = wp.where(law == CONE, zero, gap[q])
+        off = wp.cw_mul(c, Vector(u[0], u[1], u[2] + lift))
+        was = pieces[q]
+        piece = piece_on_disc(law, mu, ask - off)
+        guessed = begins and law == CONE and ask[2] > zero
+        if guessed:
+            piece = wp.where(sticking_bits(0, mu, ask) == 0, CURVED, ALL)
+            if piece == ALL:
+                ask = Vector(zero, zero, ask[2])
+        elif piece == CURVED and was == CURVED:
+            # Where a slip turns round the contact sticks first.
+            turned = (ask[0] - off[0]) * ask[0] + (ask[1] - off[1]) * ask[1] < zero
+            piece = wp.where(turned, ALL, CURVED)
+        same = same and piece == was
+        if settled or (piece == was and not begins):
+            f = project_on_disc(piece, law, mu, ask - off)
+            if law == CONE and piece == ALL and not settled:
+                f = Vector(ask[0], ask[1], f[2])
+            ask = f
+        asks[q] = ask
+        pieces[q] = piece
+        if piece != NONE:
+            z = ask - off
+            m = slope_on_disc(piece, mu, wp.where(guessed, ask[2], z[2]), c, z)
+            push = wp.transpose(e) * project_on_disc(piece, law, mu, z)
+            force[k] = force[k] - push
+            spin[k] = spin[k] - wp.cross(ru[q], push)
+            force[k - 1] = force[k - 1] + push
+            spin[k - 1] = spin[k - 1] + wp.cross(rl[q], push)
+            m = wp.transpose(e) * (m * e)
+            up, low = wp.skew(ru[q]), wp.skew(rl[q])
+            row = 6 * k - 6
+            turn, right = up * m, m * up
+            turns = turn * up
+            for i in range(3):
+                for j in range(3):
+                    own[row + i, j] = own[row + i, j] + m[i, j]
+                    own[row + i, 3 + j] = own[row + i, 3 + j] - right[i, j]
+                    own[row + 3 + i, j] = own[row + 3 + i, j] + turn[i, j]
+                    own[row + 3 + i, 3 + j] = own[row + 3 + i, 3 + j] - turns[i, j]
+            if k > 1:
+                back, across = low * m, m * low
+                backs, both, cross = back * low, turn * low, back * up
+                for i in range(3):
+                    for j in range(3):
+                        own[row - 6 + i, j] = own[row - 6 + i, j] + m[i, j]
+                        own[row - 6 + i, 3 + j] = own[row - 6 + i, 3 + j] - across[i, j]
+                        own[row - 3 + i, j] = own[row - 3 + i, j] + back[i, j]
+                        own[row - 3 + i, 3 + j] = own[row - 3 + i, 3 + j] - backs[i, j]
+                        below[row + i, j] = below[row + i, j] - m[i, j]
+                        below[row + i, 3 + j] = below[row + i, 3 + j] + across[i, j]
+                        below[row + 3 + i, j] = below[row + 3 + i, j] - turn[i, j]
+                        below[row + 3 + i, 3 + j] = below[row + 3 + i, 3 + j] + both[i, j]
+                        above[row + i, j] = above[row + i, j] - m[i, j]
+                        above[row + i, 3 + j] = above[row + i, 3 + j] + right[i, j]
+                        above[row + 3 + i, j] = above[row + 3 + i, j] - back[i, j]
+                        above[row + 3 + i, 3 + j] = above[row + 3 + i, 3 + j] + cross[i, j]
+    g.asks = asks
+    g.pieces = pieces
+    return Linear(force, spin, own, below, above), same
+
+
+@wp.func(inline=False)
+def eliminate(s: wp.ref[Linear]):
+    """The change of velocities and angular velocities in a whole Newton step, by elimination."""
+    a = s.own
+    b = s.below
+    c = s.above
+    x, dv, dw = Sixes(), Bodies(), Bodies()
+    for k in range(BLOCKS):
+        row, low = 6 * k, 6 * k - 6
+        for i in range(3):
+            x[k, i] = -s.force[k + 1, i]
+            x[k, 3 + i] = -s.spin[k + 1, i]
+        if k > 0:
+            # Rows of this block without the unknowns of the one below.
+            for i in range(6):
+                for j in range(6):
+                    part = b[row + i, j]
+                    for n in range(j):
+                        part -= b[row + i, n] * a[low + n, j]
+                    part = part * a[low + j, j]
+                    b[row + i, j] = part
+                for j in range(6):
+                    part = a[row + i, j]
+                    for n in range(6):
+                        part -= b[row + i, n] * c[row + n, j]
+                    a[row + i, j] = part
+                rest = x[k, i]
+                for n in range(6):
+                    rest -= b[row + i, n] * x[k - 1, n]
+                x[k, i] = rest
+        for j in range(6):
+            pivot = real(1.0) / a[row + j, j]
+            a[row + j, j] = pivot
+            for i in range(j + 1, 6):
+                part = a[row + i, j] * pivot
+                for n in range(j + 1, 6):
+                    a[row + i, n] = a[row + i, n] - part * a[row + j, n]
+                x[k, i] = x[k, i] - part * x[k, j]
+                if k + 1 < BLOCKS:
+                    for n in range(6):
+                        c[row + 6 + i, n] = c[row + 6 + i, n] - part * c[row + 6 + j, n]
+    for turned in range(BLOCKS):
+        k = BLOCKS - 1 - turned
+        row = 6 * k
+        for turn in range(6):
+            i = 5 - turn
+            rest = x[k, i]
+            if turned > 0:
+                for j in range(6):
+                    rest -= c[row + 6 + i, j] * x[k + 1, j]
+            for j in range(i + 1, 6):
+                rest -= a[row + i, j] * x[k, j]
+            x[k, i] = rest * a[row + i, i]
+        dv[k + 1] = Vector(x[k, X], x[k, Y], x[k, Z])
+        dw[k + 1] = Vector(x[k, TURN + X], x[k, TURN + Y], x[k, TURN + Z])
+    return dv, dw
+
+
+@wp.func(inline=False)
+def solve_with_slips(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
+    """Whether a guess becomes the solution by Newton's method with discs of friction."""
+    reach, near, settled = wp.length_sq(s.t.ru[0]), bool(False), bool(False)
+    bodies = int(BLOCKS + 1)
+    for turn in range(SLIP_TURNS):
+        system, same = look_at_slips(s, g, turn == 0, settled)
+        if near and same:
+            return True
+        dv, dw = eliminate(system)
+        g.v = g.v + dv
+        g.w = g.w + dw
+        change = real(0.0)
+        for k in range(1, bodies):
+            change += (wp.length_sq(dv[k]) + reach * wp.length_sq(dw[k])) / s.pose.light[k]
+        norm_sq = size_of(s, g)
+        near = change <= CLOSE * CLOSE * norm_sq
+        settled = change <= FAIR * FAIR * norm_sq
+        if not (change < NEVER) or (turn >= LOST and not settled):
+            return False
+    return False
+
+
+@wp.func
 def size_of(s: wp.ref[System], g: wp.ref[Guess]) -> real:
     """Twice the energies of all velocities, with those without contact, or about that [J]."""
     norm_sq, reach = real(0.0), wp.length_sq(s.t.ru[0])
@@ -606,12 +869,19 @@ def solve(
     asks, u, o, good = solve_by_sweeps(FIRST, t, pose, first, v, w)
     if good:
         return asks, u, o, True
+    if not BOX:
+        for i in range(t.total):
+            s.stiff[i] = s.stiff[i] * (PLIANT / FIRM)
+        g = Guess(asks, t.gap, PointInts(), u, o)
+        good = solve_with_slips(s, g)
+        if good:
+            return g.asks, g.v, g.w, True
     for i in range(t.total):
         k = t.body[i]
         e = directions(pose.axes, k, t.slot[i])
         at = e * relative_velocity(u[k], o[k], t.ru[i], u[k - 1], o[k - 1], t.rl[i])
         g.lift[i] = lift_of(t.law[i], pose.friction[k], t.gap[i], at)
-        s.stiff[i] = s.stiff[i] * (STIFF / FIRM)
+        s.stiff[i] = s.stiff[i] * (STIFF / BEFORE)
     g.asks = asks
     g.v = u
     g.w = o
