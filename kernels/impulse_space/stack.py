@@ -69,7 +69,9 @@ CORNERS = real(4.0)
 """Corners of the upper face; if all of them lie over the lower one, other slots do not exist."""
 
 SETTLED = real(1.0e-14)
-"""Change of the impulses in a sweep that is round-off, over the weight of the stack in a step."""
+"""Change of the impulses in a sweep that is round-off, over the weight of the stack in a step. With
+a larger one round-off would decide how many sweeps a lane takes: a stack that stands straight then
+yaws to either side."""
 
 
 @wp.struct
