@@ -581,8 +581,7 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bo
             # Contacts of a face share its friction as they share its load.
             grip = smaller(larger(ask[2] / load, LEAST_GRIP), real(1.0))
             c = Vector(grip * c[0], grip * c[1], c[2])
-        lift = wp.where(law == CONE, zero, gap[q])
-        off = wp.cw_mul(c, Vector(u[0], u[1], u[2] + lift))
+        off = wp.cw_mul(c, Vector(u[0], u[1], u[2] + gap[q]))
         was = pieces[q]
         piece = piece_on_disc(law, mu, ask - off)
         guessed = begins and law == CONE and ask[2] > zero
