@@ -13,8 +13,8 @@ Computational Mathematics* 15). It grows for a while wherever a direction does a
 direction and the 1.1 times of the plane (assembly/solve.py) solves take two to four times as many
 sweeps here.
 
-A solve that is not settled after `LATE` sweeps goes on as in the plane, by conjugate directions, for
-as many, and so on in turn: where friction is above 1 and blocks wedge one another in, long
+A solve that is not settled after `LATE` sweeps goes on as in the plane, by conjugate directions,
+for as many, and so on in turn: where friction is above 1 and blocks wedge one another in, long
 directions may lead in circles.
 """
 
