@@ -12,15 +12,25 @@ times its least in the step (adaptive restart: O'Donoghue and Candes 2015, *Foun
 Computational Mathematics* 15). It grows for a while wherever a direction does any good: with the
 direction and the 1.1 times of the plane (assembly/solve.py) solves take two to four times as many
 sweeps here.
+
+A solve that is not settled after `LATE` sweeps goes on as in the plane, by conjugate directions,
+for as many, and so on in turn: where friction is above 1 and blocks wedge one another in, long
+directions may lead in circles.
 """
 
 import warp as wp
+
+from warprock.kernels.assembly.solve import ALONG, STRAIGHT
+from warprock.kernels.assembly.solve import GROWN as GROWN_A_SWEEP
 
 GROWN = real(10.0)
 """Growth of |d|^2 over its least from which on the direction is dropped."""
 
 MOST_KEPT = real(0.98)
 """Most of a direction that is kept."""
+
+LATE = 200
+"""Sweeps after which a solve goes on by the other directions."""
 
 LONG, LOOSE, SHARE = 100, real(10.0), real(1.0e-2)
 """Sweeps after which a step of the run may leave so many times its bound, or this share of the
@@ -41,6 +51,7 @@ class Solve:
         beta: Part of the direction that is kept.
         worst: Largest change of the velocity of a contact in this sweep [m/s].
         square: |d|^2 of this sweep [J].
+        before: That of the last sweep.
         least: Its least in this step.
         left: `worst` of the last sweep [m/s].
         loose: What may be left after `LONG` sweeps [m/s].
@@ -52,6 +63,7 @@ class Solve:
     beta: real
     worst: real
     square: real
+    before: real
     least: real
     left: real
     loose: real
@@ -88,7 +100,13 @@ def decide(bound: real, most: int, solve: wp.ref[Solve]):
     grown = solve.square > GROWN * solve.least
     solve.age = wp.where(grown or solve.sweeps == 0, 0, solve.age + 1)
     age = real(solve.age)
-    solve.beta = wp.where(goes, smaller(age / (age + real(3.0)), MOST_KEPT), zero)
+    kept = smaller(age / (age + real(3.0)), MOST_KEPT)
+    if (solve.sweeps / LATE) % 2 == 1:
+        shrinks = solve.square < GROWN_A_SWEEP * solve.before
+        along = shrinks and solve.sweeps % (ALONG + STRAIGHT) < ALONG
+        kept = wp.where(along, smaller(solve.square / solve.before, real(1.0)), zero)
+    solve.beta = wp.where(goes, kept, zero)
+    solve.before = solve.square
     solve.goes = wp.where(goes, 1, 0)
     solve.sweeps += 1
     solve.left = solve.worst

@@ -35,7 +35,9 @@ from warprock.kernels.shape_space.body import (
 )
 from warprock.kernels.shape_space.frame import frame as matrix_at
 
-wp.set_module_options(BRANCHES)
+FLAGS = f"{BRANCHES['cpu_compiler_flags']} -mprefer-vector-width=128"
+"""Structs are copied by 16 bytes, which saves 4 % in float32; see SHORT_COPIES in instance.py."""
+wp.set_module_options(BRANCHES | ({"cpu_compiler_flags": FLAGS} if PRECISION == "float32" else {}))
 
 LANES = 1
 """Lanes of a thread: which points act differs from lane to lane."""
