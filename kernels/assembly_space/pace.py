@@ -13,8 +13,9 @@ Computational Mathematics* 15). It grows for a while wherever a direction does a
 direction and the 1.1 times of the plane (assembly/solve.py) solves take two to four times as many
 sweeps here.
 
-A solve that is not settled after `LATE` sweeps goes on as in the plane, by conjugate directions:
-where friction is above 1 and blocks wedge one another in, long directions may lead in circles.
+A solve that is not settled after `LATE` sweeps goes on as in the plane, by conjugate directions,
+for as many, and so on in turn: where friction is above 1 and blocks wedge one another in, long
+directions may lead in circles.
 """
 
 import warp as wp
@@ -29,7 +30,7 @@ MOST_KEPT = real(0.98)
 """Most of a direction that is kept."""
 
 LATE = 200
-"""Sweeps after which a solve goes on as in the plane."""
+"""Sweeps after which a solve goes on by the other directions."""
 
 LONG, LOOSE, SHARE = 100, real(10.0), real(1.0e-2)
 """Sweeps after which a step of the run may leave so many times its bound, or this share of the
@@ -100,7 +101,7 @@ def decide(bound: real, most: int, solve: wp.ref[Solve]):
     solve.age = wp.where(grown or solve.sweeps == 0, 0, solve.age + 1)
     age = real(solve.age)
     kept = smaller(age / (age + real(3.0)), MOST_KEPT)
-    if solve.sweeps >= LATE:
+    if (solve.sweeps / LATE) % 2 == 1:
         shrinks = solve.square < GROWN_A_SWEEP * solve.before
         along = shrinks and solve.sweeps % (ALONG + STRAIGHT) < ALONG
         kept = wp.where(along, smaller(solve.square / solve.before, real(1.0)), zero)
