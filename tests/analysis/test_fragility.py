@@ -242,7 +242,7 @@ def test_many_groups_are_summed_up_and_their_names_stand_once_in_the_figure():
     curves = fragility_curves(table, source="t", intensity="im", limits=limits, by=["size"])
     finding = find_fragility(table, curves, "t", "im")
     none = "In none of 12 groups a function of overturning could be fitted: no lane reached it or "
-    assert finding.headline == f"{none}the data are parted"
+    assert finding.headline == f"{none}the data are separated"
     console = plain_console(width=80, record=True, file=io.StringIO())
     print_finding(finding, console)
     text = " ".join(console.export_text().split())

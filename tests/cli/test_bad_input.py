@@ -336,7 +336,9 @@ def test_a_case_of_many_lanes_is_still_explained():
     [
         (("view", "free-b0", "--port", "abc"), "--port: got 'abc', must be a whole number, at lea"),
         (("view", "free-b0", "--port", 70000), "and at most 65535"),
-        (("animate", "free-b0", "--speed", "x"), "--speed: got 'x', must be a number, above 0 and"),
+        (("animate", "free-b0", "--speed", "x"), "--speed: got 'x', must be a number"),
+        (("animate", "free-b0", "--speed", "nan"), "--speed: got nan, must be above 0 and at most"),
+        (("viw", "free-b0"), "Did you mean 'view'? See "),
         (("ida", "free-b0", "--count", "2.5"), "--count: got '2.5', must be a whole number"),
         (("verdict", "--body", "statue", "--record", "nope"), "--record: got 'nope', must be a fi"),
     ],

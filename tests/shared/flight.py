@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from warprock.model.pose import product
 from warprock.model.response import Response
-from warprock.model.turning import rotate
+from warprock.model.turning import inverse, rotate
 
 Array = npt.NDArray[np.float64]
 
@@ -39,7 +39,6 @@ def euler(attitude: Array, spin: Array, times: Array, inertia: Array) -> Array:
         dq = 0.5 * product(q, np.append(w, 0.0))
         return np.concatenate([dq, -np.linalg.solve(inertia, np.cross(w, inertia @ w))])
 
-    back = attitude * np.array([-1.0, -1.0, -1.0, 1.0])
-    first = np.concatenate([attitude, rotate(back, spin)])
+    first = np.concatenate([attitude, rotate(inverse(attitude), spin)])
     found = solve_ivp(rate, (0.0, times[-1]), first, t_eval=times, rtol=1e-11, atol=1e-12).y.T
     return np.asarray(found[:, :4])

@@ -180,7 +180,7 @@ def own_measure(text: str) -> Measure:
     for part in text.split(";"):
         key, equals, value = part.partition("=")
         if not equals or not key.strip():
-            allowed = 'must be KEY=VALUE, such as block.width="0.8 m", or several, parted by ;'
+            allowed = 'must be KEY=VALUE, such as block.width="0.8 m", or several, separated by ;'
             raise InputError("--measure", "", text, allowed)
         changes[key.strip()] = _value(value.strip().strip('"'))
     return Measure(text, changes)

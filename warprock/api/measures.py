@@ -39,7 +39,7 @@ def measures(
     Args:
         case: The case, as in `run`.
         engine: Name of the engine, as in `run`.
-        measure: Measure: KEY=VALUE, or several keys parted by semicolons; or several [default:
+        measure: Measure: KEY=VALUE, or several keys separated by semicolons; or several [default:
             those that the block can have].
         target: Yearly rate at which the least width and the least straps are looked for.
         accuracy: Width of a bracket over its least factor at which it is narrow enough [-].

@@ -123,9 +123,10 @@ def _usage(error: click.UsageError) -> str:
     if isinstance(error, click.BadParameter) and error.param is not None and wrong:
         bound = f"must be {_numbers(error.param.type)}"
         return str(InputError(error.param.opts[-1], "", wrong["got"], bound))
-    said = shorten(" ".join(error.format_message().split())).rstrip(".")
+    said = shorten(" ".join(error.format_message().split()))
+    said += "" if said.endswith((".", "?")) else "."
     path = error.ctx.command_path if error.ctx is not None else "warprock"
-    return f"{said}. See {path} --help"
+    return f"{said} See {path} --help"
 
 
 _NOT_A_NUMBER = re.compile(r"'?(?P<got>.+?)'? is not (?:a valid (?:integer|float)|in the range)")
@@ -134,9 +135,6 @@ _NOT_A_NUMBER = re.compile(r"'?(?P<got>.+?)'? is not (?:a valid (?:integer|float
 
 def _numbers(kind: Any) -> str:
     """The numbers that an option takes, in words."""
-    whole = isinstance(kind, click.types.IntParamType)
-    named = "a whole number" if whole else "a number"
-    if not isinstance(kind, click.IntRange | click.FloatRange):
-        return named
-    least = f"above {kind.min:g}" if kind.min_open else f"at least {kind.min:g}"
-    return f"{named}, {least} and at most {kind.max:g}"
+    if isinstance(kind, click.IntRange):
+        return f"a whole number, at least {kind.min} and at most {kind.max}"
+    return "a whole number" if isinstance(kind, click.types.IntParamType) else "a number"

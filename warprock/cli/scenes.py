@@ -14,14 +14,27 @@ if TYPE_CHECKING:
 
 FORMS = (".gif", ".mp4", ".png", ".glb", ".usd", ".usda", ".usdc")
 MOST_FRAMES = 3000
+FASTEST = 1000.0
 
 _FOLDER = click.argument("folder", metavar="DIR", type=click.Path(path_type=pathlib.Path))
 _LANE = click.option(
     "--lane", type=int, default=0, show_default=True, help="Number of the lane, from 0."
 )
+
+
+def _speed(_context: click.Context, _option: click.Parameter, speed: float) -> float:
+    """A speed, refused where it is none."""
+    from warprock.errors import InputError
+
+    if not 0.0 < speed <= FASTEST:
+        raise InputError("--speed", "", speed, f"must be above 0 and at most {FASTEST:g}")
+    return speed
+
+
 _SPEED = click.option(
     "--speed",
-    type=click.FloatRange(0.0, 1000.0, min_open=True),
+    type=float,
+    callback=_speed,
     default=1.0,
     show_default=True,
     help="Seconds of the lane in a second: 0.25 is slow motion.",

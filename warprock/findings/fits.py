@@ -19,7 +19,7 @@ MOST_FITS = 4
 
 
 WHY_NONE = {
-    "separated": "the data are parted",
+    "separated": "the data are separated",
     "none reached": "no lane reached it",
     "all reached": "every lane reached it",
     "falling": "fewer lanes reach it at a greater intensity",
@@ -120,7 +120,7 @@ def fit_cells(row: pd.Series[Any]) -> list[str]:
     if row["verdict"] == "separated" and row["none_up_to"] == row["all_from"]:
         return [f"about {low_text}", "none: too few intensities"]
     known = {
-        "separated": [f"between {low_text} and {high_text}", "none: data are parted"],
+        "separated": [f"between {low_text} and {high_text}", "none: data are separated"],
         "none reached": [f"above {low_text}", "none: nothing reached it"],
         "all reached": [f"below {high_text}", "none: everything reached it"],
     }

@@ -269,7 +269,7 @@ def _sentences(rows: pd.DataFrame, names: Sequence[str], intensity: str) -> list
         if row["verdict"] == FITTED:
             text += f"; nine tenths of that under a {measured.name} of {ends[0]} to {ends[1]}"
         else:
-            text += f"; lanes are parted at a {measured.name} of {measured.text(row['median'])}"
+            text += f"; lanes are separated at a {measured.name} of {measured.text(row['median'])}"
         found.append(f"{text}.")
     if len(rows) > MOST_FITS:
         found.append(f"All {len(rows):,} rates are in the table.")

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from warprock.model.pose import product
+from warprock.model.turning import inverse
 from warprock.programs.assembly_scene import Solid, one_friction, solids, touching
 from warprock.programs.scene import PeerRun, PeerScene
 from warprock.settings.programs import BulletSettings
@@ -62,7 +63,7 @@ def run_assembly(bullet: Any, world: int, scene: PeerScene, settings: BulletSett
     position = np.array([[place for place, _ in frame] for frame in seen])
     turned = np.array([[turn for _, turn in frame] for frame in seen])
     starts = np.array([solid.attitude for solid in own if not solid.fixed])
-    since = product(turned, starts * (-1.0, -1.0, -1.0, 1.0))
+    since = product(turned, inverse(starts))
     return PeerRun(position, since, cpu_s, scene.frame_count * steps)
 
 

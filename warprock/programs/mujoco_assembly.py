@@ -16,6 +16,7 @@ import numpy.typing as npt
 from warprock.model.assembly import Assembly
 from warprock.model.pose import product
 from warprock.model.solids import SpatialAssembly
+from warprock.model.turning import inverse
 from warprock.programs.assembly_scene import Solid, solids, touching
 from warprock.programs.scene import PeerRun, PeerScene
 from warprock.settings.programs import MujocoSettings
@@ -85,8 +86,8 @@ def _poses(kind: Assembly, seen: Array) -> tuple[Array, Array]:
     if isinstance(kind, SpatialAssembly):
         found = seen.reshape(len(seen), -1, 7)
         starts = np.array([solid.attitude for solid in solids(kind) if not solid.fixed])
-        back = starts * (-1.0, -1.0, -1.0, 1.0)
-        return found[..., :3], product(np.roll(found[..., 3:], -1, axis=-1), back)
+        turned = np.roll(found[..., 3:], -1, axis=-1)
+        return found[..., :3], product(turned, inverse(starts))
     found = seen.reshape(len(seen), -1, 3)
     position, attitude = np.zeros((*found.shape[:2], 3)), np.zeros((*found.shape[:2], 4))
     position[..., ::2] = found[..., :2] + kind.centre[free]

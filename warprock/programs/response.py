@@ -25,7 +25,7 @@ from warprock.model.response import (
     SampleTimes,
     Status,
 )
-from warprock.model.turning import rotate
+from warprock.model.turning import inverse, rotate
 from warprock.programs.scene import PeerRun, PeerScene, frames_per_sample
 
 Array = npt.NDArray[np.float64]
@@ -186,7 +186,7 @@ def _look(scene: PeerScene, run: PeerRun, *, spatial: bool, thrown: bool) -> _Se
     below[:, 3] = 1.0
     floor, leans, slides, depths = base, [], [], []
     for k, block in enumerate(scene.blocks):
-        back = below * np.array([-1.0, -1.0, -1.0, 1.0])
+        back = inverse(below)
         seen_axis = rotate(back, axis[:, k])
         angle = np.arctan2(np.hypot(seen_axis[:, 0], seen_axis[:, 1]), seen_axis[:, 2])
         leans.append(np.where(seen_axis[:, 0] < 0.0, -angle, angle))
