@@ -236,7 +236,7 @@ class NumberKey(InputKey):
         below = quantity.value < low or (self.low_open and quantity.value == low)
         above = quantity.value > high or (self.high_open and quantity.value == high)
         if below or above:
-            raise ValueError(f"must be {self.text}, {self._between(quantity.dimension)}")
+            raise ValueError(f"must be {self._between(quantity.dimension)}: {self.text}")
 
     def read_option(self, option: str, got: str | None) -> float | None:
         """The number of an option in SI units or rad; None where it is left out.
