@@ -39,7 +39,7 @@ from warprock.findings.brief import (
     times,
 )
 from warprock.findings.finding import Finding
-from warprock.findings.mitigation import TABLE, best_measure, target_sentences
+from warprock.findings.measures import TABLE, best_measure, target_sentences
 from warprock.findings.risk import percent_text
 from warprock.report.brief import (
     BRIEF_PAGE,
