@@ -60,7 +60,11 @@ class HousnerCheck(Check):
         _more_than_0("the largest |rotation - reference| / slenderness angle in the first 5 s"),
     ]
     limit_run: Annotated[
-        float | None, _more_than_0("the same over the whole run, which is not checked without it")
+        float | None,
+        _more_than_0(
+            "the largest |rotation - reference| / slenderness angle in the whole run; without it "
+            "only the first 5 s count"
+        ),
     ] = None
 
 
