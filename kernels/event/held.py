@@ -165,7 +165,7 @@ def energy_of(block: Block, s: State) -> real:
 
 @wp.func
 def lower_of(points: int) -> int:
-    """Number of the base corner whose sliding counts: 1, to which the block leans, if it presses."""
+    """Number of the base corner whose sliding counts: 1, that of the lean, if it presses."""
     corner = int(0)
     if (points & RIGHT) > 0:
         corner = int(1)
