@@ -164,7 +164,7 @@ class NumberKey(InputKey):
 
     @functools.cached_property
     def _ends(self) -> Mapping[Dimension, tuple[float, float]]:
-        """The same in SI units or rad."""
+        """Least and greatest value in SI units or rad, by dimension allowed."""
         return {
             dimension: (parse_quantity(low, dimension), parse_quantity(high, dimension))
             for dimension, (low, high) in self.bounds.items()

@@ -44,7 +44,7 @@ class Statics:
         return curve(self._leaning(row), most)
 
     def curve_without_ties(self, row: int, most: float) -> Curve | None:
-        """The same of the block without its ties; None of a block that has none."""
+        """Moment over lean of a block without its ties; None of a block that has none."""
         box = self._leaning(row)
         return None if box.ties is None else curve(dataclasses.replace(box, ties=None), most)
 

@@ -147,7 +147,7 @@ def _refuse_fallen(values: LaneValues, lanes: SpatialLanes) -> None:
 
 
 def _refuse_fallen_bodies(values: LaneValues, lanes: SpatialLanes) -> None:
-    """The same of bodies."""
+    """Refuses bodies whose centre of mass is at the start beyond the edge that they lean over."""
     body = lanes.body
     assert body is not None
     for key, start, sides in (

@@ -98,10 +98,10 @@ def find_chunks(plan: Plan, folder: pathlib.Path, numbers: Iterable[int]) -> Ite
 
 
 def own_chunks(plan: Plan, folder: pathlib.Path, numbers: Iterable[int]) -> Iterator[Chunk]:
-    """The same, where no file of another plan is in the place of one: it must not be overwritten.
+    """The states of chunks; a file of another plan in the place of one must not be overwritten.
 
     Raises:
-        InputError: There is one.
+        InputError: There is such a file.
     """
     for chunk in find_chunks(plan, folder, numbers):
         if chunk.state is State.FOREIGN:
@@ -297,7 +297,7 @@ def _write_csv(
     path: pathlib.Path,
     progress: Callable[[int], None] | None,
 ) -> None:
-    """The same rows as text, in the form of the CSV table of a run."""
+    """Joins the chunks of a sweep as text, in the form of the CSV table of a run."""
     written = 0
     for table in _chunk_tables(plan, folder):
         rows = table.to_pandas()
