@@ -34,18 +34,6 @@ if TYPE_CHECKING:
     from pydantic_core import CoreSchema
 
 
-class Said(str):
-    """Text that an error shows as it is, without quotes: "nothing", "3 and 2 values"."""
-
-    __slots__ = ()
-
-    def __repr__(self) -> str:
-        return str(self)
-
-
-NOTHING = Said("nothing")
-
-
 class Column(NamedTuple):
     """A column of the lane table.
 

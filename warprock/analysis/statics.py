@@ -9,11 +9,10 @@ import numpy.typing as npt
 
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model.hold import SIDES
 from warprock.model.lanes import Lanes
 from warprock.model.statics import Capacity, Curve, Leaning, capacity, curve, leaning
-from warprock.quantity import Said
 
 AT_ONCE = 2048
 """Lanes at once: 33 points of up to 37 pieces each, 20 MB an array."""

@@ -9,7 +9,8 @@ import pydantic
 from warprock.case.contact import FRICTION
 from warprock.case.validation import KeyedError, Table
 from warprock.case.value_kinds import OtherKey
-from warprock.quantity import NOTHING, Column, FrictionKey, NumberKey, TextKey
+from warprock.errors import NOTHING
+from warprock.quantity import Column, FrictionKey, NumberKey, TextKey
 from warprock.units import Dimension, parse_quantity
 
 ARCH, WALL, DRY_STONE, COLUMN, FRAME, FILE = "arch", "wall", "dry-stone", "column", "frame", "file"

@@ -11,8 +11,9 @@ import pydantic
 
 from warprock.case.validation import KeyedError, Table, validated
 from warprock.case.value_kinds import OtherKey, ProseKey
+from warprock.errors import NOTHING
 from warprock.model.runnable import HIGHEST_STACK
-from warprock.quantity import NOTHING, NumberKey, TextKey
+from warprock.quantity import NumberKey, TextKey
 from warprock.settings.engines import SETTINGS
 from warprock.settings.setting import SettingKey
 

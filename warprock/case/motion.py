@@ -8,8 +8,9 @@ import pydantic
 
 from warprock.case.validation import KeyedError, Table
 from warprock.case.waveforms import FAMILY_OF
+from warprock.errors import NOTHING
 from warprock.model.motion import Control, Waveform
-from warprock.quantity import AMPLITUDE, NOTHING, Column, NumberKey, TextKey
+from warprock.quantity import AMPLITUDE, Column, NumberKey, TextKey
 from warprock.units import Quantity
 
 

@@ -157,11 +157,11 @@ def _engines(table: pd.DataFrame) -> Iterator[tuple[str, list[str]]]:
             continue
         counts = f"{counted(len(off), 'row')}, lanes and blocks" if "block" in rows else ""
         counts = counts or f"{counted(len(off), 'lane')} in which Housner holds"
+        middle, most = (number_of(name, float(value)) for value in (np.median(off), off.max()))
         yield (
-            f"{engine} is within {three(float(off.max()))} of the slenderness angle of "
-            f"{reference} over the whole run, {three(float(np.median(off)))} in the median of "
-            f"{counts}.",
-            [str(engine), reference, f"{len(off):,}", *map(three, (np.median(off), off.max()))],
+            f"{engine} is within {most} of the slenderness angle of {reference} over the whole "
+            f"run, {middle} in the median of {counts}.",
+            [str(engine), reference, f"{len(off):,}", middle, most],
         )
 
 

@@ -22,9 +22,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from warprock.errors import InputError, list_allowed
+from warprock.errors import NOTHING, InputError, Said, list_allowed
 from warprock.model.motion import Control
-from warprock.quantity import NOTHING, Said
 from warprock.recordings.record import CONTROL_OF
 from warprock.recordings.rows import plain_columns
 from warprock.recordings.text_file import Channel, TextFile

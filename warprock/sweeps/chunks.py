@@ -20,10 +20,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from warprock.case.lanes import LaneSet
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model.response import Response
 from warprock.model.undecided import UNDECIDED
-from warprock.quantity import Said
 from warprock.running.files import replacing
 from warprock.running.lane_table import LANE_TABLE, arrow_table, lane_table
 from warprock.running.parts import State, find_part, part_writer, read_part, write_part
