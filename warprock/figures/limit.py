@@ -150,7 +150,7 @@ def _draw_moved_in_space(
     assembly: SpatialAssembly,
     state: npt.NDArray[np.int64],
 ) -> None:
-    """The same of an assembly in space: joints by the outlines of their polygons."""
+    """An assembly in space as it stood, and the outlines of joints that opened or slid."""
     view = _view(collapse)
     colours = np.where(assembly.fixed, PALE, STONE)
     for chosen in (assembly.fixed, ~assembly.fixed):
