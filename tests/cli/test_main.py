@@ -81,8 +81,12 @@ def refused(result: Result, *words: str) -> None:
         assert word in line, f"{word!r} is not in {line!r}"
 
 
-READS_MORE = ("cube-tosses", "square-drops", "record-sample")
-"""Shipped cases with a table of lanes, which pandas reads, or a lognormal distribution of SciPy."""
+READS_MORE = (
+    *("cube-tosses", "square-drops", "record-sample", "sobol-single-block", "single-spatial-sine"),
+    *("stack-collapse", "stack-continuous-sine-ensemble", "stack-sine-pulse-ensemble"),
+    "stack-spatial-sine",
+)
+"""Shipped cases with a table of lanes, which pandas reads, or with points that SciPy draws."""
 EXPLAIN = f"""
 from warprock.running import engine_choice
 engine_choice.outside_model = lambda *_: 0  # which runs lanes that may leave Housner's model

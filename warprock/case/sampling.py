@@ -1,9 +1,10 @@
 """Points of a sample by their numbers, and the distributions that turn them into values.
 
 A point is a pure function of the sample and its number: a chunk of lanes makes its own points
-alone, however many the sample has. In a Latin hypercube every dimension deals the strata by a
-permutation that is computed number by number: a scramble of as many bits as the number of points
-needs, done again while it leads past the last point (cycle walking, Black and Rogaway 2002).
+alone, however many the sample has. Sobol' sequences are wound forward to a number. In a Latin
+hypercube every dimension deals the strata by a permutation that is computed number by number: a
+scramble of as many bits as the number of points needs, done again while it leads past the last
+point (cycle walking, Black and Rogaway 2002).
 
 A. B. Owen (1998), Scrambling Sobol' and Niederreiter-Xing points, *Journal of Complexity* 14.
 M. D. McKay, R. J. Beckman and W. J. Conover (1979), *Technometrics* 21. J. Black and P. Rogaway
@@ -15,11 +16,12 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import functools
+import threading
 
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.sobol import BITS, sobol_points
 from warprock.case.value_kinds import ChoiceKey, WholeKey
 from warprock.units import Dimension
 
@@ -29,8 +31,8 @@ Places = npt.NDArray[np.uint64]
 SAMPLING = ChoiceKey("scrambled Sobol' points or a Latin hypercube", ("sobol", "lhs"))
 """How the points of a sample are made."""
 
-MOST_POINTS = 2**BITS
-"""Points after which a Sobol' sequence has used up its bits."""
+MOST_POINTS = 2**30
+"""Points after which SciPy's Sobol' sequence has used up its 30 bits."""
 
 SEED = WholeKey("the seed of the sample", 0, 2**63 - 1)
 
@@ -65,14 +67,21 @@ class Sample:
         """Some points, from 0 to less than 1, shape [point, dimension].
 
         Args:
-            numbers: Their numbers, from 0.
+            numbers: Their numbers, from 0; mostly runs of consecutive ones.
         """
         low, high = int(numbers.min()), int(numbers.max()) + 1
-        if high - low < len(numbers):  # some points several times, as in the cells of a sweep
-            return self.points(np.arange(low, high))[numbers - low]
+        if high - low <= 2 * len(numbers):
+            return self._run(low, high)[numbers - low]
+        # Lanes that pass the end of a cell: the last points of the sample, then the first.
+        cuts = np.flatnonzero(np.diff(numbers) != 1) + 1
+        return np.concatenate(
+            [self._run(int(run[0]), int(run[-1]) + 1) for run in np.split(numbers, cuts)]
+        )
+
+    def _run(self, low: int, high: int) -> Array:
         if self.sampling == "lhs":
-            return self._latin(numbers.astype(np.uint64))
-        return sobol_points(numbers, self.dimensions, self.seed)
+            return self._latin(np.arange(low, high, dtype=np.uint64))
+        return _sequence(self.dimensions, self.seed).run(low, high)
 
     def _latin(self, numbers: Places) -> Array:
         """Points of which every dimension has one in each of `count` equal strata."""
@@ -85,6 +94,32 @@ class Sample:
             places = (_mix(numbers ^ place_key) >> np.uint64(64 - _PLACE_BITS)) + 0.5
             found[:, at] = (strata + places * 2.0**-_PLACE_BITS) / self.count
         return found
+
+
+class _Sequence:
+    """A Sobol' sequence whose digits SciPy scrambles; it goes on from where it is at no cost."""
+
+    def __init__(self, dimensions: int, seed: int) -> None:
+        from scipy.stats import qmc
+
+        self._points = qmc.Sobol(dimensions, scramble=True, rng=seed)
+        self._lock = threading.Lock()
+
+    def run(self, low: int, high: int) -> Array:
+        """Points from one number to before another."""
+        with self._lock:
+            if low < self._points.num_generated:
+                self._points.reset()
+            if low > self._points.num_generated:
+                self._points.fast_forward(low - self._points.num_generated)
+            # SciPy warns of a start with a number of points that is no power of two; one is.
+            drawn = [self._points.random(1), self._points.random(high - low - 1)]
+        return np.asarray(np.concatenate(drawn), dtype=np.float64)
+
+
+@functools.lru_cache(maxsize=4)
+def _sequence(dimensions: int, seed: int) -> _Sequence:
+    return _Sequence(dimensions, seed)
 
 
 def _permute(numbers: Places, count: int, keys: list[np.uint64]) -> Places:
