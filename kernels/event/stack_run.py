@@ -150,7 +150,7 @@ class Seen:
         peak, peak_time: Largest rotations [rad], and when they were reached [s].
         slide, peak_slide: Slides at the interfaces, and the largest of them [m].
         start_x, start_z: Where the centres were at the start [m].
-        moved, last: Largest displacements of the centres, and those now [m].
+        moved, last: Squares of the largest displacements of the centres, and of those now [m^2].
         opening: Widest gaps [m].
         uplift_time, rest_time: When an interface first opened, and when the stack last came to
             rest [s]; NEVER if it has not.
@@ -233,7 +233,7 @@ def observe(
     x, z = centres(blocks, s.pose)
     for k in range(BLOCKS):
         dx, dz = x[k] - before.start_x[k], z[k] - before.start_z[k]
-        seen.last[k] = wp.sqrt(dx * dx + dz * dz)
+        seen.last[k] = dx * dx + dz * dz
         seen.moved[k] = larger(seen.last[k], before.moved[k])
         seen.sunk = larger(-dz, seen.sunk)
         seen.opening[k] = larger(widest_gap(blocks, s.pose, k), before.opening[k])
@@ -416,4 +416,5 @@ def run_lanes(
         found.blocks[k, lane] = BlockResult(
             seen.slide[k], seen.peak[k], seen.peak_time[k], seen.peak_slide[k]
         )
-        found.drums[k, lane] = DrumResult(seen.moved[k], seen.last[k], seen.opening[k])
+        moved, last = wp.sqrt(seen.moved[k]), wp.sqrt(seen.last[k])
+        found.drums[k, lane] = DrumResult(moved, last, seen.opening[k])

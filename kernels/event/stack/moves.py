@@ -254,11 +254,12 @@ def find_departure(
     """
     low, _height = lower_face(blocks, k)
     room = low + blocks.half_width[k]
-    first = size(slide_place(blocks, s.pose, k))
     last = size(slide_place(blocks, t.pose, k))
     cut = NEVER
-    if first < room and t.d > near and (last - room) * t.d > near * (last - first):
-        cut = t.d * (room - first) / (last - first)
+    if last > room and t.d > near:
+        first = size(slide_place(blocks, s.pose, k))
+        if first < room and (last - room) * t.d > near * (last - first):
+            cut = t.d * (room - first) / (last - first)
     return cut
 
 

@@ -239,7 +239,8 @@ def collide(
     found = Solution()
     found.contacts = contacts
     found.solved = True
-    found.velocity = constrain(smooth, g, contacts, free)
+    found.velocity = free
+    constrain(smooth, g, found.contacts, found.velocity)
     return found
 
 
@@ -261,7 +262,8 @@ def project(
     """
     v = t.velocity
     if not t.rocks:
-        v = constrain(blocks, g, Contacts(t.pose.touch, n.slip), t.velocity)
+        before = Contacts(t.pose.touch, n.slip)
+        constrain(blocks, g, before, v)
     contacts = Contacts(n.pose.touch, n.slip)
     settled = bool(True)
     if t.struck or t.resting:
