@@ -103,10 +103,10 @@ def fly(
 
 @wp.func(inline=False)
 def move(
-    blocks: wp.ref[Blocks], old: wp.ref[Pose], touch: Counts, velocity: Triples, slide: Values,
-    d: real,
-) -> Pose:  # fmt: skip
-    """The pose after a time d at constant velocities; anchors of contacts move as they slide.
+    blocks: wp.ref[Blocks], old: wp.ref[Pose], touch: Counts, velocity: wp.ref[Triples],
+    slide: wp.ref[Values], d: real, new: wp.ref[Pose],
+):  # fmt: skip
+    """Sets the pose after a time at constant velocities; anchors of contacts move as they slide.
 
     Args:
         blocks: The blocks.
@@ -115,8 +115,8 @@ def move(
         velocity: Velocities.
         slide: Sliding velocities of the contacts [m/s].
         d: The time [s].
+        new: The pose after it.
     """
-    new = Pose()
     new.touch = touch
     for k in range(BLOCKS):
         theta = old.theta[k] + d * velocity[3 * k + 2]
@@ -131,7 +131,6 @@ def move(
             anchor = find_anchor(blocks, old, k, touch[k])
             anchor.place = anchor.place + anchor.rate * d * slide[k]
             place_block(blocks, new, k, touch[k], anchor)
-    return new
 
 
 @wp.func

@@ -81,16 +81,16 @@ TOUCHING = by_precision(1.0e-8, 1.0e-5)
 
 
 @wp.func
-def search_switch(limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]) -> State:
-    """The state with its search for the moment at which a contact lets go, see `Search`.
+def search_switch(
+    limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial], n: wp.ref[State]
+):  # fmt: skip
+    """Sets the search of a state n for the moment at which a contact lets go, see `Search`.
 
     The first trial in which a contact lets go tells the lack of force in its middle. A probe of
     next to no length tells the margin at its start. The next step ends where a line between the two
     is zero. A moment within `SOON` is not searched for.
     """
-    n = s
     soon = SOON * limits.longest_step
-    n.taken = False
     if s.search.stage == SEEKING:
         n.search.stage = FOUND
         n.cap = NEVER
@@ -100,7 +100,6 @@ def search_switch(limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]) ->
     elif s.search.stage == STEADY and t.switches and t.d > soon and t.spare < real(0.0):
         n.search = Search(SEEKING, t.spare, t.d)
         n.cap = soon
-    return n
 
 
 @wp.func
@@ -291,23 +290,21 @@ def project(
 
 
 @wp.func
-def cut_short(limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial], cut: real) -> State:
-    """The old state, whose next step ends at the first event inside this one, after `cut` [s]."""
+def cut_short(limits: wp.ref[Limits], t: wp.ref[Trial], cut: real, n: wp.ref[State]):
+    """Makes the next step from a state n end at the first event inside this one, after `cut` [s]."""
     # Not shorter than `near`: with less than that left to go, the event is reached. An event at
     # the very end of the step would be met there for ever.
     near = NEARLY * limits.longest_step
-    n = s
     n.cap = larger(wp.where(cut > t.d - near, HALF * t.d, cut), HALF * near)
-    n.taken = False
-    n.mode = wp.where(t.settled, s.mode, UNSOLVED)
-    return n
+    n.mode = wp.where(t.settled, n.mode, UNSOLVED)
 
 
 @wp.func
 def end_step(
-    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]
-) -> State:
-    """The state after a trial step and its impacts, or the old one if an event lay inside."""
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial],
+    n: wp.ref[State],
+):  # fmt: skip
+    """Ends a trial step with its impacts, unless an event lies inside; arguments as below."""
     falls = t.falls
     hits = int(0)
     for k in range(BLOCKS):
@@ -316,11 +313,8 @@ def end_step(
         elif t.struck and t.pose.touch[k] != OPEN and t.pose.touch[k] != CLOSED:
             other = opening(t.pose, t.velocity, k, t.pose.touch[k])
             falls[k] = wp.where(other.angle <= TOUCHING, CLOSED, OPEN)
-    n = s
-    n.curve = t.curve
-    n.pose = lay_down(blocks, t.pose, falls)
-    g = jacobian_of(blocks, n.pose)
-    n.slip = t.slip
+    pose, slip = lay_down(blocks, t.pose, falls), t.slip
+    g = jacobian_of(blocks, pose)
     cut = t.cut
     for k in range(BLOCKS):
         u = relative_velocity(g, t.velocity, k)
@@ -329,20 +323,23 @@ def end_step(
         if not CHAINS:
             leaves = find_departure(blocks, s, t, k, NEARLY * limits.longest_step)
             cut = smaller(cut, leaves)
-        n.slip[k] = after
-        n.swing[k] = t.velocity[3 * k + 2]
+        slip[k] = after
     if cut < NEVER:
-        return cut_short(limits, s, t, cut)
-    n.impacts = s.impacts + hits
-    n.deepest = larger(t.deep, s.deepest)
-    project(blocks, limits, s, t, g, n)
-    return n
+        cut_short(limits, t, cut, n)
+    else:
+        n.pose = pose
+        n.slip = slip
+        n.curve = t.curve
+        for k in range(BLOCKS):
+            n.swing[k] = t.velocity[3 * k + 2]
+        n.impacts = s.impacts + hits
+        n.deepest = larger(t.deep, s.deepest)
+        project(blocks, limits, s, t, g, n)
 
 
 @wp.func
-def rock_on(s: wp.ref[State], t: wp.ref[Trial]) -> State:
-    """The state after a step without events of a stack that sticks at all its contacts."""
-    n = s
+def rock_on(s: wp.ref[State], t: wp.ref[Trial], n: wp.ref[State]):
+    """Ends a step without events of a stack that sticks at all its contacts."""
     n.pose = t.pose
     n.velocity = t.velocity
     n.rate = Triples()
@@ -352,25 +349,36 @@ def rock_on(s: wp.ref[State], t: wp.ref[Trial]) -> State:
         n.swing[k] = t.velocity[3 * k + 2]
     take_step(s, t, n)
     n.mode = sound_mode(n, RUNNING)
-    return n
 
 
 @wp.func(inline=False)
 def meet_events(
-    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]
-) -> State:
-    """The state after a trial step, or the old one with an event to search for or to end at."""
-    n = search_switch(limits, s, t)
-    if n.search.stage != s.search.stage and not t.resting:
-        return n
-    return end_step(blocks, limits, s, t)
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial],
+    n: wp.ref[State],
+):  # fmt: skip
+    """Ends a trial step, or sets the event that is searched for or at which the next one ends."""
+    n.taken = False
+    if not t.resting:
+        search_switch(limits, s, t, n)
+    if n.search.stage == s.search.stage:
+        end_step(blocks, limits, s, t, n)
 
 
 @wp.func
 def finish_step(
-    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]
-) -> State:
-    """The state after a trial step; the old one, but for `cap` and `search`, if it is not taken."""
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial],
+    n: wp.ref[State],
+):  # fmt: skip
+    """Ends a trial step; changes of the state only `cap`, `search` and `mode` if it is not taken.
+
+    Args:
+        blocks: The blocks.
+        limits: The lane's limits.
+        s: State before the step.
+        t: The step.
+        n: The same state; that after the step afterwards.
+    """
     if t.plain:
-        return rock_on(s, t)
-    return meet_events(blocks, limits, s, t)
+        rock_on(s, t, n)
+    else:
+        meet_events(blocks, limits, s, t, n)
