@@ -130,20 +130,20 @@ def spare_of(
 
 @wp.func(inline=False)
 def solve(
-    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], touch: Counts, glide: Counts, guess: Contacts,
-    free: wp.ref[Triples], dust: RoundOff, shift: Triples,
-) -> Solution:  # fmt: skip
-    """Velocities that obey the contact law.
+    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], touch: Counts, glide: Counts,
+    free: wp.ref[Triples], dust: RoundOff, shift: Triples, found: wp.ref[Solution],
+):  # fmt: skip
+    """Finds velocities that obey the contact law.
 
     Args:
         blocks: The blocks.
         g: The Jacobian.
         touch: Ends that touch.
         glide: Directions of sliding that are given; 0 where friction finds its own.
-        guess: State that is tried first.
         free: Velocities without contact.
         dust: What counts as round-off.
         shift: What the law adds to relative velocities [m/s]: of impacts that bounce.
+        found: What is found; with the state that is tried first before.
     """
     problem = Problem()
     couple(blocks, g, problem.couplings)
@@ -152,8 +152,6 @@ def solve(
         problem.free = problem.free + shift
     problem.touch = touch
     problem.glide = glide
-    found = Solution()
-    found.contacts = guess
     f, line, r = Factors(), Line(), Triples()
     eliminate(problem.couplings, found.contacts, 0, f)
     find_impulses(problem.couplings, f, found.contacts, problem.free, line.impulse)
@@ -180,4 +178,3 @@ def solve(
     found.impulse = line.impulse
     found.solved = not (worst > real(1.0))
     found.guessed = tries == 0
-    return found

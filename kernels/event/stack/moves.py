@@ -263,9 +263,8 @@ def find_departure(
 
 
 @wp.func(inline=False)
-def lay_down(blocks: wp.ref[Blocks], old: wp.ref[Pose], falls: Counts) -> Pose:
-    """The pose with fallen blocks flat on what is below, and landed ends put on their faces."""
-    new = Pose()
+def lay_down(blocks: wp.ref[Blocks], old: wp.ref[Pose], falls: Counts, new: wp.ref[Pose]):
+    """Sets the pose with fallen blocks flat on what is below, and landed ends on their faces."""
     for k in range(BLOCKS):
         was = old.touch[k]
         touch = wp.where(falls[k] == OPEN, was, falls[k])
@@ -283,7 +282,6 @@ def lay_down(blocks: wp.ref[Blocks], old: wp.ref[Pose], falls: Counts) -> Pose:
             if touch == CLOSED:
                 anchor.place = upright_place(blocks, k, was, anchor)
             place_block(blocks, new, k, touch, anchor)
-    return new
 
 
 @wp.func(inline=False)

@@ -29,7 +29,7 @@ below `rest_rotation`. The impacts that this leaves out take no time.
 
 The kernel is scalar on purpose, one lane a thread on a CPU too: which contacts act differs from
 lane to lane, and packs of lanes would run all branches of all. Functions take large structs as
-`wp.ref`, a pointer: copies of them took up to a quarter of the time.
+`wp.ref`, a pointer, and fill what they find likewise: copies took up to a quarter of the time.
 """
 
 import warp as wp
@@ -62,9 +62,10 @@ from warprock.kernels.shape.stack import (
     Blocks,
     Counts,
     Jacobian,
+    Pose,
     Triples,
     Values,
-    jacobian_of,
+    fill_jacobian,
     lower_face,
     slide_place,
     three_of,
@@ -212,35 +213,35 @@ def take_step(s: wp.ref[State], t: wp.ref[Trial], n: wp.ref[State]):
 @wp.func
 def collide(
     blocks: wp.ref[Blocks], limits: wp.ref[Limits], t: wp.ref[Trial], g: wp.ref[Jacobian],
-    contacts: Contacts, free: Triples,
-) -> Solution:  # fmt: skip
-    """The impact at the end of a step.
+    free: wp.ref[Triples], found: wp.ref[Solution],
+):  # fmt: skip
+    """Finds the impact at the end of a step.
 
     Args:
         blocks: The blocks.
         limits: The lane's limits.
         t: The step.
         g: wp.ref[Jacobian] at its end.
-        contacts: Ends that touch then, and directions of sliding before.
         free: Velocities without contact.
+        found: The impact; with ends that touch then, and directions of sliding before it.
     """
     if t.struck:
         speed, _spin = largest_speeds(free)
         grain = DUST * (speed + limits.gravity * limits.longest_step)
-        guess = Contacts(guess_held(t.pose.touch, contacts.hold), contacts.slip)
         dust = RoundOff(grain, grain * limits.mass)
+        touch = found.contacts.hold
+        found.contacts.hold = guess_held(t.pose.touch, touch)
         if BOUNCES:
-            return bounce(blocks, g, limits.rebound, contacts.hold, guess, free, dust)
-        return solve(blocks, g, contacts.hold, Counts(), guess, free, dust, Triples())
-    # An end that closes without an impact has no friction, so that it adds no energy.
-    smooth = blocks
-    smooth.friction = Values()
-    found = Solution()
-    found.contacts = contacts
-    found.solved = True
-    found.velocity = free
-    constrain(smooth, g, found.contacts, found.velocity)
-    return found
+            bounce(blocks, g, limits.rebound, touch, free, dust, found)
+        else:
+            solve(blocks, g, touch, Counts(), free, dust, Triples(), found)
+    else:
+        # An end that closes without an impact has no friction, so that it adds no energy.
+        smooth = blocks
+        smooth.friction = Values()
+        found.solved = True
+        found.velocity = free
+        constrain(smooth, g, found.contacts, found.velocity)
 
 
 @wp.func
@@ -263,18 +264,17 @@ def project(
     if not t.rocks:
         before = Contacts(t.pose.touch, n.slip)
         constrain(blocks, g, before, v)
-    contacts = Contacts(n.pose.touch, n.slip)
-    settled = bool(True)
+    impact = Solution()
+    impact.contacts = Contacts(n.pose.touch, n.slip)
+    impact.solved = True
     if t.struck or t.resting:
         free = kick_base(t, v)
-        impact = collide(blocks, limits, t, g, contacts, free)
+        collide(blocks, limits, t, g, free, impact)
         v = impact.velocity
-        contacts = impact.contacts
-        settled = impact.solved
         n.lost = s.lost + lost_in_impact(blocks, t, free, v)
-    n.pose.touch = keep_touching(blocks, limits, t, g, n.pose.touch, contacts.hold, v)
+    n.pose.touch = keep_touching(blocks, limits, t, g, n.pose.touch, impact.contacts.hold, v)
     for k in range(BLOCKS):
-        n.slip[k] = wp.where(n.pose.touch[k] == OPEN, 0, contacts.slip[k])
+        n.slip[k] = wp.where(n.pose.touch[k] == OPEN, 0, impact.contacts.slip[k])
     n.velocity = glue(blocks, n.pose, n.slip, v)
     for k in range(BLOCKS):
         u = relative_velocity(g, n.velocity, k)
@@ -285,13 +285,13 @@ def project(
     n.mode = mode_of(blocks, n, NEARLY * limits.longest_step)
     for k in range(BLOCKS):
         n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
-    if n.mode != BROKEN and not (settled and t.settled):
+    if n.mode != BROKEN and not (impact.solved and t.settled):
         n.mode = UNSOLVED
 
 
 @wp.func
 def cut_short(limits: wp.ref[Limits], t: wp.ref[Trial], cut: real, n: wp.ref[State]):
-    """Makes the next step from a state n end at the first event inside this one, after `cut` [s]."""
+    """Makes the next step from n end at the first event inside this one, after `cut` [s]."""
     # Not shorter than `near`: with less than that left to go, the event is reached. An event at
     # the very end of the step would be met there for ever.
     near = NEARLY * limits.longest_step
@@ -313,8 +313,10 @@ def end_step(
         elif t.struck and t.pose.touch[k] != OPEN and t.pose.touch[k] != CLOSED:
             other = opening(t.pose, t.velocity, k, t.pose.touch[k])
             falls[k] = wp.where(other.angle <= TOUCHING, CLOSED, OPEN)
-    pose, slip = lay_down(blocks, t.pose, falls), t.slip
-    g = jacobian_of(blocks, pose)
+    pose, g = Pose(), Jacobian()
+    slip = t.slip
+    lay_down(blocks, t.pose, falls, pose)
+    fill_jacobian(blocks, pose, g)
     cut = t.cut
     for k in range(BLOCKS):
         u = relative_velocity(g, t.velocity, k)

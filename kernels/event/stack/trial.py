@@ -5,7 +5,7 @@ import warp as wp
 from warprock.kernels.event.block_begin import base_change, first_root
 from warprock.kernels.event.body_weight import Weight, kicks, weight_in
 from warprock.kernels.event.stack.chain import Contacts, relative_velocity
-from warprock.kernels.event.stack.contact import RoundOff, solve
+from warprock.kernels.event.stack.contact import RoundOff, Solution, solve
 from warprock.kernels.event.stack.moves import find_closing, find_landing, move, opening, settles
 from warprock.kernels.event.stack.rest import look_ahead
 from warprock.kernels.event.stack.rocking import Terms, predict_rocking
@@ -19,10 +19,11 @@ from warprock.kernels.shape.stack import (
     PLUS,
     Blocks,
     Counts,
+    Jacobian,
     Pose,
     Triples,
     Values,
-    jacobian_of,
+    fill_jacobian,
     lower_face,
     side_of,
 )
@@ -192,7 +193,10 @@ def try_rocking(
     blocks: wp.ref[Blocks], limits: wp.ref[Limits], shaking: wp.ref[Shaking], target: real,
     s: wp.ref[State], touch: Counts, d: real, t: wp.ref[Trial],
 ):  # fmt: skip
-    """Makes a trial one of at most a length d [s] in which all ends that touch stick, if they do."""
+    """Makes a trial one of at most a length d [s] in which all ends that touch stick.
+
+    If they do not, it stays as it is.
+    """
     a = expand(shaking.motion, s.segment, s.time, shaking.value, shaking.slope)
     along = Terms(a.a0, a.a1, a.a2, a.a3, a.a4)
     up = Terms()
@@ -314,13 +318,14 @@ def try_sliding(
         free[3 * k + 1] = free[3 * k + 1] - HALF * d * limits.gravity
     if VERTICAL:
         free = as_base_rises(free, HALF * t.weight.gained)
-    middle = Pose()
+    middle, g, mean = Pose(), Jacobian(), Solution()
     move(blocks, s.pose, s.pose.touch, s.velocity, slide, HALF * d, middle)
-    g = jacobian_of(blocks, middle)
+    fill_jacobian(blocks, middle, g)
     grain = DUST * (speed + limits.gravity * limits.longest_step)
     touch = s.pose.touch
     dust = RoundOff(grain, grain * limits.mass)
-    mean = solve(blocks, g, touch, glide, Contacts(touch, s.slip), free, dust, Triples())
+    mean.contacts = Contacts(touch, s.slip)
+    solve(blocks, g, touch, glide, free, dust, Triples(), mean)
     hold = mean.contacts.hold
     t.slip = mean.contacts.slip
     t.settled = mean.solved
