@@ -17,7 +17,7 @@ from warprock.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VER
 from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, style, subplots
 from warprock.findings.fits import WHY_NONE
-from warprock.findings.measures import Measure, measure
+from warprock.findings.intensities import Measure, measure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -112,7 +112,7 @@ def groups_of(curves: Sequence[Curve]) -> list[list[Curve]]:
 
 def _name(limit: Limit) -> str:
     """A limit state in words."""
-    return limit.text if limit.ratio is None else f"rotation {limit.name} of slenderness"
+    return limit.text if limit.ratio is None else f"rotation {limit.name} of the slenderness angle"
 
 
 def _median(curve: Curve, measured: Measure) -> str:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from warprock.case.columns import Columns, Table
 from warprock.case.input_columns import columns_of
 from warprock.findings import asked
-from warprock.findings.digits import DIGITS
+from warprock.findings.digits import DIGITS, MEASURED
 from warprock.findings.numbers import three
 from warprock.findings.sheets import ROWS, Heading, Sheet, heading
 from warprock.model.response import FALLEN_NAMES, USABLE_NAMES
@@ -78,8 +78,15 @@ def falling(table: Table) -> int:
     return int((among(table, "outcome", ["rocking"]) & (peak_ratio(table) > FAR)).sum())
 
 
-def lane_name(facts: Mapping[str, Any], table: Table, row: int) -> str:
-    """A lane by number and by what sets it apart: `lane 8 (slip, frequency 3 Hz)`."""
+def lane_name(facts: Mapping[str, Any], table: Table, row: int, thing: str = "lane") -> str:
+    """A lane by number and by what sets it apart: `lane 8 (slip, frequency 3 Hz)`.
+
+    Args:
+        facts: What `run.json` holds.
+        table: The lane table, or that of the cells of an ensemble.
+        row: Number of its row.
+        thing: What a row is, and the column of its number: lane or cell.
+    """
     parts, given = [], asked.units_given(facts["case"])
     for name in asked.naming_columns(facts, table):
         value = np.asarray(table[name])[row]
@@ -89,7 +96,7 @@ def lane_name(facts: Mapping[str, Any], table: Table, row: int) -> str:
         else:
             unit, size = given.get(name, (head.unit, 1.0))
             parts.append(f"{head.text} {three(size * float(value))} {unit}".strip())
-    number = f"lane {int(np.asarray(table['lane'])[row]):,}"
+    number = f"{thing} {int(np.asarray(table[thing])[row]):,}"
     return f"{number} ({', '.join(parts)})" if parts else number
 
 
@@ -134,7 +141,7 @@ def _columns(
 
     def of_block(block: str) -> Iterator[tuple[Heading | None, str, float]]:
         of = f" {block[1:]}" if block else ""
-        yield Heading(f"peak rotation{of} / slenderness"), f"{PEAK_RATIO}{block}", 1.0
+        yield Heading(f"peak rotation{of} / slenderness angle"), f"{PEAK_RATIO}{block}", 1.0
         yield _scaled(f"peak rotation{of}", "peak_rotation_rad", block)
         yield None, f"peak_time{block}_s", 1.0
         yield _scaled(f"peak slide{of}", "peak_slide_m", block)
@@ -146,7 +153,7 @@ def _columns(
         wanted.append((Heading(heading(name).text, unit) if unit else None, name, size))
     wanted += [(None, name, 1.0) for name in besides]
     wanted += [column for block in blocks for column in of_block(block)]
-    wanted += [(None, name, 1.0) for name in RESULTS]
+    wanted += map(_as_said, RESULTS)
     for block in blocks:
         of = f" {block[1:]}" if block else ""
         wanted.append(_scaled(f"error of rotation{of}", "rotation_error_rad", block))
@@ -155,6 +162,14 @@ def _columns(
             told = meanings.get(name, {})
             found = own or heading(name, "", told.get("unit", ""))
             yield Heading(found.text, found.unit, told.get("text", "")), name, factor
+
+
+def _as_said(column: str) -> tuple[Heading | None, str, float]:
+    """A column of a lane in the unit in which sentences say it: heading, column, and factor."""
+    shown = DIGITS.get(column, MEASURED)
+    if not shown.unit:
+        return None, column, 1.0
+    return Heading(heading(column).text, shown.unit), column, shown.size
 
 
 def _scaled(name: str, column: str, block: str) -> tuple[Heading, str, float]:
