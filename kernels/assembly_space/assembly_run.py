@@ -32,7 +32,6 @@ from warprock.kernels.assembly.meeting import (
 from warprock.kernels.assembly_space.block import (
     Block,
     Peak,
-    Trail,
     add_energy,
     extrapolate,
     heft_of,
@@ -105,12 +104,12 @@ class Kept:
 
     Attributes:
         before: Velocities before the step.
-        trails: See `Trail`.
+        ends: Weighted velocities at the end of the last sweep.
         peaks: See `Peak`.
     """
 
     before: wp.array2d(dtype=Move)
-    trails: wp.array2d(dtype=Trail)
+    ends: wp.array2d(dtype=Weighted)
     peaks: wp.array2d(dtype=Peak)
 
 
@@ -229,9 +228,7 @@ def run_lanes(
             laid.weighted[lane, k] = weighted_of(laid.hefts[lane, k], v)
         fill_packs(laid, lane, near, step)
         for k in range(count):
-            trail = Trail()
-            trail.y = laid.weighted[lane, k]
-            kept.trails[lane, k] = trail
+            kept.ends[lane, k] = laid.weighted[lane, k]
         solve = start_solve(live, knobs.settled, seen.speed)
         most = wp.where(number < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
         own_rows = lane * (laid.order.shape[1] // WIDTH)
@@ -256,14 +253,10 @@ def run_lanes(
                             held[i + 43 * WIDTH] = zero
                             held[i + 44 * WIDTH] = zero
                             held[i + 45 * WIDTH] = zero
-                            held[i + 46 * WIDTH] = zero
-                            held[i + 47 * WIDTH] = zero
-                            held[i + 48 * WIDTH] = zero
                     for i in range(WIDTH):
                         one[i] = Impulse(
                             held[i + 40 * WIDTH], held[i + 41 * WIDTH], held[i + 42 * WIDTH],
                             held[i + 43 * WIDTH], held[i + 44 * WIDTH], held[i + 45 * WIDTH],
-                            held[i + 46 * WIDTH], held[i + 47 * WIDTH], held[i + 48 * WIDTH],
                         )  # fmt: skip
                     for i in range(WIDTH):
                         contact = Row(
@@ -297,9 +290,6 @@ def run_lanes(
                         held[i + 43 * WIDTH] = one[i].pn
                         held[i + 44 * WIDTH] = one[i].pt
                         held[i + 45 * WIDTH] = one[i].ps
-                        held[i + 46 * WIDTH] = one[i].dn
-                        held[i + 47 * WIDTH] = one[i].dt
-                        held[i + 48 * WIDTH] = one[i].ds
                 for i in range(WIDTH):
                     laid.weighted[lane, sides[i].a] = ya[i]
                     laid.weighted[lane, sides[i].b] = yb[i]
@@ -309,10 +299,8 @@ def run_lanes(
             decide(knobs.settled, most, solve)
             for k in range(count):
                 y = laid.weighted[lane, k]
-                trail = kept.trails[lane, k]
-                extrapolate(solve.beta, y, trail)
-                laid.weighted[lane, k] = y
-                kept.trails[lane, k] = trail
+                laid.weighted[lane, k] = extrapolate(solve.beta, kept.ends[lane, k], y)
+                kept.ends[lane, k] = y
         keep_impulses(laid, lane, step)
         for k in range(count):
             if blocks[k, lane].light > zero:

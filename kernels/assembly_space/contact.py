@@ -146,7 +146,7 @@ class Row:
 
 @wp.struct
 class Impulse:
-    """Impulses of a contact [N s], their direction p and last change d (pace.py)."""
+    """Impulses of a contact [N s], and what they changed by since the last sweep, p (pace.py)."""
 
     n: real
     t: real
@@ -154,9 +154,6 @@ class Impulse:
     pn: real
     pt: real
     ps: real
-    dn: real
-    dt: real
-    ds: real
 
 
 @wp.struct
@@ -335,20 +332,17 @@ def sweep_contact(
     rest: wp.ref[Rest], beta: real, at: Row, held: wp.ref[Impulse],
     va: wp.ref[Weighted], vb: wp.ref[Weighted],
 ):  # fmt: skip
-    """Takes one contact in a sweep; the velocities have taken the step along p already.
+    """Takes one contact in a sweep; the velocities have gone on along p already.
 
     Args:
         rest: What the sweep leaves.
-        beta: Part of the direction that is kept.
+        beta: Part of the last change by which impulses go on.
         at: The contact; one of zeros changes nothing.
         held: Its impulses.
         va, vb: Weighted velocities of its blocks.
     """
     n0 = fused(beta, held.pn, held.n)
     t0, s0 = fused(beta, held.pt, held.t), fused(beta, held.ps, held.s)
-    held.pn = fused(beta, held.pn, held.dn)
-    held.pt = fused(beta, held.pt, held.dt)
-    held.ps = fused(beta, held.ps, held.ds)
     x, y, z = (
         fused(at.la, va.x, at.lb * vb.x),
         fused(at.la, va.y, at.lb * vb.y),
@@ -381,9 +375,9 @@ def sweep_contact(
     held.n = n
     held.t = t0 + dt
     held.s = s0 + ds
-    held.dn = dn
-    held.dt = dt
-    held.ds = ds
+    held.pn = fused(beta, held.pn, dn)
+    held.pt = fused(beta, held.pt, dt)
+    held.ps = fused(beta, held.ps, ds)
     square = fused(ds, ds, dt * dt)
     un, ut = at.kn * dn, at.kt * square
     rest.square = rest.square + fused(un, dn, ut)

@@ -22,7 +22,7 @@ WIDTH = 8
 CONTACT = 40
 """Numbers of a contact as a sweep takes it, the fields of `Row`."""
 
-NUMBERS = 49 * WIDTH
+NUMBERS = 46 * WIDTH
 """Numbers of a row: those of its contacts and of their impulses, the fields of `Impulse`."""
 
 COLOURS = 62
@@ -211,7 +211,7 @@ def fill_packs(laid: Laid, lane: int, near: Near, step: Step):
         if laid.order[lane, i] == LEFT:
             laid.order[lane, i] = NONE
             at = (i // WIDTH) * NUMBERS + i % WIDTH
-            for number in range(CONTACT + 9):
+            for number in range(CONTACT + 6):
                 laid.rows[lane, at + number * WIDTH] = real(0.0)
 
 
