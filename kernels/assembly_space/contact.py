@@ -242,8 +242,8 @@ class Rest:
 
     Attributes:
         square: |d|^2 [J].
-        worst: Square of the largest change of a velocity [m^2/s^2]: a root a contact would take as
-            long as half of the rest.
+        worst: Square of the largest change of a velocity by p [m^2/s^2]: a root a contact would
+            take as long as half of the rest.
     """
 
     square: real
@@ -559,7 +559,7 @@ def sweep_contact(
     held.pt = fused(beta, held.pt, dt)
     held.ps = fused(beta, held.ps, ds)
     square = fused(ds, ds, dt * dt)
-    un, ut = at.kn * dn, at.kt * square
-    rest.square = rest.square + fused(un, dn, ut)
-    rest.worst = larger(larger(un * un, at.kt * ut), rest.worst)
+    rest.square = rest.square + fused(at.kn * dn, dn, at.kt * square)
+    un, drag = at.kn * held.pn, fused(held.ps, held.ps, held.pt * held.pt)
+    rest.worst = larger(larger(un * un, at.kt * at.kt * drag), rest.worst)
     push(own, at, dn, dt, ds, apart, given)
