@@ -35,12 +35,12 @@ def test_a_number_is_read_in_si_units():
 @pytest.mark.parametrize(
     ("key", "got", "words"),
     [
-        (WIDTH, "0.9 mm", "must be the width, at least 1 mm and at most 1 km"),
-        (WIDTH, "2 km", "must be the width, at least 1 mm and at most 1 km"),
+        (WIDTH, "0.9 mm", "must be at least 1 mm and at most 1 km: the width"),
+        (WIDTH, "2 km", "must be at least 1 mm and at most 1 km: the width"),
         (WIDTH, 3, "must be a length with a unit"),
-        (RATIO, 1, "must be the ratio, more than -1 and less than 1"),
-        (FRICTION, "89.1 deg", "must be the friction, at least 0 deg and at most 89 deg"),
-        (FRICTION, 101, "must be the friction, at least 0 and at most 100"),
+        (RATIO, 1, "must be more than -1 and less than 1: the ratio"),
+        (FRICTION, "89.1 deg", "must be at least 0 deg and at most 89 deg: the friction"),
+        (FRICTION, 101, "must be at least 0 and at most 100: the friction"),
         (FRICTION, math.nan, "must be a number without a unit or an angle"),
     ],
 )
@@ -69,7 +69,9 @@ def test_pydantic_reads_a_field_by_the_key_in_its_annotation():
         name: Annotated[str | None, TextKey("a name", ("a", "b"))] = None
 
     assert Box.model_validate({"width": "1 cm"}).width == 0.01
-    with pytest.raises(pydantic.ValidationError, match=r"must be the width, at least 1 mm"):
+    with pytest.raises(
+        pydantic.ValidationError, match=r"must be at least 1 mm and at most 1 km: the width"
+    ):
         Box.model_validate({"width": "0 m"})
     with pytest.raises(pydantic.ValidationError, match=r"must be a name: a, b"):
         Box.model_validate({"width": "1 m", "name": "c"})

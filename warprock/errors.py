@@ -48,6 +48,18 @@ class InputError(ValueError):
         return type(self), (self.source, self.key, self.got, self.allowed)
 
 
+class Said(str):
+    """Text that an error shows as it is, without quotes: "nothing", "3 and 2 values"."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+NOTHING = Said("nothing")
+
+
 class DeclinedError(ValueError):
     """A scene that a program of others cannot do; the text is why."""
 

@@ -34,18 +34,6 @@ if TYPE_CHECKING:
     from pydantic_core import CoreSchema
 
 
-class Said(str):
-    """Text that an error shows as it is, without quotes: "nothing", "3 and 2 values"."""
-
-    __slots__ = ()
-
-    def __repr__(self) -> str:
-        return str(self)
-
-
-NOTHING = Said("nothing")
-
-
 class Column(NamedTuple):
     """A column of the lane table.
 
@@ -164,7 +152,7 @@ class NumberKey(InputKey):
 
     @functools.cached_property
     def _ends(self) -> Mapping[Dimension, tuple[float, float]]:
-        """The same in SI units or rad."""
+        """Least and greatest value in SI units or rad, by dimension allowed."""
         return {
             dimension: (parse_quantity(low, dimension), parse_quantity(high, dimension))
             for dimension, (low, high) in self.bounds.items()
@@ -236,7 +224,7 @@ class NumberKey(InputKey):
         below = quantity.value < low or (self.low_open and quantity.value == low)
         above = quantity.value > high or (self.high_open and quantity.value == high)
         if below or above:
-            raise ValueError(f"must be {self.text}, {self._between(quantity.dimension)}")
+            raise ValueError(f"must be {self._between(quantity.dimension)}: {self.text}")
 
     def read_option(self, option: str, got: str | None) -> float | None:
         """The number of an option in SI units or rad; None where it is left out.

@@ -64,7 +64,7 @@ class Edge:
 
 @wp.func
 def flat_friction(mu: real, slip: real, ux: real, uz: real) -> real:
-    """Impulse of friction on a body on an edge [m/s], from its velocities without contact."""
+    """Impulse of friction on a body on an edge [m/s], from its velocities without contact [m/s]."""
     bound = -mu * uz
     held = larger(smaller(-ux, bound), -bound)
     return wp.where(slip != real(0.0), -slip * bound, held)
@@ -94,7 +94,7 @@ def hold_reserve(body: Body, gravity: real, slip: real, at: Lever, omega: real, 
         a: Acceleration of the base [m/s^2].
 
     Returns:
-        The reserve; whether it is surely positive.
+        The reserve [m/s^2]; whether it is surely positive.
     """
     # Of a rounded corner the centre of its arc is what turns; the point of contact moves over it.
     u = -gravity - omega * omega * (at.z + body.radius)
@@ -375,8 +375,11 @@ def may_rest(body: Body, gravity: real, edge: Edge, omega: real, before: real, p
         gravity: [m/s^2].
         edge: The edge.
         omega: Angular velocity after the impact [rad/s].
-        before: The one before it.
+        before: Angular velocity before it [rad/s].
         pull: Horizontal force on the body per unit mass [m/s^2].
+
+    Returns:
+        Whether it rests; the time that the omitted impacts would take [s], 0 where it does not.
     """
     zero = real(0.0)
     square = body.inertia + edge.height * edge.height

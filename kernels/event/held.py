@@ -109,7 +109,7 @@ class Base:
 
 @wp.func
 def touching_points(block: Block, s: State) -> int:
-    """Points that touch."""
+    """Points that touch base or wall, as a sum of their bits."""
     points = int(s.closed)
     near = TOUCHING * (block.half_height + block.half_width)
     for k in range(4):
@@ -139,7 +139,10 @@ def ask_rates(block: Block, pull: Pull, s: State, near: int, a: real) -> Ask:
 
 @wp.func
 def ask_velocities(s: State, near: int, back: Four) -> Ask:
-    """What they have to bring about in an impact."""
+    """What the contacts of a block have to bring about in an impact.
+
+    `back` are the speeds at which the wall throws points back [m/s].
+    """
     sin, cos = sine(s.theta), cosine(s.theta)
     rates = Vector(s.vx, s.vz, s.omega)
     return Ask(rates, real(0.0), back, near, real(0.0), 1, sin, cos)
@@ -147,7 +150,7 @@ def ask_velocities(s: State, near: int, back: Four) -> Ask:
 
 @wp.func
 def speed_slack(block: Block, s: State) -> real:
-    """Round-off of its velocities [m/s]."""
+    """Round-off of the velocities of a block [m/s]."""
     reach = block.half_height + block.half_width
     least = AT_ZERO * wp.sqrt(block.gravity * reach)
     return EPS * (size(s.vx) + size(s.vz) + reach * size(s.omega)) + least
@@ -155,14 +158,14 @@ def speed_slack(block: Block, s: State) -> real:
 
 @wp.func
 def energy_of(block: Block, s: State) -> real:
-    """Kinetic energy [J]."""
+    """Kinetic energy of a block [J]."""
     moves = block.mass * (s.vx * s.vx + s.vz * s.vz)
     return HALF * (moves + block.inertia * s.omega * s.omega)
 
 
 @wp.func
 def lower_of(points: int) -> int:
-    """The base corner whose sliding counts: the one to which the block leans, if it presses."""
+    """Number of the base corner whose sliding counts: 1, that of the lean, if it presses."""
     corner = int(0)
     if (points & RIGHT) > 0:
         corner = int(1)

@@ -88,7 +88,7 @@ def stretch_of(block: Block, tie: Tie, s: State) -> real:
 
 @wp.func
 def stretch_series(block: Block, tie: Tie, path: Path) -> Series:
-    """Its elongation in a step."""
+    """Elongation of a tie in a step [m]."""
     p = tie_point(block, tie)
     found = -tie.side * (path.x + p.x * path.cosine + p.z * path.sine)
     found[0] = found[0] + tie.side * p.x
@@ -256,5 +256,5 @@ def level_series(path: Path, p: Point) -> Series:
 
 @wp.func
 def slip_series(path: Path, p: Point) -> Series:
-    """Its velocity along the base [m/s]."""
+    """Velocity of a point of a block along the base in a step [m/s]."""
     return slope_of(place_series(path, p))

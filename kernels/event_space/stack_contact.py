@@ -60,7 +60,7 @@ HOLD_Y = 6
 BOX = FRICTION == "box"
 """Whether friction is bound as a box along a contact's directions, else as a cone."""
 
-SWEEPS = 4000
+SWEEPS = 20000
 """Largest number of sweeps of a solve; the second half of them is under-relaxed by 1/2."""
 SETTLED = by_precision(1.0e-14, 1.0e-6)
 """Relative change of the impulses in a sweep that is round-off."""

@@ -37,24 +37,29 @@ Cited for this model of lifting; the text has not been at hand:
 
 import warp as wp
 
+from warprock.kernels.housner.block import NEARLY
 from warprock.kernels.housner.block_contact import ratio
 from warprock.kernels.housner.block_found import FrictionSeen
-from warprock.kernels.housner.held import (
-    DEGREE,
+from warprock.kernels.housner.lean import (
     LOOK,
     LOOKS,
-    NEARLY,
     REACH,
-    TICK,
-    Series,
-    first_root,
+    Looks,
+    crest_of,
     judged_time,
-    pull_series,
-    slope_of,
-    value_of,
 )
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, ROCKING
 from warprock.kernels.motion.kinds import Ground, Motion, knot_step, knot_time
+from warprock.kernels.motion.series import (
+    DEGREE,
+    TICK,
+    Series,
+    first_root,
+    pull_series,
+    slope_of,
+    term,
+    value_of,
+)
 
 ORDERS = DEGREE - 1
 KNOWN = DEGREE - 2
@@ -145,15 +150,6 @@ class Way:
     reach: Series
     force: Series
     grip: Series
-
-
-@wp.func
-def term(a: Series, b: Series, n: int) -> real:
-    """Coefficient n of a product of two series."""
-    found = real(0.0)
-    for j in range(n + 1):
-        found = found + a[j] * b[n - j]
-    return found
 
 
 @wp.func
@@ -376,23 +372,14 @@ def needed_at(way: Way, t: real) -> real:
 
 @wp.func
 def needed_in(way: Way, tau: real) -> real:
-    """Friction that a block needs in a step of length tau, from a few looks and their crest."""
+    """Friction that a block needs in a step of length tau, from a few looks."""
     part = LOOK * tau
-    found = needed_at(way, real(0.0))
-    largest = int(0)
+    looks = Looks()
     for k in range(LOOKS):
-        asked = needed_at(way, real(k + 1) * part)
-        if asked > found:
-            found = asked
-            largest = k + 1
-    if largest > 0 and largest < LOOKS and found < NEVER:
-        at = real(largest) * part
-        before = needed_at(way, at - part)
-        after = needed_at(way, at + part)
-        bend = real(2.0) * found - before - after
-        if bend > real(0.0):
-            top = at + HALF * part * (after - before) / bend
-            found = larger(needed_at(way, top), found)
+        looks[k] = needed_at(way, real(k + 1) * part)
+    found, crest = crest_of(needed_at(way, real(0.0)), looks)
+    if crest > real(0.0):
+        found = larger(needed_at(way, crest * part), found)
     return found
 
 

@@ -28,7 +28,7 @@ class Seen:
 
 @wp.struct
 class FrictionSeen:
-    """The same, and the friction needed so far; on compliant ground `loss` is in J: of dampers."""
+    """What is seen of a lane, and the friction needed; on compliant ground `loss` is in J."""
 
     peak: real
     peak_time: real

@@ -47,7 +47,7 @@ if VERTICAL:
 
     @wp.func
     def weigh(p2: real, q: real, z: Acceleration, s: Sines) -> real:
-        """Coefficient of q (g + a_z) S, of the order of the last one of S."""
+        """Coefficient of q (g + a_z) S [1/s^2], of the order of the last one of S; p2 is q g."""
         low = z.a0 * s.s0 + z.a1 * s.s1 + z.a2 * s.s2 + z.a3 * s.s3 + z.a4 * s.s4
         return p2 * s.s0 + q * (low + z.a5 * s.s5 + z.a6 * s.s6 + z.a7 * s.s7 + z.a8 * s.s8)
 
@@ -55,15 +55,15 @@ else:
 
     @wp.func
     def expand_above(above: Above, time: real) -> Acceleration:
-        """No vertical motion."""
+        """Zero: the base keeps its height."""
         return Acceleration()
 
     @wp.func
     def lift_at(z: Acceleration, tau: real) -> real:
-        """None either."""
+        """Zero: the base keeps its height [m/s^2]."""
         return real(0.0)
 
     @wp.func
     def weigh(p2: real, q: real, z: Acceleration, s: Sines) -> real:
-        """Coefficient of q g S, from that of S."""
+        """Coefficient of q g S [1/s^2], of the order of the last one of S; p2 is q g."""
         return p2 * s.s0

@@ -27,7 +27,9 @@ not judged.
 import warp as wp
 
 from warprock.kernels.contact.ties import force_of
+from warprock.kernels.housner.block import COARSE, GRAIN, ROUND_OFF
 from warprock.kernels.housner.block_contact import needed_at_step, ratio
+from warprock.kernels.housner.block_found import FrictionSeen
 from warprock.kernels.housner.held_ties import (
     Pull,
     Restraints,
@@ -35,34 +37,33 @@ from warprock.kernels.housner.held_ties import (
     elongation,
     next_bound,
     pull_of,
-    start_ties,
 )
-from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RESTING, ROCKING
+from warprock.kernels.housner.lean import (
+    LOOK,
+    LOOKS,
+    REACH,
+    Looks,
+    State,
+    crest_of,
+    end_step,
+    go_on,
+    goes_out,
+    judged_time,
+    lift,
+    quiet_step,
+    turning_time,
+)
+from warprock.kernels.lane.modes import OVERTURNED, RESTING, ROCKING
 from warprock.kernels.motion.kinds import Ground, Motion, knot_step, knot_time
 from warprock.kernels.motion.series import (
     DEGREE,
     TICK,
     Series,
-    first_root,
     pull_series,
     root_of,
     slope_of,
     value_of,
 )
-
-NEARLY = by_precision(1.0e-9, 1.0e-5)
-"""What counts as round-off of an event that the last step has located."""
-ROUND_OFF = by_precision(1.0e-12, 1.0e-6)
-"""A block may rest up to this part of p^2 sin(alpha) beyond its balance, and lifts at twice it."""
-COARSE = PRECISION == "float32"
-"""Whether the round-off of a time matters beside ROUND_OFF."""
-GRAIN = by_precision(0.0, 4.8e-7)
-"""Relative error of a time, up to four roundings, where it matters."""
-REACH = real(0.25)
-"""Largest rotation of the block in one step [rad]."""
-LOOKS = 8
-"""Parts of a step at whose ends the contact force is looked at."""
-LOOK = real(1.0 / LOOKS)
 
 
 @wp.struct
@@ -94,44 +95,11 @@ class Block:
 
 
 @wp.struct
-class State:
-    """State of a lane, as that of housner/block.py."""
+class TiesSeen:
+    """Largest force [N] and largest elongation [m] of a tie so far."""
 
-    theta: real
-    omega: real
-    side: real
-    time: real
-    segment: int
-    mode: int
-
-
-@wp.struct
-class Seen:
-    """What is seen of a lane so far.
-
-    Attributes:
-        peak: Largest |rotation| [rad].
-        peak_time: When it was [s].
-        uplift_time: Time of the first uplift [s]; NEVER before.
-        rest_time: Time since when the block rests [s]; NEVER while it does not.
-        loss: Sum of the losses of omega^2 over the impacts [rad^2/s^2].
-        needed: Friction that the block has needed.
-        force: Largest force of a tie [N].
-        stretch: Largest elongation of a tie [m].
-        impacts: Impacts.
-        steps: Steps taken.
-    """
-
-    peak: real
-    peak_time: real
-    uplift_time: real
-    rest_time: real
-    loss: real
-    needed: real
     force: real
     stretch: real
-    impacts: int
-    steps: int
 
 
 @wp.func
@@ -223,51 +191,40 @@ def settles(block: Block, held: Restraints, omega: real, a: real, blur: real) ->
 
 @wp.func
 def strike(
-    block: Block, held: Restraints, a: real, blur: real, s: wp.ref[State], seen: wp.ref[Seen]
+    block: Block,
+    held: Restraints,
+    a: real,
+    blur: real,
+    s: wp.ref[State],
+    seen: wp.ref[FrictionSeen],
 ):
     """An impact: on the base, or on base and wall."""
-    before = s.omega
     kept = block.angular_restitution
-    after = kept * before
+    after = kept * s.omega
     if block.wall != real(0.0):
         kept = block.rebound
-        after = -kept * before
+        after = -kept * s.omega
     else:
         s.side = -s.side
         seen.needed = larger(block.impact_friction, seen.needed)
-    s.theta = real(0.0)
-    stops = after == real(0.0) and block.wall == real(0.0)
-    if stops:
-        # It rests, if only until the base or what holds it lifts it. The product may be -0.
-        after = real(0.0)
-        s.mode = RESTING
-        seen.rest_time = s.time
-    elif settles(block, held, after, a, blur):
+    # It rests, if only until the base or what holds it lifts it.
+    rests = after == real(0.0) and block.wall == real(0.0)
+    tail = real(0.0)
+    if not rests and settles(block, held, after, a, blur):
         here = flat_acceleration(block, held, s.side, a)
         there = flat_acceleration(block, held, -s.side, a)
         tail = real(2.0) * size(after) / here / larger(real(1.0) - kept, real(1.0e-6))
         if block.wall == real(0.0):
             lost = larger(real(1.0) - kept * kept, real(1.0e-6))
             tail = real(2.0) * size(after) * (real(1.0) / here + kept / there) / lost
-        after = real(0.0)
-        s.mode = RESTING
-        seen.rest_time = s.time + tail
-    s.omega = after
-    seen.loss = seen.loss + before * before - after * after
-    seen.impacts = seen.impacts + 1
+        rests = True
+    go_on(after, rests, tail, s, seen)
 
 
 @wp.func
-def lift(side: real, s: wp.ref[State], seen: wp.ref[Seen]):
-    """Has a block at rest lift over a side."""
-    s.side = side
-    s.mode = ROCKING
-    seen.uplift_time = smaller(seen.uplift_time, s.time)
-    seen.rest_time = NEVER
-
-
-@wp.func
-def pass_knot(block: Block, held: Restraints, dv: real, s: wp.ref[State], seen: wp.ref[Seen]):
+def pass_knot(
+    block: Block, held: Restraints, dv: real, s: wp.ref[State], seen: wp.ref[FrictionSeen]
+):
     """Passes a knot of the motion, with a velocity step dv of the base."""
     zero = real(0.0)
     s.segment = s.segment + 1
@@ -284,37 +241,6 @@ def pass_knot(block: Block, held: Restraints, dv: real, s: wp.ref[State], seen: 
         if not falls:
             asked = needed_at_step(size(s.theta), s.side, dv, block.slenderness_angle)
             seen.needed = larger(asked, seen.needed)
-
-
-@wp.func
-def goes_out(side: real, x: Series, h: real) -> bool:
-    """Whether a block turns outwards from now on."""
-    zero = real(0.0)
-    rate = side * x[1]
-    if rate == zero:
-        rate = side * x[2]
-        if size(x[2]) < NEARLY * size(x[3]) * h:
-            rate = side * x[3]
-    return rate >= zero
-
-
-@wp.func
-def turning_time(x: Series, towards: real, h: real) -> real:
-    """When a block that turns `towards` a side turns back within a step; NEVER if it does not."""
-    slope = towards * slope_of(x)
-    if slope[0] == real(0.0):
-        # A block that stands still has a zero there; one that has just lifted a double one.
-        over = 1
-        if size(slope[1]) < real(2.0) * NEARLY * size(slope[2]) * h:
-            over = 2
-        divided = Series()
-        for k in range(DEGREE - 2):
-            divided[k] = slope[k + over]
-        slope = divided
-    found = NEVER
-    if slope[0] > real(0.0):
-        found = first_root(slope, h)
-    return found
 
 
 @wp.func
@@ -336,44 +262,15 @@ def needed_at(block: Block, p: Pull, side: real, x: Series, a: Series, t: real) 
 
 
 @wp.func
-def judged_time(x: Series, towards: real, left: real, tau: real) -> real:
-    """How much of a step of length tau the contact is judged in, up to where the block falls.
-
-    `left` is the rotation that it has left to there if it turns outwards, `towards` a side.
-    """
-    found = real(tau)
-    if left <= real(0.0):
-        found = real(0.0)
-    else:
-        ahead = -towards * x
-        ahead[0] = left
-        if value_of(ahead, tau) < real(0.0):
-            found = root_of(ahead, tau)
-    return found
-
-
-@wp.func
 def needed_in(block: Block, p: Pull, side: real, x: Series, a: Series, tau: real) -> real:
-    """Friction that a rocking block needs in a step of length tau, from a few looks.
-
-    The parabola through the largest look and its neighbours says where the last look is.
-    """
+    """Friction that a rocking block needs in a step of length tau, from a few looks."""
     part = LOOK * tau
-    found = needed_at(block, p, side, x, a, real(0.0))
-    largest = int(0)
+    looks = Looks()
     for k in range(LOOKS):
-        asked = needed_at(block, p, side, x, a, real(k + 1) * part)
-        if asked > found:
-            found = asked
-            largest = k + 1
-    if largest > 0 and largest < LOOKS and found < NEVER:
-        at = real(largest) * part
-        before = needed_at(block, p, side, x, a, at - part)
-        after = needed_at(block, p, side, x, a, at + part)
-        bend = real(2.0) * found - before - after
-        if bend > real(0.0):
-            top = at + HALF * part * (after - before) / bend
-            found = larger(needed_at(block, p, side, x, a, top), found)
+        looks[k] = needed_at(block, p, side, x, a, real(k + 1) * part)
+    found, crest = crest_of(needed_at(block, p, side, x, a, real(0.0)), looks)
+    if crest > real(0.0):
+        found = larger(needed_at(block, p, side, x, a, crest * part), found)
     return found
 
 
@@ -389,7 +286,7 @@ def needed_flat(block: Block, held: Restraints, a: real) -> real:
 
 
 @wp.func
-def observe_ties(held: Restraints, s: State, seen: wp.ref[Seen]):
+def observe_ties(held: Restraints, s: State, seen: wp.ref[TiesSeen]):
     """Sees the forces and elongations of the ties."""
     for i in range(held.ties.shape[0]):
         tie = held.ties[i, held.lane]
@@ -400,26 +297,9 @@ def observe_ties(held: Restraints, s: State, seen: wp.ref[Seen]):
 
 
 @wp.func
-def start_lane(theta: real, omega: real, held: Restraints, wall: real):
-    """Releases a block at a rotation [rad] with a rate [rad/s]: its state, what is seen of it."""
-    zero = real(0.0)
-    rests = theta == zero and omega == zero
-    side = sign_of(wp.where(theta == zero, omega, theta))
-    if wall != zero:
-        side = -wall
-    mode = wp.where(rests, RESTING, ROCKING)
-    lifted, rested = wp.where(rests, NEVER, zero), wp.where(rests, zero, NEVER)
-    state = State(theta, omega, side, zero, 0, mode)
-    seen = Seen(size(theta), zero, lifted, rested, zero, zero, zero, zero, 0, 0)
-    start_ties(held, side, theta)
-    observe_ties(held, state, seen)
-    return state, seen
-
-
-@wp.func
 def rock(
     block: Block, m: Motion, ground: Ground, until: real, held: Restraints, s: wp.ref[State],
-    seen: wp.ref[Seen],
+    seen: wp.ref[FrictionSeen], pulled: wp.ref[TiesSeen],
 ):  # fmt: skip
     """One step of a block that rocks, to its next event or at most to `until`."""
     zero = real(0.0)
@@ -466,11 +346,11 @@ def rock(
             s.theta = side * bound.lean
         elif turned:
             s.omega = zero
-        observe_ties(held, s, seen)
+        observe_ties(held, s, pulled)
         if reached:
             if bound.tie >= 0:
                 change_tie(held, bound.tie, side, s.theta, outwards, s.time)
-                observe_ties(held, s, seen)
+                observe_ties(held, s, pulled)
             elif outwards:
                 s.mode = OVERTURNED
             else:
@@ -482,23 +362,15 @@ def rock(
 @wp.func
 def rest(
     block: Block, m: Motion, ground: Ground, until: real, held: Restraints, s: wp.ref[State],
-    seen: wp.ref[Seen],
+    seen: wp.ref[FrictionSeen],
 ):  # fmt: skip
     """One step of a block at rest, until it lifts or at most to `until`."""
     zero = real(0.0)
     knot = knot_time(m, s.segment)
     target = smaller(knot, until)
     room = larger(target - s.time, zero)
-    h = smaller(block.step_length, room)
     a = pull_series(m, s.segment, s.time, ground)
-    slope = slope_of(a)
-    at_end = value_of(slope, h)
-    # A turning point in the first NEARLY of the step is one that the last step has ended at.
-    if slope[0] * at_end < -NEARLY * (slope[0] * slope[0] + at_end * at_end):
-        turn = root_of(sign_of(slope[0]) * slope, h)
-        # One that is nearer than times resolve is at hand: a step to it would not end.
-        if turn > GRAIN * s.time:
-            h = turn
+    h = quiet_step(a, s.time, smaller(block.step_length, room))
     spare = real(2.0) * ROUND_OFF * block.frequency_squared * sine(block.slenderness_angle)
     spare = spare + real(2.0) * blur_of(block, a, s.time)
     tau = real(h)
@@ -528,16 +400,11 @@ def rest(
 @wp.func
 def step(
     block: Block, m: Motion, ground: Ground, until: real, held: Restraints, s: wp.ref[State],
-    seen: wp.ref[Seen],
+    seen: wp.ref[FrictionSeen], pulled: wp.ref[TiesSeen],
 ):  # fmt: skip
     """One step of one lane, to its next event or at most to `until`."""
     if s.mode == RESTING:
         rest(block, m, ground, until, held, s, seen)
     else:
-        rock(block, m, ground, until, held, s, seen)
-    if not wp.isfinite(s.theta + s.omega + s.time):
-        s.mode = BROKEN
-    if size(s.theta) > seen.peak:
-        seen.peak = size(s.theta)
-        seen.peak_time = s.time
-    seen.steps = seen.steps + 1
+        rock(block, m, ground, until, held, s, seen, pulled)
+    end_step(s, seen)

@@ -6,8 +6,9 @@ from warprock.kernels.algebra.vectors import ONLY
 from warprock.kernels.contact.ties import BROKEN_TIE, Load, Tie, TieState
 from warprock.kernels.housner.block import stall
 from warprock.kernels.housner.block_found import BlockResult
-from warprock.kernels.housner.held import Block, start_lane, step
-from warprock.kernels.housner.held_ties import Restraints, unfinished_loss
+from warprock.kernels.housner.held import Block, TiesSeen, observe_ties, step
+from warprock.kernels.housner.held_ties import Restraints, start_ties, unfinished_loss
+from warprock.kernels.housner.lean import start_lane
 from warprock.kernels.lane.modes import OVERTURNED
 from warprock.kernels.launch.instance import BRANCHES
 from warprock.kernels.launch.rows import kernel
@@ -60,12 +61,15 @@ def run_lanes(
         block.load_weight, block.load_thrust, block.load_place, block.load_height, block.load_stays
     )
     held = Restraints(ties, found.ties, lane, block.half_width, block.inertia, load)
-    s, seen = start_lane(starts[lane], rates[lane], held, block.wall)
+    s, seen = start_lane(starts[lane], rates[lane], block.wall)
+    pulled = TiesSeen()
+    start_ties(held, s.side, s.theta)
+    observe_ties(held, s, pulled)
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         while s.mode < OVERTURNED and s.time < until:
             ground = ground_at(m, s.segment, pool)
-            step(block, m, ground, until, held, s, seen)
+            step(block, m, ground, until, held, s, seen, pulled)
             s.mode = stall(s.mode, seen.steps, block.step_limit)
         if found.rotations.shape[0] > 0:
             found.rotations[sample, ONLY, lane] = s.theta
@@ -77,7 +81,7 @@ def run_lanes(
         if found.ties[i, lane].does == BROKEN_TIE:
             broken = broken + 1
     found.results[lane] = Result(
-        seen.uplift_time, seen.rest_time, seen.loss, lost, seen.needed, seen.force, seen.stretch,
-        first, broken, seen.impacts, s.mode, seen.steps,
+        seen.uplift_time, seen.rest_time, seen.loss, lost, seen.needed, pulled.force,
+        pulled.stretch, first, broken, seen.impacts, s.mode, seen.steps,
     )  # fmt: skip
     found.blocks[0, lane] = BlockResult(seen.peak, seen.peak_time)

@@ -22,21 +22,25 @@ faces share what the base gives: nothing is judged.
 
 import warp as wp
 
+from warprock.kernels.housner.block import COARSE, GRAIN, ROUND_OFF
 from warprock.kernels.housner.block_contact import ratio
 from warprock.kernels.housner.block_found import FrictionSeen
-from warprock.kernels.housner.held import (
-    COARSE,
-    GRAIN,
+from warprock.kernels.housner.lean import (
     LOOK,
     LOOKS,
-    NEARLY,
     REACH,
-    ROUND_OFF,
+    Looks,
+    State,
+    crest_of,
+    end_step,
+    go_on,
     goes_out,
     judged_time,
+    lift,
+    quiet_step,
     turning_time,
 )
-from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RESTING, ROCKING
+from warprock.kernels.lane.modes import OVERTURNED, RESTING, ROCKING
 from warprock.kernels.motion.kinds import Ground, Motion, knot_step, knot_time
 from warprock.kernels.motion.series import (
     DEGREE,
@@ -45,6 +49,7 @@ from warprock.kernels.motion.series import (
     pull_series,
     root_of,
     slope_of,
+    term,
     value_of,
 )
 
@@ -82,18 +87,6 @@ class Strip:
     laid_right: real
     fall_left: real
     fall_right: real
-
-
-@wp.struct
-class State:
-    """State of a lane, as that of housner/block.py; `theta` is the turn of the lower body."""
-
-    theta: real
-    omega: real
-    side: real
-    time: real
-    segment: int
-    mode: int
 
 
 @wp.struct
@@ -182,15 +175,6 @@ def mechanism_at(strip: Strip, side: real, lean: real) -> Mechanism:
     n.restoring = strip.gravity * lifted + strip.weight * top
     n.pulled = strip.lower_mass * n.x1 + strip.upper_mass * n.x2
     return n
-
-
-@wp.func
-def term(p: Series, q: Series, n: int) -> real:
-    """Coefficient n of a product."""
-    found = real(0.0)
-    for j in range(n + 1):
-        found = found + p[j] * q[n - j]
-    return found
 
 
 @wp.func
@@ -318,26 +302,14 @@ def needed_at(strip: Strip, side: real, way: Way, pull: Series, t: real) -> real
 
 @wp.func
 def needed_in(strip: Strip, side: real, way: Way, pull: Series, tau: real) -> real:
-    """Friction that a bowed strip needs in a step of length tau, from a few looks.
-
-    The parabola through the largest look and its neighbours says where the last look is.
-    """
+    """Friction that a bowed strip needs in a step of length tau, from a few looks."""
     part = LOOK * tau
-    found = needed_at(strip, side, way, pull, real(0.0))
-    largest = int(0)
+    looks = Looks()
     for k in range(LOOKS):
-        asked = needed_at(strip, side, way, pull, real(k + 1) * part)
-        if asked > found:
-            found = asked
-            largest = k + 1
-    if largest > 0 and largest < LOOKS and found < NEVER:
-        at = real(largest) * part
-        before = needed_at(strip, side, way, pull, at - part)
-        after = needed_at(strip, side, way, pull, at + part)
-        bend = real(2.0) * found - before - after
-        if bend > real(0.0):
-            top = at + HALF * part * (after - before) / bend
-            found = larger(needed_at(strip, side, way, pull, top), found)
+        looks[k] = needed_at(strip, side, way, pull, real(k + 1) * part)
+    found, crest = crest_of(needed_at(strip, side, way, pull, real(0.0)), looks)
+    if crest > real(0.0):
+        found = larger(needed_at(strip, side, way, pull, crest * part), found)
     return found
 
 
@@ -373,37 +345,20 @@ def settles(strip: Strip, omega: real, a: real, blur: real) -> bool:
 @wp.func
 def strike(strip: Strip, a: real, blur: real, s: wp.ref[State], seen: wp.ref[FrictionSeen]):
     """The return upright: the strip goes on bowed to the other side, or rests."""
-    before = s.omega
     kept = strip.angular_restitution
-    after = kept * before
+    after = kept * s.omega
     s.side = -s.side
-    s.theta = real(0.0)
     seen.needed = larger(strip.impact_friction, seen.needed)
-    if after == real(0.0):
-        # It rests, if only until the base bows it. Its rate is 0, not the -0 that the product is.
-        after = real(0.0)
-        s.mode = RESTING
-        seen.rest_time = s.time
-    elif settles(strip, after, a, blur):
+    # It rests, if only until the base bows it.
+    rests = after == real(0.0)
+    tail = real(0.0)
+    if not rests and settles(strip, after, a, blur):
         here = upright_acceleration(strip, s.side, a)
         there = upright_acceleration(strip, -s.side, a)
         lost = larger(real(1.0) - kept * kept, real(1.0e-6))
         tail = real(2.0) * size(after) * (real(1.0) / here + kept / there) / lost
-        after = real(0.0)
-        s.mode = RESTING
-        seen.rest_time = s.time + tail
-    s.omega = after
-    seen.loss = seen.loss + before * before - after * after
-    seen.impacts = seen.impacts + 1
-
-
-@wp.func
-def lift(side: real, s: wp.ref[State], seen: wp.ref[FrictionSeen]):
-    """Has a strip at rest bow to a side."""
-    s.side = side
-    s.mode = ROCKING
-    seen.uplift_time = smaller(seen.uplift_time, s.time)
-    seen.rest_time = NEVER
+        rests = True
+    go_on(after, rests, tail, s, seen)
 
 
 @wp.func
@@ -442,18 +397,6 @@ def pass_knot(strip: Strip, dv: real, s: wp.ref[State], seen: wp.ref[FrictionSee
                 s2, c2 = sine(n.turn), cosine(n.turn)
                 asked = needed_for(strip, n.arm, s2, c2, real(0.0), gain)
                 seen.needed = larger(asked, seen.needed)
-
-
-@wp.func
-def start_lane(theta: real, omega: real):
-    """Releases a strip at a lean [rad] with a rate [rad/s]: its state, what is seen of it."""
-    zero = real(0.0)
-    rests = theta == zero and omega == zero
-    side = sign_of(wp.where(theta == zero, omega, theta))
-    mode = wp.where(rests, RESTING, ROCKING)
-    lifted, rested = wp.where(rests, NEVER, zero), wp.where(rests, zero, NEVER)
-    state = State(theta, omega, side, zero, 0, mode)
-    return state, FrictionSeen(size(theta), zero, lifted, rested, zero, zero, 0, 0)
 
 
 @wp.func
@@ -531,16 +474,8 @@ def rest(
     knot = knot_time(m, s.segment)
     target = smaller(knot, until)
     room = larger(target - s.time, zero)
-    h = smaller(strip.step_length, room)
     a = pull_series(m, s.segment, s.time, ground)
-    slope = slope_of(a)
-    at_end = value_of(slope, h)
-    # A turning point in the first NEARLY of the step is one that the last step has ended at.
-    if slope[0] * at_end < -NEARLY * (slope[0] * slope[0] + at_end * at_end):
-        turn = root_of(sign_of(slope[0]) * slope, h)
-        # One that is nearer than times resolve is at hand: a step to it would not end.
-        if turn > GRAIN * s.time:
-            h = turn
+    h = quiet_step(a, s.time, smaller(strip.step_length, room))
     tau = real(h)
     side = real(0.0)
     for k in range(2):
@@ -579,9 +514,4 @@ def step(
         rest(strip, m, ground, until, s, seen)
     else:
         rock(strip, m, ground, until, s, seen)
-    if not wp.isfinite(s.theta + s.omega + s.time):
-        s.mode = BROKEN
-    if size(s.theta) > seen.peak:
-        seen.peak = size(s.theta)
-        seen.peak_time = s.time
-    seen.steps = seen.steps + 1
+    end_step(s, seen)

@@ -5,7 +5,8 @@ import warp as wp
 from warprock.kernels.algebra.vectors import ONLY
 from warprock.kernels.housner.block import stall
 from warprock.kernels.housner.block_found import BlockResult, Found, Result
-from warprock.kernels.housner.strip import Strip, start_lane, step
+from warprock.kernels.housner.lean import start_lane
+from warprock.kernels.housner.strip import Strip, step
 from warprock.kernels.lane.modes import OVERTURNED
 from warprock.kernels.launch.instance import BRANCHES
 from warprock.kernels.launch.rows import kernel
@@ -26,7 +27,7 @@ def run_lanes(
     lane, _one = wp.tid()
     strip = blocks[lane]
     m = motions[lane]
-    s, seen = start_lane(starts[lane], rates[lane])
+    s, seen = start_lane(starts[lane], rates[lane], real(0.0))
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         while s.mode < OVERTURNED and s.time < until:

@@ -33,6 +33,15 @@ def slope_of(p: Series) -> Series:
 
 
 @wp.func
+def term(p: Series, q: Series, n: int) -> real:
+    """Coefficient n of a product."""
+    found = real(0.0)
+    for j in range(n + 1):
+        found = found + p[j] * q[n - j]
+    return found
+
+
+@wp.func
 def root_of(p: Series, end: real) -> real:
     """Root in (0, end) of a series that is positive at 0 and not at the end."""
     slope = slope_of(p)

@@ -68,7 +68,7 @@ class Corners:
 
 @wp.struct
 class CornerParting:
-    """The same corners, kept from step to step.
+    """What is kept of the lowest corner and its neighbours from step to step.
 
     Attributes:
         since: Time since which fewer than two of them carry [s], or NEVER; 0 at first.

@@ -41,15 +41,15 @@ else:
 
     @wp.func
     def fall_depth(dt: real, gravity: real, dz: real) -> real:
-        """The same of a base that keeps its height."""
+        """Twice the penetration that the fall in one step can make [m]."""
         return real(2.0) * dt * dt * gravity
 
     @wp.func
     def base_work(dv: real, dz: real, ux: real, uz: real) -> real:
-        """The same of a base that keeps its height."""
+        """Work of a body on its base per unit mass, in a step in which the base gains dv."""
         return HALF * dv * ux
 
     @wp.func
     def equivalent_gain(dv: real, dz: real, fall: real) -> real:
-        """Itself."""
+        """The gain dv itself: the base keeps its height."""
         return dv

@@ -276,5 +276,5 @@ def test_functions_from_elsewhere_are_read_in_their_unit(tmp_path: pathlib.Path)
         with pytest.raises(InputError, match=said):
             wr.risk(path, k0=1e-4, k=2.0)
     path.write_text("a,b\n1,2\n", encoding="utf-8")
-    with pytest.raises(InputError, match="ID: got 'nothing', must be a component table"):
+    with pytest.raises(InputError, match="ID: got nothing, must be a component table"):
         wr.risk(path, k0=1e-4, k=2.0)

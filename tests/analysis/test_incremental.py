@@ -30,7 +30,7 @@ from warprock.analysis.incremental import (
 from warprock.case.case import Case
 from warprock.case.load import load_case
 from warprock.errors import InputError
-from warprock.findings.incremental import find_analysis
+from warprock.findings.incremental import find_ida
 from warprock.model import rocking
 from warprock.recordings import fema_p695
 
@@ -162,7 +162,7 @@ def test_lanes_without_a_number_are_left_out_and_few_records_have_no_band(case: 
     curves.loc[curves["lane"] == 1, "status"] = "nonfinite"
     (group,) = capacities(dataclasses.replace(found, curves=curves), **options)
     assert (group.left_out, group.band) == (2, None)
-    said = find_analysis(found, case, [group], "factor").sentences
+    said = find_ida(found, case, [group], "factor").sentences
     assert "Left out: 2 lanes whose numbers cannot be used." in said
 
 

@@ -209,7 +209,7 @@ def test_the_command_writes_slices_that_programs_read(tmp_path: pathlib.Path):
     [
         ({}, ("--im", "nope"), "--im: got 'nope', must be a column of"),
         ({}, ("--limit", "0.05"), "0.05: got 'all lanes', must be reached by some lanes"),
-        ({"record": "one"}, (), "record: got '1 records', must be at least 3"),
+        ({"record": "one"}, (), "record: got 1 record, must be at least 3"),
         ({}, ("--max-doubt", "2"), "--max-doubt: got 2.0, must be"),
         ({PGV: 0.0}, ("--im", "PGV"), "must be above 0 and finite in every lane"),
     ],

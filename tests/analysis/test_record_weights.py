@@ -104,8 +104,8 @@ def test_capacities_of_an_incremental_analysis_have_weights_too():
         ("record,weight\nr0,0\n", "weight: got '0', must be finite and > 0 (row 1)"),
         ("record,weight\nr0,much\n", "weight: got 'much', must be finite and > 0 (row 1)"),
         ("record,weight\nr0,1\nr0,1\n", "record: got 'r0', must be there once (row 2)"),
-        ("record,weight\n", "record: got '0 rows', must have at least one record"),
-        ("name,weight\nr0,1\n", "record: got 'nothing', must be a CSV file with the columns"),
+        ("record,weight\n", "record: got 0 rows, must have at least one record"),
+        ("name,weight\nr0,1\n", "record: got nothing, must be a CSV file with the columns"),
         ("", "must be a CSV file with the columns record and weight"),
     ],
 )
@@ -127,7 +127,7 @@ def test_a_column_of_weights_is_judged():
         wr.fragility(drifting, weights="own")
     with pytest.raises(wr.InputError, match=r"own: got -1\.0, must be finite and > 0 in every"):
         wr.fragility(table.assign(own=-1.0), weights="own")
-    with pytest.raises(wr.InputError, match="record: got 'nothing', must be a column: weights are"):
+    with pytest.raises(wr.InputError, match="record: got nothing, must be a column: weights are"):
         wr.fragility(table.drop(columns="record"), weights={"r0": 1.0})
 
 

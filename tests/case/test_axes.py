@@ -21,7 +21,7 @@ BAD_SWEEPS = [
     (
         '[[sweep]]\nblock.height = ["1 m", "-1 m"]',
         "sweep[0].block.height[1]",
-        "got '-1 m', must be the full height of the block, at least 1 mm",
+        "got '-1 m', must be at least 1 mm and at most 1 km: the full height",
     ),
     ('[[sweep]]\nblock.hight = ["1 m"]', "sweep[0].block.hight", "did you mean block.height?"),
     ('[[sweep]]\nrun.sample_interval = ["1 s"]', "sweep[0].run.sample_interval", "must not be"),

@@ -159,7 +159,13 @@ def test_a_file_that_is_not_text(tmp_path):
 # Edit of the text of FREE or PULSE -> key and words of the refusal.
 BAD_TEXT = [
     (FREE, 'width = "0.5 m"', "width = 0.5", "block.width", "got 0.5, must be a length with a"),
-    (FREE, 'height = "1 m"', 'height = "-1 m"', "block.height", "got '-1 m', must be the full"),
+    (
+        FREE,
+        'height = "1 m"',
+        'height = "-1 m"',
+        "block.height",
+        "got '-1 m', must be at least 1 mm",
+    ),
     (FREE, 'height = "1 m"', 'height = "nan m"', "block.height", "must be a length with a unit"),
     (FREE, 'height = "1 m"', 'height = "2 km"', "block.height", "at least 1 mm and at most 1 km"),
     (FREE, 'height = "1 m"', "", "block.height", "got nothing, must be the full height"),
@@ -309,7 +315,7 @@ def test_overrides(override, read, write):
         ("block.height=", "must be KEY=VALUE"),
         ("=3", "must be KEY=VALUE"),
         ("block.height=5.5", "-s: block.height: got 5.5, must be a length with a unit"),
-        ("block.height=-5.5 m", "-s: block.height: got '-5.5 m', must be the full height"),
+        ("block.height=-5.5 m", "-s: block.height: got '-5.5 m', must be at least 1 mm and"),
         ("block.heigh=5.5 m", "-s: block.heigh: got '5.5 m', unknown key"),
         ("block.width.x=1", "-s: block.width.x: got '1', must not lie below width"),
         ("block=1", "-s: block: got 1, must be a table"),

@@ -95,7 +95,7 @@ def test_columns_are_left_out_by_name_or_key(case_of):
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
-        ("height_m\n1.8\n-3\n", "height_m, row 2: got '-3 m', must be the full height of the blo"),
+        ("height_m\n1.8\n-3\n", "height_m, row 2: got '-3 m', must be at least 1 mm and"),
         ("height_m\n1.8\nhigh\n", "height_m, row 2: got 'high', must be a length with a unit"),
         ("block.height\n1.8\n", "block.height, row 1: got 1.8, must be a length with a unit"),
         ("height_m,width_m\n1.8,0.4\n1.9\n", "width_m: got nothing, must be given in every row"),

@@ -58,7 +58,7 @@ def test_numbers_keep_every_bit():
         ({"heigth_m": [1.0]}, "table: heigth_m: got the column, must be a key, such as block.he"),
         ({"height_m": [1.0], "height_mm": [1.0]}, "table: height_mm: got 'block.height', must be"),
         ({"height_m": [1.0, np.nan]}, "must be given in every row (row 1)"),
-        ({"height_m": []}, "table: got '0 rows', must have at least one row"),
+        ({"height_m": []}, "table: got 0 rows, must have at least one row"),
         ({"peak_rotation_rad": [1.0]}, "table: peak_rotation_rad: got the column, must be a key"),
     ],
 )

@@ -47,7 +47,7 @@ GOOD = {"size": "1 cm"}
         ({}, "inner", "nothing", "must be given"),
         ({"inner": 3}, "inner", 3, "must be a table"),
         ({"inner": {}}, "inner.size", "nothing", "must be the size: a length"),
-        ({"inner": {"size": "2 m"}}, "inner.size", "2 m", "must be the size, at least 1 mm and"),
+        ({"inner": {"size": "2 m"}}, "inner.size", "2 m", "must be at least 1 mm and"),
         ({"inner": {"sise": "1 m"}}, "inner.sise", "1 m", "did you mean size?"),
         ({"iner": {"size": "1 m"}}, "iner", {"size": "1 m"}, "did you mean inner?"),
         ({"inner": GOOD | {"share": 1}}, "inner.share", 1, "not be given beside outer.inner.size"),

@@ -172,7 +172,7 @@ def lane_table(**columns: object) -> pd.DataFrame:
 @pytest.mark.parametrize(
     ("columns", "words"),
     [
-        ({"peak_rotation_ratio": None}, "peak_rotation_ratio: got 'nothing'"),
+        ({"peak_rotation_ratio": None}, "peak_rotation_ratio: got nothing"),
         ({"peak_rotation_ratio": ["a", "b", "c"]}, "must be a column of numbers"),
         ({"peak_rotation_ratio": [0.1, np.inf, 0.2]}, "(row 1)"),
         ({"uplift_time_s": ["a", "b", "c"]}, "must be a column of numbers"),

@@ -141,7 +141,7 @@ def test_compare_runs_a_stack_in_newton() -> None:
 
 
 def test_frictions_of_their_own_are_declined_before_anything_runs(monkeypatch) -> None:
-    monkeypatch.setattr("warprock.verification.checks.run_case", None)
+    monkeypatch.setattr("warprock.verification.case_responses.run_case", None)
     case = load_case("stack-sine-pulse", ["block.2.friction=0.5"])
     with pytest.raises(InputError, match="one friction coefficient"):
         compare(case, ["event", "newton-xpbd"])

@@ -215,7 +215,7 @@ def test_a_comparison_of_many_stacks_is_summed_up():
     text = printed(rows)
     assert "lane 7" not in text
     assert [" ".join(line.split()) for line in text.splitlines() if line.startswith(" b")] == [
-        "b 1 25 1.2e-02 2.4e-02 0"
+        "b 1 25 0.012 0.024 0"
     ]
-    assert "2 25 1.2e-02 2.4e-02 1" in " ".join(text.split())
+    assert "2 25 0.012 0.024 1" in " ".join(text.split())
     assert "lane 7" in printed([row for row in rows if row["lane_number"] < 24])

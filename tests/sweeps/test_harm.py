@@ -23,8 +23,7 @@ from tests.shared.commands import invoke
 from tests.shared.sweeps import planned, run_all
 from warprock.case.load import load_case
 from warprock.cli.exits import EXIT_RESUMABLE
-from warprock.errors import InputError
-from warprock.quantity import Said
+from warprock.errors import InputError, Said
 from warprock.sweeps import dask as sweep_dask
 from warprock.sweeps import run as sweep_run
 from warprock.sweeps.chunks import CHUNKS, chunk_path, find_chunks, merge

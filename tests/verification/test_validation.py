@@ -15,7 +15,7 @@ from tests.shared.commands import succeed
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.errors import InputError
-from warprock.findings.validation import find_validation, validation_facts
+from warprock.findings.validation import find_validate, validation_facts
 from warprock.model.response import INTEGER_FIELDS, LANE_FIELDS, Outcome, Response, Status
 from warprock.running.options import RunOptions
 from warprock.verification import checks
@@ -144,7 +144,7 @@ def test_a_validation_counts_what_it_should(validation):
 
 def test_the_text_has_every_number(validation):
     _, _, found = validation
-    report = find_validation(found)
+    report = find_validate(found)
     text = report.texts["validation.md"]
     assert report.sentences[0] in text
     for title in ("Scores", "Right by status", "Fragility", "Paired tests", "Reliability"):

@@ -12,7 +12,7 @@ import pandas as pd
 
 from warprock.analysis.bands import LEAST_RECORDS, Band, Estimate
 from warprock.analysis.lognormal import Fit
-from warprock.errors import InputError, list_allowed
+from warprock.errors import NOTHING, InputError, Said, list_allowed
 from warprock.reading import read_bytes, reason
 
 RECORD = "record"
@@ -87,7 +87,7 @@ def record_weights(
     if weights is None:
         return None
     if RECORD not in table:
-        raise InputError(source, RECORD, "nothing", "must be a column: weights are of records")
+        raise InputError(source, RECORD, NOTHING, "must be a column: weights are of records")
     numbers, names = pd.factorize(table[RECORD].astype(str))
     if isinstance(weights, str):
         return _weights_of_column(table, weights, source, numbers)
@@ -140,7 +140,7 @@ def read_weights(path: pathlib.Path) -> dict[str, float]:
     table = table.rename(columns={LABEL_WEIGHT: WEIGHT})
     for name in (RECORD, WEIGHT):
         if name not in table:
-            raise InputError(str(path), name, "nothing", allowed)
+            raise InputError(str(path), name, NOTHING, allowed)
     found: dict[str, float] = {}
     for row, (text, weight) in enumerate(zip(table[RECORD], table[WEIGHT], strict=True), start=1):
         number = pd.to_numeric(weight, errors="coerce")
@@ -150,7 +150,7 @@ def read_weights(path: pathlib.Path) -> dict[str, float]:
             raise InputError(str(path), RECORD, text, f"must be there once (row {row})")
         found[str(text)] = float(number)
     if not found:
-        raise InputError(str(path), RECORD, "0 rows", "must have at least one record")
+        raise InputError(str(path), RECORD, Said("0 rows"), "must have at least one record")
     return found
 
 

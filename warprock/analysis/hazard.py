@@ -12,7 +12,7 @@ import dataclasses
 import numpy as np
 import numpy.typing as npt
 
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 
 Array = npt.NDArray[np.float64]
 
@@ -91,7 +91,7 @@ def hazard_table(source: str, measure: str, intensity: Array, rate: Array) -> Ha
     x, y = np.log(intensity[known]), np.log(rate[known])
     if len(x) < 2:
         allowed = "must have at least 2 rows with a finite rate above 0"
-        raise InputError(source, "rate", f"{len(x)} such rows", allowed)
+        raise InputError(source, "rate", Said(f"{len(x)} such row{'s' * (len(x) != 1)}"), allowed)
     # Minus the slope is never negative: -0.0 of equal rates becomes 0.
     slope = np.abs(np.diff(y) / np.diff(x))
     slope = np.concatenate([slope[:1], slope, slope[-1:]])

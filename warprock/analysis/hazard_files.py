@@ -37,7 +37,7 @@ import pandas as pd
 from warprock.analysis.hazard import Hazard, hazard_table, power_law
 from warprock.analysis.lane_tables import MEASURES
 from warprock.case.input_columns import SPECTRAL
-from warprock.errors import InputError, list_allowed
+from warprock.errors import NOTHING, InputError, Said, list_allowed
 from warprock.reading import read_bytes, reason
 from warprock.units import (
     ALIASES,
@@ -230,7 +230,7 @@ def _table_curve(heads: Sequence[str], rows: Sequence[Sequence[object]], source:
     (rate,) = known
     numbers = np.array([_numbers(row, number, source) for number, row in enumerate(rows, start=1)])
     if not len(numbers):
-        raise InputError(source, "", "0 rows", "must have at least 2")
+        raise InputError(source, "", Said("0 rows"), "must have at least 2")
     measure, unit = _measure_of(names[1 - rate])
     found = _annual(kinds[rate], numbers[:, rate], source, names[rate])
     return Curve(measure, unit, numbers[:, 1 - rate], found)
@@ -304,7 +304,7 @@ def _openquake_curves(text: str, source: str) -> list[Curve]:
     said = {m[1]: next(filter(None, m.groups()[1:]), "") for m in _QUOTED.finditer(remark)}
     years = _investigation_time(said.get("investigation_time", ""), source)
     if not said.get("imt"):
-        raise InputError(source, "imt", "nothing", "must name the measure in the first line")
+        raise InputError(source, "imt", NOTHING, "must name the measure in the first line")
     rows = list(csv.DictReader(io.StringIO(rest)))
     levels = [name for name in (rows[0] if rows else ()) if str(name).startswith("poe-")]
     if not levels:
@@ -325,7 +325,7 @@ def _nrml_curves(text: str, source: str) -> list[Curve]:
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError) as error:
-        raise InputError(source, "", "the file", f"must be XML ({error})") from None
+        raise InputError(source, "", Said("the file"), f"must be XML ({error})") from None
     found: list[Curve] = []
     for group in root.iterfind(".//{*}hazardCurves"):
         imt = group.get("IMT", "")
@@ -339,7 +339,7 @@ def _nrml_curves(text: str, source: str) -> list[Curve]:
             where = f"hazardCurve {len(found) + 1}"
             found.append(_openquake_curve(imt, imls, poes, years, place, where, source))
     if not found:
-        raise InputError(source, "hazardCurves", "nothing", "must hold hazard curves of NRML")
+        raise InputError(source, "hazardCurves", NOTHING, "must hold hazard curves of NRML")
     return found
 
 
@@ -367,7 +367,7 @@ def _openquake_curve(
         raise InputError(source, where, poes, "must be numbers") from None
     if len(intensity) != len(chance):
         allowed = f"must be as many as there are intensities, {len(intensity)}"
-        raise InputError(source, where, f"{len(chance)} chances", allowed)
+        raise InputError(source, where, Said(f"{len(chance)} chances"), allowed)
     rate = _annual(str(years), chance, source, where)
     return Curve(imt, _OPENQUAKE_UNITS[kind], intensity, rate, place)
 

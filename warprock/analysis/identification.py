@@ -30,10 +30,9 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.analysis.swings import Swings, find_swings
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model import rocking
 from warprock.model.hold import three_impacts
-from warprock.quantity import Said
 
 Array = npt.NDArray[np.float64]
 

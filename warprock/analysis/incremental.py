@@ -28,10 +28,9 @@ import pyarrow as pa
 
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import FALLEN_NAMES, USABLE_NAMES, Response, SampleTimes
-from warprock.quantity import Said
 from warprock.running.case_run import run_lane_set
 from warprock.running.files import require_writable
 from warprock.running.machine import require_workers

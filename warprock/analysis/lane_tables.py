@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.analysis.groups import RECORD
-from warprock.errors import InputError, list_allowed, written_as
+from warprock.errors import NOTHING, InputError, Said, list_allowed, written_as
 from warprock.model.response import USABLE_NAMES, Outcome, Status
 from warprock.model.undecided import UNDECIDED
 from warprock.reading import reason, require_plain
@@ -87,14 +87,14 @@ def require_lane_table(table: pd.DataFrame, source: str, intensity: str, by: Seq
                 allowed = f"must be a column of {source}: {list_allowed(name, known)}"
                 raise InputError(option, "", name, allowed)
     if table.empty:
-        raise InputError(source, "", "0 rows", "must have at least one lane")
+        raise InputError(source, "", Said("0 rows"), "must have at least one lane")
     for name in names:
         if names.count(name) > 1:
-            raise InputError(source, name, "the column again", "must be there once")
+            raise InputError(source, name, Said("the column again"), "must be there once")
     ratios = [name for name in names if PEAK_RATIO.match(name)]
     for name in (*_WORDS, _UPLIFT_TIME, *(ratios or ["peak_rotation_ratio"])):
         if name not in names:
-            raise InputError(source, name, "nothing", "must be a column: this is no lane table")
+            raise InputError(source, name, NOTHING, "must be a column: this is no lane table")
     for name, words in _WORDS.items():
         _require_words(table[name], words, source)
     for name in {*by, RECORD} & set(names):

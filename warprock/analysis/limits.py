@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock.errors import InputError
+from warprock.errors import NOTHING, InputError
 from warprock.model.response import FALLEN_NAMES, Status
 from warprock.units import Dimension, allowed_text, parse_quantity
 
@@ -118,7 +118,7 @@ def require_slides(table: pd.DataFrame, source: str, limits: Sequence[Limit]) ->
     there = _columns(table, _SLIDE)
     if not there:
         allowed = "must be a column: a limit state is a slide"
-        raise InputError(source, "peak_slide_m", "nothing", allowed)
+        raise InputError(source, "peak_slide_m", NOTHING, allowed)
     for name in there:
         if not pd.api.types.is_numeric_dtype(table[name]):
             raise InputError(source, name, str(table[name].dtype), "must be a column of numbers")

@@ -41,9 +41,8 @@ import scipy
 
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
-from warprock.errors import InputError
+from warprock.errors import NOTHING, InputError, Said
 from warprock.model.assembly import SPACE, Assembly
-from warprock.quantity import NOTHING, Said
 from warprock.running.case_run import CaseRun
 from warprock.running.options import Progress
 

@@ -63,7 +63,7 @@ class Observations:
 
     @property
     def brackets(self) -> Brackets:
-        """What they say of capacities: a hit at x is (0, x], a miss (x, inf)."""
+        """What hits and misses say of capacities: a hit at x is (0, x], a miss (x, inf)."""
         missed = self.count - self.reached
         hit, miss = np.flatnonzero(self.reached > 0.0), np.flatnonzero(missed > 0.0)
         return Brackets(

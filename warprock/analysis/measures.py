@@ -37,8 +37,7 @@ from warprock.analysis.risk_functions import capacity_table, functions_of_capaci
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import changed
-from warprock.errors import InputError
-from warprock.quantity import NOTHING
+from warprock.errors import NOTHING, InputError, Said
 from warprock.running.engine_choice import slides
 from warprock.running.options import RunOptions
 from warprock.units import GRAVITY
@@ -297,7 +296,7 @@ def run_measures(case: Case, engine: str, options: RunOptions, question: Questio
             "must have a rate to lower: no lognormal function fits the factors at which its lanes "
             f"fall ({base.function.fit.verdict.value})"
         )
-        raise InputError(case.file, "motion", "the block as it is", allowed)
+        raise InputError(case.file, "motion", Said("the block as it is"), allowed)
     effects = [runner.effect(case, measure, base) for measure in tried]
     effects.sort(key=lambda each: each.factor if np.isfinite(each.factor) else np.inf)
     goal = None if target is None else runner.meet(case, base, target)

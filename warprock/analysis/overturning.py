@@ -22,13 +22,12 @@ import pandas as pd
 from warprock.case.axes import crossed_labels
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
-from warprock.errors import InputError
+from warprock.errors import NOTHING, InputError, Said
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, Waveform
 from warprock.model.response import USABLE, Outcome, Response
 from warprock.model.undecided import decided_after, undecided
-from warprock.quantity import NOTHING, Said
 from warprock.running.case_run import CaseRun, require_options, run_case
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 from warprock.settings.engines import on_springs

@@ -42,7 +42,7 @@ from warprock.analysis.fragility import INTENSITY, Curve, fragility_curves
 from warprock.analysis.groups import Weights, record_numbers, record_weights
 from warprock.analysis.limits import Limit, find_reached
 from warprock.analysis.lognormal import Fit, Verdict
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model.response import USABLE_NAMES
 
 Array = npt.NDArray[np.float64]
@@ -215,7 +215,7 @@ def compare_measures(
     """
     if len(measures) > MOST_MEASURES:
         raise InputError(
-            "--im", "", f"{len(measures)} measures", f"must be {MOST_MEASURES} at most"
+            "--im", "", Said(f"{len(measures)} measures"), f"must be {MOST_MEASURES} at most"
         )
     table = _with_ratio(table)
     chosen = list(dict.fromkeys(measures)) or [name for name in USUAL if name in table]
@@ -240,7 +240,8 @@ def compare_measures(
     count = int(record.max()) + 1
     if count < LEAST_RECORDS:
         allowed = f"must be at least {LEAST_RECORDS}: each is predicted from the others"
-        raise InputError(source, "record", f"{count} records", allowed)
+        got = Said(f"{count} record{'s' * (count != 1)}")
+        raise InputError(source, "record", got, allowed)
     weight = np.ones(count) if weight is None else weight / weight.mean()
     columns, same = _independent(usable, chosen)
     lanes = _Lanes(hit, record, weight)

@@ -28,7 +28,7 @@ from warprock.analysis.limits import Limit
 from warprock.analysis.lognormal import Fit, bands_of, bracket_lanes
 from warprock.analysis.lognormal import Verdict as FitVerdict
 from warprock.analysis.risk import Function
-from warprock.errors import InputError, list_allowed
+from warprock.errors import NOTHING, InputError, list_allowed
 from warprock.reading import read_bytes, reason
 from warprock.units import UNITS
 
@@ -67,7 +67,7 @@ def read_components(path: pathlib.Path) -> pd.DataFrame:
         raise InputError("TABLE", "", str(path), f"{allowed} ({error})") from None
     for name in _COMPONENT_COLUMNS:
         if name not in table:
-            raise InputError(str(path), name, "nothing", allowed)
+            raise InputError(str(path), name, NOTHING, allowed)
     return table
 
 

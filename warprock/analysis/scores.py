@@ -61,7 +61,7 @@ class Prediction:
     rank: Array
 
     def take(self, tests: npt.NDArray[np.intp] | Mask) -> Prediction:
-        """The same of some of the tests."""
+        """What is predicted of some of the tests."""
         parts = (self.probability[tests], self.says[tests], self.rank[tests])
         return Prediction(self.name, *parts)
 

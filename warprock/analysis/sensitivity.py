@@ -24,9 +24,8 @@ import pandas as pd
 from warprock.case.axes import Axis, crossed_labels
 from warprock.case.case import Case
 from warprock.case.sampling import Sample
-from warprock.errors import InputError, list_allowed
+from warprock.errors import NOTHING, InputError, Said, list_allowed
 from warprock.model.response import FALLEN, USABLE, Outcome
-from warprock.quantity import NOTHING, Said
 from warprock.running.case_run import CaseRun, run_case
 from warprock.running.lane_table import lane_table
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions

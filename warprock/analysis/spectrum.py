@@ -16,9 +16,8 @@ import numpy.typing as npt
 from warprock.case.axes import LABEL, crossed_labels
 from warprock.case.case import Case
 from warprock.case.spectrum import SLENDERNESS, SPECTRUM
-from warprock.errors import InputError
+from warprock.errors import NOTHING, InputError, Said
 from warprock.model.ratios import peak_ratio
-from warprock.quantity import NOTHING, Said
 from warprock.running.case_run import CaseRun, run_case
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 

@@ -9,11 +9,10 @@ import numpy.typing as npt
 
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model.hold import SIDES
 from warprock.model.lanes import Lanes
 from warprock.model.statics import Capacity, Curve, Leaning, capacity, curve, leaning
-from warprock.quantity import Said
 
 AT_ONCE = 2048
 """Lanes at once: 33 points of up to 37 pieces each, 20 MB an array."""
@@ -44,7 +43,7 @@ class Statics:
         return curve(self._leaning(row), most)
 
     def curve_without_ties(self, row: int, most: float) -> Curve | None:
-        """The same of the block without its ties; None of a block that has none."""
+        """Moment over lean of a block without its ties; None of a block that has none."""
         box = self._leaning(row)
         return None if box.ties is None else curve(dataclasses.replace(box, ties=None), most)
 

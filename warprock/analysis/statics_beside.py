@@ -14,11 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.analysis.statics import Statics
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model.base_path import base_places
 from warprock.model.motion import GroundMotions, MotionKind
 from warprock.model.response import Outcome
-from warprock.quantity import Said
 from warprock.running.case_run import run_case
 from warprock.running.companions import usable
 from warprock.units import GRAVITY

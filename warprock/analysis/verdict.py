@@ -22,10 +22,9 @@ from warprock.analysis.incremental import Analysis, Ladder, plan_analysis, run_a
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.load import build_case, changed
-from warprock.errors import InputError
+from warprock.errors import NOTHING, InputError, Said
 from warprock.model.response import FALLEN_NAMES, USABLE_NAMES, SampleTimes
 from warprock.model.words import lane_count_text
-from warprock.quantity import NOTHING, Said
 from warprock.running.case_run import CaseRun, run_case, run_lane_set
 from warprock.running.cells import wilson_interval
 from warprock.running.engine_choice import slides

@@ -18,8 +18,7 @@ from warprock.analysis.incremental import Ladder
 from warprock.api.values import Column, Quantity
 from warprock.api.work import HowHeld
 from warprock.arguments import at_the_door
-from warprock.errors import InputError
-from warprock.quantity import NOTHING
+from warprock.errors import NOTHING, InputError
 
 File = pd.DataFrame | str | os.PathLike[str]
 """The path of a file, or its table."""

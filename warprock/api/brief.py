@@ -39,7 +39,7 @@ from warprock.findings.brief import (
     times,
 )
 from warprock.findings.finding import Finding
-from warprock.findings.mitigation import TABLE, best_measure, target_sentences
+from warprock.findings.measures import TABLE, best_measure, target_sentences
 from warprock.findings.risk import percent_text
 from warprock.report.brief import (
     BRIEF_PAGE,
@@ -165,7 +165,7 @@ class BriefFound(Found):
 
 
 def _draw(found: Brief, title: str) -> list[Drawing]:
-    """Its measures, where its rate comes from, and the object."""
+    """Draws what lowers the rate of a brief, where the rate comes from, and the object."""
     drawings = draw_measures(found.measures, title) + draw_risk([found.base], None, 0.05, title)
     return [*drawings, draw_object(found.lane_set, found.measures.case.title)]
 

@@ -12,7 +12,7 @@ from warprock.api.progress import Shown, shown
 from warprock.arguments import at_the_door, several
 from warprock.case.load import Overrides
 from warprock.figures.poses import draw_poses
-from warprock.findings.comparison import find_comparison
+from warprock.findings.comparison import find_compare
 from warprock.report.chosen import played_of_comparison
 from warprock.tables.comparison import print_any_comparison
 from warprock.verification.checks import compare as compare_engines
@@ -62,7 +62,7 @@ def compare(
         return Comparison(
             f"{work.name}: {', '.join(engines)}",
             found,
-            functools.partial(find_comparison, work, found, printed),
+            functools.partial(find_compare, work, found, printed),
             functools.partial(
                 untitled, functools.partial(draw_poses, found) if "observed" in found else list
             ),

@@ -14,11 +14,11 @@ from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.values import Angle, Column, Frequency, Length
 from warprock.arguments import at_the_door, several
-from warprock.errors import InputError, list_allowed
+from warprock.errors import NOTHING, InputError, Said, list_allowed
 from warprock.figures.identification import draw_identified
-from warprock.findings.identification import find_identified
+from warprock.findings.identification import find_identify
 from warprock.model import rocking
-from warprock.quantity import NOTHING, NumberKey, Said
+from warprock.quantity import NumberKey
 from warprock.recordings.rotation_file import Rotations, read_rotations
 
 _READ = {
@@ -97,7 +97,7 @@ def identify(
         return Found(
             f"{os.path.basename(source)}: a block from its free rocking",
             found,
-            functools.partial(find_identified, found, source, read.column),
+            functools.partial(find_identify, found, source, read.column),
             functools.partial(draw_identified, found, read.times, read.rotations),
         )
 

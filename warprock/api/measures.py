@@ -15,7 +15,7 @@ from warprock.api.values import Share
 from warprock.api.work import HowHeld, working
 from warprock.arguments import at_the_door, listing, require_within, several
 from warprock.figures.measures import draw_measures, plot_measures
-from warprock.findings.mitigation import find_measures
+from warprock.findings.measures import find_measures
 
 
 @listing(hazard_of, ladder_of, working)

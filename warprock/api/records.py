@@ -15,7 +15,7 @@ from warprock.api.looked_up import LookedUp
 from warprock.api.names import python_names
 from warprock.api.values import Length, Time
 from warprock.arguments import at_the_door, listing, several
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.findings.records import find_record, find_records
 from warprock.recordings.column_file import Reading
 from warprock.recordings.intensity import PERIODS
@@ -204,7 +204,7 @@ def _samples(samples: Any) -> npt.NDArray[np.float64]:
     try:
         found = np.asarray(samples)
         if np.iscomplexobj(found):
-            raise InputError("samples", "", f"an array of {found.dtype}", allowed)
+            raise InputError("samples", "", Said(f"an array of {found.dtype}"), allowed)
         values = found.astype(np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         if isinstance(error, InputError):
@@ -212,5 +212,7 @@ def _samples(samples: Any) -> npt.NDArray[np.float64]:
         raise InputError("samples", "", samples, f"{allowed} ({error})") from None
     if values.ndim != 1:
         many = "; of several columns name one, such as samples[:, 1]" * (values.ndim == 2)
-        raise InputError("samples", "", f"an array of shape {list(values.shape)}", allowed + many)
+        raise InputError(
+            "samples", "", Said(f"an array of shape {list(values.shape)}"), allowed + many
+        )
     return values

@@ -19,11 +19,10 @@ from warprock.case.lanes import require_room_for_lanes
 from warprock.case.load import Overrides
 from warprock.case.run import Run as RunTable
 from warprock.case.validation import refusing, validated
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.findings.finding import Finding
 from warprock.findings.run import LIMIT_ANALYSIS, find_run
 from warprock.model.response import Response
-from warprock.quantity import Said
 from warprock.running.case_run import (
     CaseRun,
     require_options,

@@ -12,11 +12,10 @@ from warprock.api.progress import Shown, shown
 from warprock.arguments import at_the_door
 from warprock.case.case import Case
 from warprock.case.load import Overrides
-from warprock.errors import InputError
+from warprock.errors import NOTHING, InputError
 from warprock.figures.drawing import Drawing
 from warprock.figures.study import draw_histories, draw_study
 from warprock.findings.study import find_study
-from warprock.quantity import NOTHING
 from warprock.report.chosen import played_of_study
 from warprock.running.options import Progress, RunOptions
 from warprock.tables.study import print_study_run

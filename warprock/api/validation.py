@@ -16,7 +16,7 @@ from warprock.api.values import Column
 from warprock.api.work import HowHeld, working
 from warprock.arguments import at_the_door, listing, several
 from warprock.figures.validation import draw_validation
-from warprock.findings.validation import find_validation
+from warprock.findings.validation import find_validate
 from warprock.verification.validation import run_validation
 
 
@@ -80,6 +80,6 @@ def validate(
         return Found(
             f"{work.case.name}: held to {found.tests.source}",
             found,
-            functools.partial(find_validation, found),
+            functools.partial(find_validate, found),
             functools.partial(draw_validation, found),
         )

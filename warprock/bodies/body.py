@@ -25,8 +25,8 @@ from warprock.bodies.rests import (
     rolls,
 )
 from warprock.bodies.rests import turns_over as hull_turns_over
-from warprock.errors import InputError
-from warprock.quantity import NOTHING, NumberKey, Said
+from warprock.errors import NOTHING, InputError, Said
+from warprock.quantity import NumberKey
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]

@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.errors import InputError, is_plain
-from warprock.quantity import Said
+from warprock.errors import InputError, Said, is_plain
 from warprock.reading import read_bytes, reason
 from warprock.units import UNITS, Dimension
 

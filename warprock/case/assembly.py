@@ -9,7 +9,8 @@ import pydantic
 from warprock.case.contact import FRICTION
 from warprock.case.validation import KeyedError, Table
 from warprock.case.value_kinds import OtherKey
-from warprock.quantity import NOTHING, Column, FrictionKey, NumberKey, TextKey
+from warprock.errors import NOTHING
+from warprock.quantity import Column, FrictionKey, NumberKey, TextKey
 from warprock.units import Dimension, parse_quantity
 
 ARCH, WALL, DRY_STONE, COLUMN, FRAME, FILE = "arch", "wall", "dry-stone", "column", "frame", "file"
@@ -210,15 +211,15 @@ class Assembly(Table):
     ] = None
     wall_height: Annotated[float | None, _length("the height of that wall", "wall_height")] = None
     stone_length: Annotated[
-        float | None, _length("the mean length of its stones", "stone_length")
+        float | None, _length("the mean length of the stones of the wall", "stone_length")
     ] = None
     stone_height: Annotated[
-        float | None, _length("the mean height of its courses", "stone_height")
+        float | None, _length("the mean height of the courses of stone", "stone_height")
     ] = None
     variation: Annotated[
         float | None,
         NumberKey(
-            "how much its stones differ: 0 for a regular wall, 1 for lengths off by up to 60 %, "
+            "how much stones differ: 0 for a regular wall, 1 for lengths off by up to 60 %, "
             "heights by up to 50 %, head joints that lean by up to 12 deg, and beds that slope",
             "0 to 1",
             swept=True,
@@ -228,7 +229,7 @@ class Assembly(Table):
     seed: Annotated[
         float | None,
         NumberKey(
-            "a whole number from which its stones are drawn: another number, another wall",
+            "a whole number from which stones are drawn: another number, another wall",
             "0 to 1e9",
             swept=True,
             column=Column("assembly_seed"),
@@ -307,7 +308,7 @@ class Assembly(Table):
     weak_friction: Annotated[
         float | None,
         FrictionKey(
-            "the friction of those joints",
+            "the friction of the weak joints",
             FRICTION,
             swept=True,
             column=Column("weak_friction"),

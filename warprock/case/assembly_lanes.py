@@ -27,13 +27,13 @@ from warprock.case.assembly import (
 from warprock.case.body_lanes import DIRECTION
 from warprock.case.input_columns import computed, key_column
 from warprock.case.space import spatial_because
-from warprock.errors import InputError, did_you_mean
+from warprock.errors import NOTHING, InputError, Said, did_you_mean
 from warprock.model import patterns
 from warprock.model.assembly import SPACE, Assemblies, Piece, assemble
 from warprock.model.assembly import Assembly as Laid
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.solids import assemble_solids
-from warprock.quantity import NOTHING, NumberKey, Said
+from warprock.quantity import NumberKey
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -16,8 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.case.sampling import Distribution, Sample
-from warprock.errors import InputError
-from warprock.quantity import Said
+from warprock.errors import InputError, Said
 from warprock.units import Dimension
 
 LABEL = "label."

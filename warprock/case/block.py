@@ -12,8 +12,9 @@ import pydantic
 from warprock.case.block_keys import FACE_FRICTION, HEIGHT, OFFSET, ROTATION_START
 from warprock.case.body import Body, StackedBody
 from warprock.case.validation import KeyedError, Table, below, validated
+from warprock.errors import NOTHING, Said
 from warprock.model.runnable import HIGHEST_STACK
-from warprock.quantity import NOTHING, Column, NumberKey, Said
+from warprock.quantity import Column, NumberKey
 
 ROUND_DEPTH = math.pi / 4.0
 """Depth over diameter of the box that stands for a round base: their areas are the same."""

@@ -12,8 +12,9 @@ import pydantic
 from warprock.case.block_keys import FACE_FRICTION, HEIGHT, OFFSET, ROTATION_START
 from warprock.case.validation import KeyedError, Table
 from warprock.case.value_kinds import OtherKey
+from warprock.errors import Said
 from warprock.model.hull import LEVEL, lower_hulls
-from warprock.quantity import Column, NumberKey, Said
+from warprock.quantity import Column, NumberKey
 from warprock.units import Dimension, allowed_text, parse_any
 
 Array = npt.NDArray[np.float64]

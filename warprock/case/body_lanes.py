@@ -9,13 +9,12 @@ import numpy.typing as npt
 
 from warprock.case.body import Body, StackedBody, profiles
 from warprock.case.input_columns import computed, key_column, lane_columns
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.hull import LEVEL, lower_hulls
 from warprock.model.lanes import Lanes
 from warprock.model.turning import inverse, principal_axes, rotate
-from warprock.quantity import Said
 
 if TYPE_CHECKING:
     from warprock.case.values import LaneValues

@@ -12,12 +12,11 @@ from warprock.case.body import StackedBody
 from warprock.case.body_lanes import DIRECTION, SIDES, seen_in_plane
 from warprock.case.input_columns import computed, key_column, lane_columns
 from warprock.case.values import LaneValues
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes
 from warprock.model.profiles import Profiles
 from warprock.model.stacking import box_profiles
-from warprock.quantity import Said
 
 Array = npt.NDArray[np.float64]
 

@@ -22,7 +22,8 @@ from warprock.case.start import Start
 from warprock.case.support import Support
 from warprock.case.validation import KeyedError, Table
 from warprock.case.value_kinds import ProseKey
-from warprock.quantity import NOTHING, Said, TextKey
+from warprock.errors import NOTHING, Said
+from warprock.quantity import TextKey
 
 PLANAR, SPATIAL = "planar", "spatial"
 

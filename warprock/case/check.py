@@ -11,8 +11,9 @@ import pydantic
 
 from warprock.case.validation import KeyedError, Table, validated
 from warprock.case.value_kinds import OtherKey, ProseKey
+from warprock.errors import NOTHING
 from warprock.model.runnable import HIGHEST_STACK
-from warprock.quantity import NOTHING, NumberKey, TextKey
+from warprock.quantity import NumberKey, TextKey
 from warprock.settings.engines import SETTINGS
 from warprock.settings.setting import SettingKey
 
@@ -60,7 +61,11 @@ class HousnerCheck(Check):
         _more_than_0("the largest |rotation - reference| / slenderness angle in the first 5 s"),
     ]
     limit_run: Annotated[
-        float | None, _more_than_0("the same over the whole run, which is not checked without it")
+        float | None,
+        _more_than_0(
+            "the largest |rotation - reference| / slenderness angle in the whole run; without it "
+            "only the first 5 s count"
+        ),
     ] = None
 
 

@@ -23,7 +23,8 @@ from warprock.case.sampling import SAMPLING, SEED, Sample
 from warprock.case.sweep import axis_keys
 from warprock.case.validation import KeyedError, Table, below, unknown_key, validated
 from warprock.case.value_kinds import OtherKey, WholeKey
-from warprock.quantity import NOTHING, FrictionKey, Key, NumberKey
+from warprock.errors import NOTHING
+from warprock.quantity import FrictionKey, Key, NumberKey
 from warprock.units import Dimension, Quantity, allowed_text, format_quantity, parse_any
 
 Array = npt.NDArray[np.float64]

@@ -19,7 +19,7 @@ from warprock.case.space import UPWARDS
 from warprock.case.support_lanes import on_support, supported
 from warprock.case.values import LaneValues
 from warprock.case.waveforms import FAMILIES, FAMILY_OF
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import (
     GroundMotions,
@@ -31,7 +31,7 @@ from warprock.model.motion import (
     no_motion,
 )
 from warprock.model.stacking import uplift_ratio
-from warprock.quantity import NumberKey, Said
+from warprock.quantity import NumberKey
 from warprock.units import GRAVITY
 
 if TYPE_CHECKING:

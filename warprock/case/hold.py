@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
 from warprock.case.validation import KeyedError, Table, below, validated
+from warprock.errors import NOTHING
 from warprock.model.hold import SIDES
-from warprock.quantity import NOTHING, Column, NumberKey, TextKey
+from warprock.quantity import Column, NumberKey, TextKey
 from warprock.units import Dimension, Quantity, parse_any
 
 PLASTIC, THREE_IMPACTS = "plastic", "three-impacts"

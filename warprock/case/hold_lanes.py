@@ -10,13 +10,13 @@ import numpy.typing as npt
 
 from warprock.case.hold import BY_FORMULA, STAYS, Frame, Ground, Strip, Tie, TopLoad, TransverseWall
 from warprock.case.input_columns import computed, key_column
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model.hold import SIDES, Bed, Hold, Ties, three_impacts
 from warprock.model.hold import Frame as Frames
 from warprock.model.hold import TopLoad as Loads
 from warprock.model.lanes import Lanes
 from warprock.model.strip import Strip as Strips
-from warprock.quantity import NumberKey, Said
+from warprock.quantity import NumberKey
 
 if TYPE_CHECKING:
     from warprock.case.values import LaneValues

@@ -32,14 +32,13 @@ from warprock.case.run import DURATION
 from warprock.case.space import optional, spatial_because, spatial_columns, spatial_lanes
 from warprock.case.stacks import stack_columns, stack_lanes
 from warprock.case.values import LaneValues
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import FIELDS, SampleTimes
 from warprock.model.scene import SceneKind, scene_kind
 from warprock.model.undecided import UNDECIDED
-from warprock.quantity import Said
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -35,8 +35,7 @@ from warprock.case.text import (
     source_name,
 )
 from warprock.case.validation import refusing, validated
-from warprock.errors import InputError
-from warprock.quantity import NOTHING
+from warprock.errors import NOTHING, InputError
 
 Overrides = Sequence[str] | Mapping[str, Any]
 """Changes of a case: texts `key=value`, or values by dotted key."""

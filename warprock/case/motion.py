@@ -8,8 +8,9 @@ import pydantic
 
 from warprock.case.validation import KeyedError, Table
 from warprock.case.waveforms import FAMILY_OF
+from warprock.errors import NOTHING
 from warprock.model.motion import Control, Waveform
-from warprock.quantity import AMPLITUDE, NOTHING, Column, NumberKey, TextKey
+from warprock.quantity import AMPLITUDE, Column, NumberKey, TextKey
 from warprock.units import Quantity
 
 
@@ -96,7 +97,7 @@ class Direction(Table):
     tilt_step: Annotated[
         float | None,
         NumberKey(
-            "the angle by which that table tilts before it pauses, and again",
+            "the angle by which a table that tilts in steps tilts before each pause",
             "0.01 deg to 75 deg",
             swept=True,
             column=Column("tilt_step", "deg"),
@@ -105,7 +106,7 @@ class Direction(Table):
     pause: Annotated[
         float | None,
         NumberKey(
-            "how long that table pauses",
+            "how long a table that tilts in steps pauses after each",
             "0 s to 1e5 s",
             swept=True,
             column=Column("tilt_pause"),
@@ -114,7 +115,7 @@ class Direction(Table):
     tilt_to: Annotated[
         float | None,
         NumberKey(
-            "the tilt at which that table stays; without it it tilts until the run ends",
+            "the tilt at which a table that tilts stays; without it it tilts until the run ends",
             "0.01 deg to 75 deg",
             swept=True,
             column=Column("tilt_to", "deg"),

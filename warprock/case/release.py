@@ -11,13 +11,12 @@ import numpy.typing as npt
 from warprock.case.input_columns import key_column
 from warprock.case.space import optional
 from warprock.case.start import ATTITUDE, AXES
-from warprock.errors import InputError
+from warprock.errors import NOTHING, InputError
 from warprock.model.bodies import boxes_on_corners
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.pose import start_corners
 from warprock.model.release import Release, rolling
 from warprock.model.turning import inverse, rotate
-from warprock.quantity import NOTHING
 
 if TYPE_CHECKING:
     from warprock.case.values import LaneValues

@@ -24,8 +24,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from warprock.errors import InputError
-from warprock.quantity import Said
+from warprock.errors import InputError, Said
 
 if TYPE_CHECKING:
     from warprock.case.columns import Table

@@ -27,8 +27,8 @@ from warprock.case.sampling import (
 from warprock.case.sweep import OwnKey, Written, axis_keys, read_list
 from warprock.case.validation import KeyedError, Table, below, unknown_key, validated
 from warprock.case.value_kinds import ChoiceKey, OtherKey, WholeKey
-from warprock.errors import did_you_mean
-from warprock.quantity import NOTHING, NumberKey, Said, TextKey
+from warprock.errors import NOTHING, Said, did_you_mean
+from warprock.quantity import NumberKey, TextKey
 from warprock.settings.setting import SettingKey
 from warprock.units import Quantity, format_quantity
 

@@ -53,6 +53,8 @@ def spatial_because(values: LaneValues) -> str:
     """
     tables = values.case.tables
     reasons = dict(_REASONS)
+    if tables.assembly is not None and tables.assembly.pattern in SPATIAL_PATTERNS:
+        reasons = {"assembly.pattern": "lays its blocks in space"} | reasons
     body = body_of(values)
     if tables.model != PLANAR and body is None:
         reasons[DIRECTION] = "moves its base at an angle to the plane of rocking"
@@ -61,8 +63,6 @@ def spatial_because(values: LaneValues) -> str:
     if tables.model != PLANAR:
         bodies = (n for n, table in stacked_tables(values).items() if table.spatial)
         reasons |= {f"block.{number}.base": "has a body in space" for number in bodies}
-    if tables.assembly is not None and tables.assembly.pattern in SPATIAL_PATTERNS:
-        reasons["assembly.pattern"] = "lays its blocks in space"
     # A profile has no other space than its plane.
     profiles = stacked_tables(values) if body is None else not body.spatial
     if tables.model != PLANAR and not profiles:
@@ -147,7 +147,7 @@ def _refuse_fallen(values: LaneValues, lanes: SpatialLanes) -> None:
 
 
 def _refuse_fallen_bodies(values: LaneValues, lanes: SpatialLanes) -> None:
-    """The same of bodies."""
+    """Refuses bodies whose centre of mass is at the start beyond the edge that they lean over."""
     body = lanes.body
     assert body is not None
     for key, start, sides in (

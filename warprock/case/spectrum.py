@@ -17,7 +17,8 @@ from warprock.case.keys import KEYS
 from warprock.case.sweep import LIST_OR_GRID, read_values
 from warprock.case.validation import KeyedError, Table, below, validated
 from warprock.case.value_kinds import OtherKey
-from warprock.quantity import NumberKey, Said
+from warprock.errors import Said
+from warprock.quantity import NumberKey
 from warprock.units import GRAVITY, Dimension, Quantity
 
 SPECTRUM, SLENDERNESS = "spectrum", "slenderness"

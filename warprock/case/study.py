@@ -14,8 +14,7 @@ from warprock.case.case_file import CaseFile
 from warprock.case.settings import ENGINES, read_settings
 from warprock.case.validation import KeyedError, SourceOf, Table, below, validated
 from warprock.case.value_kinds import OtherKey
-from warprock.errors import did_you_mean, list_allowed
-from warprock.quantity import NOTHING, Said
+from warprock.errors import NOTHING, Said, did_you_mean, list_allowed
 from warprock.settings.engines import SETTINGS, declared_settings
 
 Number = float | int

@@ -12,9 +12,8 @@ from warprock.case.motion import Motion
 from warprock.case.run import DURATION
 from warprock.case.space import UPWARDS
 from warprock.case.support import Support
-from warprock.errors import InputError
+from warprock.errors import NOTHING, InputError, Said
 from warprock.model.motion import RecordMotions
-from warprock.quantity import NOTHING, Said
 
 if TYPE_CHECKING:
     from warprock.case.values import LaneValues

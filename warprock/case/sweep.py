@@ -27,8 +27,8 @@ from warprock.case.sweep_file import LEAVE_OUT, TABLE, read_table_sweep
 from warprock.case.sweep_file_columns import OBSERVED
 from warprock.case.validation import KeyedError, Table, below, validated
 from warprock.case.value_kinds import ChoiceKey, WholeKey
-from warprock.errors import InputError, did_you_mean, list_allowed
-from warprock.quantity import Key, NumberKey, Said, TextKey
+from warprock.errors import InputError, Said, did_you_mean, list_allowed
+from warprock.quantity import Key, NumberKey, TextKey
 from warprock.units import Dimension, Quantity
 
 if TYPE_CHECKING:

@@ -20,8 +20,8 @@ from warprock.case.axes import TableSource
 from warprock.case.sweep_file_columns import OBSERVED, key_columns, values_of
 from warprock.case.validation import Table, validated
 from warprock.case.value_kinds import OtherKey
-from warprock.errors import InputError
-from warprock.quantity import Said, TextKey
+from warprock.errors import InputError, Said
+from warprock.quantity import TextKey
 from warprock.reading import read_bytes, reason
 from warprock.units import bare_number
 

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 from warprock.case.axes import LABEL
 from warprock.case.hold import MOST_TIES
 from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
-from warprock.errors import InputError, did_you_mean, list_allowed
+from warprock.errors import NOTHING, InputError, Said, did_you_mean, list_allowed
 from warprock.model.runnable import HIGHEST_STACK
-from warprock.quantity import NOTHING, Column, NumberKey, Said
+from warprock.quantity import Column, NumberKey
 from warprock.units import UNITS, bare_number
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def key_columns(
         InputError: A column that is no key, two columns for one key, or no row.
     """
     if not len(table):
-        raise InputError(source, "", "0 rows", "must have at least one row: each is a lane")
+        raise InputError(source, "", Said("0 rows"), "must have at least one row: each is a lane")
     found: dict[str, tuple[str, str]] = {}
     for name in map(str, table.columns):
         if name in leave_out:

@@ -23,9 +23,9 @@ from warprock.case.sweep import axis_keys, several_values
 from warprock.case.text import OVERRIDE, parse_case, read_override, template_text
 from warprock.case.validation import KeyedError, refusing
 from warprock.case.writing import toml_text
-from warprock.errors import InputError, did_you_mean
+from warprock.errors import NOTHING, InputError, did_you_mean
 from warprock.model.undecided import decided_after
-from warprock.quantity import NOTHING, NumberKey
+from warprock.quantity import NumberKey
 from warprock.recordings import load_record, record_names
 from warprock.recordings.column_file import Reading
 from warprock.recordings.loading import AS_WRITTEN

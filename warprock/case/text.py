@@ -11,8 +11,7 @@ from collections.abc import Iterator, Mapping
 from importlib.resources.abc import Traversable
 from typing import Any, NamedTuple
 
-from warprock.errors import InputError, did_you_mean, list_allowed
-from warprock.quantity import Said
+from warprock.errors import InputError, Said, did_you_mean, list_allowed
 from warprock.reading import read_bytes, reason
 from warprock.unmodelled import unmodelled_text
 

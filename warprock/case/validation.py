@@ -14,8 +14,8 @@ from typing import Any, ClassVar, Self, TypeVar
 
 import pydantic
 
-from warprock.errors import InputError, did_you_mean, list_allowed
-from warprock.quantity import NOTHING, InputKey, Key
+from warprock.errors import NOTHING, InputError, did_you_mean, list_allowed
+from warprock.quantity import InputKey, Key
 from warprock.unmodelled import unmodelled_text
 
 SourceOf = Callable[[str], str]

@@ -13,8 +13,8 @@ from warprock.case.block import ROUND_DEPTH
 from warprock.case.case import Case
 from warprock.case.keys import KEYS, general_key
 from warprock.case.sampling import Distribution
-from warprock.errors import InputError
-from warprock.quantity import NumberKey, Said
+from warprock.errors import InputError, Said
+from warprock.quantity import NumberKey
 from warprock.units import Dimension, Quantity, format_quantity, unit_written
 
 Array = npt.NDArray[np.float64]

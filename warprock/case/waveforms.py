@@ -41,7 +41,7 @@ class Values(Protocol):
         """Values of a numeric key, SI units or rad, shape [lane]."""
 
     def dimension(self, key: str) -> Dimension:
-        """What they measure."""
+        """What the values of a key measure."""
 
     def texts(self, key: str) -> tuple[tuple[str, ...], npt.NDArray[np.int32]]:
         """Distinct texts of a key, and the index of each lane's among them, shape [lane]."""

@@ -82,7 +82,7 @@ class ExitCodes(click.Group):
         except click.exceptions.NoArgsIsHelpError:
             raise
         except click.UsageError as error:
-            click.echo(f"error: {_usage(error)}", err=True)
+            click.echo(f"error: {_usage(error, ctx)}", err=True)
             ctx.exit(EXIT_INPUT)
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -98,7 +98,7 @@ class ExitCodes(click.Group):
             # A group of commands by its name alone: Click prints what there is.
             raise
         except click.UsageError as error:
-            click.echo(f"error: {_usage(error)}", err=True)
+            click.echo(f"error: {_usage(error, ctx)}", err=True)
             ctx.exit(EXIT_INPUT)
         except KeyboardInterrupt:
             click.echo("interrupted", err=True)
@@ -117,7 +117,7 @@ class ExitCodes(click.Group):
             ctx.exit(EXIT_FAILED)
 
 
-def _usage(error: click.UsageError) -> str:
+def _usage(error: click.UsageError, ctx: click.Context) -> str:
     """What Click says of options and arguments, in one line, and where to read more."""
     wrong = _NOT_A_NUMBER.match(error.message)
     if isinstance(error, click.BadParameter) and error.param is not None and wrong:
@@ -125,7 +125,9 @@ def _usage(error: click.UsageError) -> str:
         return str(InputError(error.param.opts[-1], "", wrong["got"], bound))
     said = shorten(" ".join(error.format_message().split()))
     said += "" if said.endswith((".", "?")) else "."
-    path = error.ctx.command_path if error.ctx is not None else "warprock"
+    path = f"{ctx.command_path} {ctx.invoked_subcommand or ''}".strip()
+    if error.ctx is not None:
+        path = error.ctx.command_path
     return f"{said} See {path} --help"
 
 

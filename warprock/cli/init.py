@@ -57,8 +57,7 @@ def init(
     """
     from warprock.case.template import start_case
     from warprock.case.text import template_kinds
-    from warprock.errors import InputError
-    from warprock.quantity import NOTHING
+    from warprock.errors import NOTHING, InputError
     from warprock.recordings.column_file import Reading
     from warprock.running.catalogue import write_case
     from warprock.tables.terminal import print_end

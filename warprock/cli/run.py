@@ -23,7 +23,7 @@ from warprock.cli.options import (
 from warprock.cli.pages import asked_command, on_case
 from warprock.cli.signatures import help_of
 from warprock.cli.study import run_study_of
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 
 if TYPE_CHECKING:
     from warprock.running.case_run import CaseRun
@@ -78,7 +78,7 @@ def run(
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
     if cheapest and not estimate:
-        raise InputError("--no-estimate", "", "given", "must be left out with --cheapest")
+        raise InputError("--no-estimate", "", Said("given"), "must be left out with --cheapest")
     found, _engine = call(
         api.run,
         case,

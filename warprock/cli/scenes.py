@@ -97,7 +97,7 @@ def _motion(folder: pathlib.Path, lane: int, interval: float) -> SceneMotion:
     Raises:
         InputError: There is no such lane, or it would take too many pictures.
     """
-    from warprock.errors import InputError
+    from warprock.errors import InputError, Said
     from warprock.findings.kinds import shapes
     from warprock.running.results import PROVENANCE
     from warprock.running.scene_motion import run_of_folder, scene_motion
@@ -116,7 +116,7 @@ def _motion(folder: pathlib.Path, lane: int, interval: float) -> SceneMotion:
     pictures = int(max(case.durations) / interval)
     if pictures > MOST_FRAMES:
         allowed = f"must make at most {MOST_FRAMES:,} pictures: a higher --speed or a lower --rate"
-        raise InputError("--rate", "", f"{pictures:,} pictures", allowed)
+        raise InputError("--rate", "", Said(f"{pictures:,} pictures"), allowed)
     if ran:
         return scene_motion(run, lane, interval)
     return scene_motion(run_of_lane(plan, lane), 0, interval)

@@ -22,8 +22,7 @@ from warprock.drawings.outline import (
     require_outlines,
 )
 from warprock.drawings.sections import Surface, convex_corners, plane_sections
-from warprock.errors import InputError
-from warprock.quantity import Said
+from warprock.errors import InputError, Said
 
 HOLDS = "an Assembly or a BlockModel of COMPAS, or a list of its meshes"
 

@@ -23,8 +23,7 @@ from warprock.drawings.outline import (
     require_few,
     require_outlines,
 )
-from warprock.errors import InputError
-from warprock.quantity import Said
+from warprock.errors import InputError, Said
 
 EXTRA = "dxf"
 """The extra of ours that brings what reads drawings."""

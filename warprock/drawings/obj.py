@@ -14,8 +14,7 @@ from warprock.drawings.outline import (
     require_outlines,
 )
 from warprock.drawings.sections import AXES, FLAT, PLANES, Surface, X, Y, Z, convex_corners
-from warprock.errors import InputError
-from warprock.quantity import Said
+from warprock.errors import InputError, Said
 
 HOLDS = "faces (f) in one plane, a block each, named by objects (o) or groups (g)"
 

@@ -10,8 +10,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from warprock.errors import InputError
-from warprock.quantity import NOTHING, Said
+from warprock.errors import NOTHING, InputError, Said
 
 Array = npt.NDArray[np.float64]
 

@@ -119,7 +119,7 @@ class Assembly(KernelEngine):
 
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
-        """It runs no single blocks and no stacks, which others run faster."""
+        """Why it does not run a scene: others run single blocks and stacks faster."""
         if scene.bonded and not scene.spatial and scene.contact_point_count > 2 * LARGE:
             return (
                 f"{cls.name} runs bonded joints (assembly.joint_tensile_strength) in assemblies of "

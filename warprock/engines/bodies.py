@@ -77,7 +77,7 @@ class Corners:
         return np.asarray(np.hypot(self.x, self.z).max(axis=1))
 
     def fastest_rate(self, gyration: Array) -> Array:
-        """Largest rate 1 / [s] at which a body falls about one of its corners, shape [lane].
+        """Largest rate at which a body falls about one of its corners [1/s], shape [lane].
 
         sqrt(g R / (k^2 + R^2)), R the distance of the corner, k^2 the gyration; largest at R = k.
         """
@@ -122,7 +122,7 @@ class Corners:
 
 
 def rotate_lever(x: Array, z: Array, rotation: Array) -> tuple[Array, Array]:
-    """Rotates a lever clockwise."""
+    """A lever [m] turned clockwise by a rotation [rad], its x and z: arrays of one shape."""
     s, c = np.sin(rotation), np.cos(rotation)
     return x * c + z * s, z * c - x * s
 

@@ -139,7 +139,7 @@ class Dem(KernelEngine):
         return None
 
     def kernel_lanes(self, lanes: Lanes, motions: GroundMotions) -> Lanes:
-        """Its kernel of boxes, which have springs all along their faces, knows such a base."""
+        """Lanes as they are: the kernel of boxes knows a base that moves upwards."""
         return lanes
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:

@@ -174,7 +174,7 @@ class Found:
     drums: Rows | None = None
 
     def above_ground(self, block_count: int) -> Found:
-        """The same of the highest blocks alone: kernels may have the ground as their first body."""
+        """What is left of the highest blocks: a kernel may have the ground as its first body."""
         own = slice(-block_count, None)
         history, places = (
             None if part is None else part[:, own] for part in (self.history, self.places)

@@ -162,7 +162,7 @@ def _spatial_slides(stacks: SpatialLanes, attitude: Array, places: Array) -> Arr
 
 
 def _body_slides(stacks: SpatialLanes, attitude: Array, places: Array) -> Array:
-    """The same of bodies, [lane, 1, sample, 2]: mean of the points that touch."""
+    """Slides of bodies [m], mean of the points that touch, shape [lane, 1, sample, 2]."""
     body = body_of(stacks)
     points, stood = body.points_in_block_axes, standing_places(stacks)
     seen = rotate(attitude[:, 0, :, None], points[:, None]) + places[:, 0, :, None]

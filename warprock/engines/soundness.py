@@ -340,7 +340,7 @@ def _gained_in_space(
     rigid: Mask | bool,
     complete: bool,
 ) -> Mask:
-    """The same of blocks in space, where no account says what contacts gave back."""
+    """Where blocks in space gained so: no account says there what contacts gave back."""
     found = find_exploded(lanes, held, -account.lost)
     if lanes.stacked or lanes.thrown:
         return found

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import SampleTimes
@@ -64,7 +64,7 @@ def require_workload(
     cure = "a longer time step, or a shorter run"
     if step[lane] < engine.settings.time_step:
         cure = "heavier or larger blocks, softer contacts, or a shorter run"
-    raise InputError(source, f"lane {first + lane}", f"{needed:.2g} steps", allowed + cure)
+    raise InputError(source, f"lane {first + lane}", Said(f"{needed:.2g} steps"), allowed + cure)
 
 
 def step_limit(

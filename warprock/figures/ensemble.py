@@ -79,8 +79,8 @@ def _message(case: Case, table: pd.DataFrame, blocks: Mapping[str, str]) -> str:
             100.0 * float(table[f"overturned_{end}"].iloc[most]) for end in ("low", "high")
         )
         return (
-            f"{int(np.sum(share > 0.0))} of {len(table)} cells have members that overturn, most of "
-            f"them {100.0 * share[most]:.3g} % ({low:.3g} to {high:.3g} %: {_cell(case, most)})"
+            f"Members overturn in {int(np.sum(share > 0.0))} of {len(table)} cells, most often at "
+            f"{_cell(case, most)}: {100.0 * share[most]:.3g} % ({low:.3g} to {high:.3g} %)"
         )
     medians = {
         block: np.nan_to_num(table[f"{PEAK_RATIO}_median{end}"].to_numpy(float))

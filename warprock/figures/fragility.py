@@ -17,7 +17,7 @@ from warprock.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VER
 from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, style, subplots
 from warprock.findings.fits import WHY_NONE
-from warprock.findings.measures import Measure, measure
+from warprock.findings.intensities import Measure, measure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -20,7 +20,7 @@ from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLACK, BLUE, GREY, ORANGE
 from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, legend_below, style, subplots
-from warprock.findings.measures import Measure, measure
+from warprock.findings.intensities import Measure, measure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

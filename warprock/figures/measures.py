@@ -39,7 +39,7 @@ def draw_measures(found: Measures, title: str) -> list[Drawing]:
 
 
 def bare_measures(found: Measures) -> Drawing | None:
-    """The same without its title, for a page that has one; None where no factor is known."""
+    """The factors without a title, for a page that has one; None where no factor is known."""
     known = [each for each in found.effects if np.isfinite(each.factor)]
     if not known:
         return None

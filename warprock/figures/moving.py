@@ -368,7 +368,7 @@ def _solids(axes: Axes) -> Any:
 
 
 def _hull(points: Array) -> Array:
-    """Those of some points of the picture that the others lie between, going round."""
+    """The points of a picture that all others lie between, going round: the convex hull."""
     return np.concatenate([lower_hull(points), -lower_hull(-points)])
 
 

@@ -108,7 +108,7 @@ def _about(found: OverturningMap) -> str:
         f"{found.run.case.title}; {found.run.response.engine}, tan \N{GREEK SMALL LETTER ALPHA} = "
         f"{', '.join(tangents)}{kept}\n"
         f"grid of {len(lanes):,} lanes, {len(found.boundaries):,} boundaries to "
-        f"{found.accuracy:g} of their height"
+        f"{found.accuracy:g} of their strength"
     )
 
 

@@ -12,7 +12,7 @@ from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLACK, BLUE, DARK, FALLEN, ORANGE
 from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, legend_below, style, subplots
-from warprock.findings.measures import measure
+from warprock.findings.intensities import measure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

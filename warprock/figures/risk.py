@@ -16,7 +16,7 @@ from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLACK, DASHES, SERIES
 from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, legend_below, style, subplots
-from warprock.findings.measures import measure
+from warprock.findings.intensities import measure
 from warprock.findings.risk import once_in
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 SHEET = pathlib.Path(__file__).with_suffix(".mplstyle")
 
-SHORT_ROTATION_LABEL = "rotation /\nslenderness [-]"
+SHORT_ROTATION_LABEL = "rotation /\nslend. angle [-]"
 TIME_LABEL = "time [s]"
 
 TITLE: dict[str, Any] = {"fontsize": 11.0, "fontweight": "bold", "color": "#000000"}

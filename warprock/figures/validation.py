@@ -16,7 +16,7 @@ from warprock.figures.fragility import gathered
 from warprock.figures.palette import DARK, GREY, ORANGE, engine_marks
 from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, legend_below, style, subplots
-from warprock.findings.measures import measure
+from warprock.findings.intensities import measure
 from warprock.running.cells import wilson_interval
 from warprock.verification.settings import plain_name
 from warprock.verification.validation import Judged, Shaking, Validation

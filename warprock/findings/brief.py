@@ -12,8 +12,8 @@ from warprock.analysis.incremental import Ladder
 from warprock.analysis.risk import Risk, chance_within
 from warprock.findings.digits import number_of, quantity_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
-from warprock.findings.measures import measure
-from warprock.findings.mitigation import (
+from warprock.findings.intensities import measure
+from warprock.findings.measures import (
     RATE_SHAPE,
     TABLE,
     best_measure,

@@ -33,7 +33,7 @@ _WANTED = (
 """Columns of lanes that a page shows, of those that a comparison has."""
 
 
-def find_comparison(case: Case, found: Mapping[str, Any], show: Callable[[], None]) -> Finding:
+def find_compare(case: Case, found: Mapping[str, Any], show: Callable[[], None]) -> Finding:
     """What a comparison came to.
 
     Args:
@@ -50,10 +50,10 @@ def find_comparison(case: Case, found: Mapping[str, Any], show: Callable[[], Non
     # Programs of others and the oracle are no engines: `run` chooses one then.
     by = ["-e", plain_name(engine)] if engine and plain_name(engine) in SETTINGS else []
     then = shlex.join(["warprock", "run", where, *by, "-o", "results"])
-    return dataclasses.replace(tell_comparison(facts, tables), said=found, then=then, show=show)
+    return dataclasses.replace(tell_compare(facts, tables), said=found, then=then, show=show)
 
 
-def tell_comparison(facts: Facts, tables: Tables) -> Finding:
+def tell_compare(facts: Facts, tables: Tables) -> Finding:
     """What a comparison came to, of its facts and table."""
     table, names = tables[TABLE], facts["engines"]
     shown = table[[name for name in _WANTED if name in table]] if "cell" not in table else table
@@ -100,7 +100,7 @@ def _costs(rows: list[dict[str, Any]]) -> pd.DataFrame:
 
 COMPARISON = Kind(
     (TABLE,),
-    tell_comparison,
+    tell_compare,
     "asked",
     {
         "asked": CASE,
@@ -157,11 +157,11 @@ def _engines(table: pd.DataFrame) -> Iterator[tuple[str, list[str]]]:
             continue
         counts = f"{counted(len(off), 'row')}, lanes and blocks" if "block" in rows else ""
         counts = counts or f"{counted(len(off), 'lane')} in which Housner holds"
+        middle, most = (number_of(name, float(value)) for value in (np.median(off), off.max()))
         yield (
-            f"{engine} is within {three(float(off.max()))} of the slenderness angle of "
-            f"{reference} over the whole run, {three(float(np.median(off)))} in the median of "
-            f"{counts}.",
-            [str(engine), reference, f"{len(off):,}", *map(three, (np.median(off), off.max()))],
+            f"{engine} is within {most} of the slenderness angle of {reference} over the whole "
+            f"run, {middle} in the median of {counts}.",
+            [str(engine), reference, f"{len(off):,}", middle, most],
         )
 
 

@@ -140,12 +140,27 @@ def number_of(column: str, value: float | None) -> str:
 
     >>> number_of("overturning_factor", 1.23456), number_of("chance", 0.0456)
     ('1.235', '4.6')
+    >>> number_of("error_5s_ratio", 0.0123), number_of("error_5s_ratio", 4.88e-7)
+    ('0.012', '4.9e-7')
     """
     if value is None or math.isnan(value):
         return MISSING
     shown = DIGITS.get(column, MEASURED)
-    text = format(shown.size * value, shown.form) if shown.form else three(shown.size * value)
-    return three(float(text)) if shown.grouped else text
+    if not shown.form:
+        return three(shown.size * value)
+    text = format(shown.size * value, shown.form)
+    return three(float(text)) if shown.grouped else _plain_power(text)
+
+
+def _plain_power(text: str) -> str:
+    """A number with the power of ten that Python gives it as `three` writes that, or without it."""
+    mantissa, _e, power = text.partition("e")
+    if not power:
+        return text
+    if -3 <= int(power) <= 3:
+        digits = len(mantissa.partition(".")[2])
+        return f"{float(text):.{max(0, digits - int(power))}f}"
+    return f"{mantissa}e{int(power)}"
 
 
 def cell_of(column: str, value: float | None) -> str:

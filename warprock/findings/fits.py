@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from warprock.findings.digits import number_of, value_of
-from warprock.findings.measures import Measure, measure
+from warprock.findings.intensities import Measure, measure
 from warprock.findings.numbers import three
 
 FITTED = "fitted"

@@ -14,7 +14,7 @@ from warprock.analysis.risk_functions import PERIOD
 from warprock.findings.digits import number_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.fits import FITTED, LIMIT, fit_cells, fit_sentences, fits_headline
-from warprock.findings.measures import measure
+from warprock.findings.intensities import measure
 from warprock.findings.numbers import counted, listed
 from warprock.findings.sheets import Heading, Sheet, heading, sheet_of
 from warprock.model.undecided import UNDECIDED

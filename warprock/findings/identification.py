@@ -34,7 +34,7 @@ COLUMNS = {
 }
 
 
-def find_identified(found: Identified, source: str, column: str) -> Finding:
+def find_identify(found: Identified, source: str, column: str) -> Finding:
     """What a history of free rocking came to.
 
     Args:
@@ -43,7 +43,7 @@ def find_identified(found: Identified, source: str, column: str) -> Finding:
         column: The column of the rotation.
     """
     facts = {"identified": _facts(found), "history": source, "column": column}
-    return tell_identified(plain(facts), {SWINGS: swing_table(found)})
+    return tell_identify(plain(facts), {SWINGS: swing_table(found)})
 
 
 def _facts(found: Identified) -> dict[str, Any]:
@@ -87,7 +87,7 @@ def swing_table(found: Identified) -> pd.DataFrame:
     return declared(table, COLUMNS)
 
 
-def tell_identified(facts: Facts, tables: Tables) -> Finding:
+def tell_identify(facts: Facts, tables: Tables) -> Finding:
     """What a history came to, of its facts and its swings."""
     found = facts["identified"]
     return Finding(
@@ -105,7 +105,7 @@ def tell_identified(facts: Facts, tables: Tables) -> Finding:
 _NUMBER = (float, None)
 IDENTIFIED = Kind(
     (SWINGS,),
-    tell_identified,
+    tell_identify,
     "identified",
     {
         "identified": {

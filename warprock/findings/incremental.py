@@ -23,7 +23,7 @@ from warprock.findings.digits import number_of, value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.fits import fit_cells, fit_sentences
 from warprock.findings.fragility import median_heading
-from warprock.findings.measures import measure
+from warprock.findings.intensities import measure
 from warprock.findings.numbers import counted, listed
 from warprock.findings.sheets import Heading, Sheet, heading, sheet_of
 from warprock.model.words import thing_of
@@ -60,9 +60,7 @@ def analysis_facts(found: Analysis) -> dict[str, Any]:
     }
 
 
-def find_analysis(
-    found: Analysis, case: Case, groups: Sequence[Capacities], intensity: str
-) -> Finding:
+def find_ida(found: Analysis, case: Case, groups: Sequence[Capacities], intensity: str) -> Finding:
     """What an incremental analysis came to.
 
     Args:
@@ -77,14 +75,14 @@ def find_analysis(
         "curves": run_rows(found, intensity),
         "fragility": capacity_rows(groups),
     }
-    return tell_analysis(
+    return tell_ida(
         {"case": case_facts(case), **facts, "intensity": intensity, **surroundings(case)},
         tables,
         {"case": case.name, "intensity": intensity, **facts},
     )
 
 
-def tell_analysis(facts: Facts, tables: Tables, said: Facts | None = None) -> Finding:
+def tell_ida(facts: Facts, tables: Tables, said: Facts | None = None) -> Finding:
     """What an incremental analysis came to, of its facts and tables."""
     lanes, rows, intensity = tables["capacities"], tables["fragility"], str(facts["intensity"])
     groups = list(map(str, rows.columns[: list(rows.columns).index("lanes")]))
@@ -122,7 +120,7 @@ def tell_analysis(facts: Facts, tables: Tables, said: Facts | None = None) -> Fi
 
 INCREMENTAL = Kind(
     ("capacities", "fragility"),
-    tell_analysis,
+    tell_ida,
     "incremental",
     {
         "case": CASE,

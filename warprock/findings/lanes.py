@@ -78,8 +78,15 @@ def falling(table: Table) -> int:
     return int((among(table, "outcome", ["rocking"]) & (peak_ratio(table) > FAR)).sum())
 
 
-def lane_name(facts: Mapping[str, Any], table: Table, row: int) -> str:
-    """A lane by number and by what sets it apart: `lane 8 (slip, frequency 3 Hz)`."""
+def lane_name(facts: Mapping[str, Any], table: Table, row: int, thing: str = "lane") -> str:
+    """A lane by number and by what sets it apart: `lane 8 (slip, frequency 3 Hz)`.
+
+    Args:
+        facts: What `run.json` holds.
+        table: The lane table, or that of the cells of an ensemble.
+        row: Number of its row.
+        thing: What a row is, and the column of its number: lane or cell.
+    """
     parts, given = [], asked.units_given(facts["case"])
     for name in asked.naming_columns(facts, table):
         value = np.asarray(table[name])[row]
@@ -89,7 +96,7 @@ def lane_name(facts: Mapping[str, Any], table: Table, row: int) -> str:
         else:
             unit, size = given.get(name, (head.unit, 1.0))
             parts.append(f"{head.text} {three(size * float(value))} {unit}".strip())
-    number = f"lane {int(np.asarray(table['lane'])[row]):,}"
+    number = f"{thing} {int(np.asarray(table[thing])[row]):,}"
     return f"{number} ({', '.join(parts)})" if parts else number
 
 

@@ -51,8 +51,10 @@ def find_explanation(found: Mapping[str, Any], show: Show) -> Finding:
     ]
     able = any(not each["declines"] for each in engines)
     name = found["engine"]["engine"]
-    runs = f"{name} runs them unless another engine is named" if able else "no engine runs them"
-    lanes = counted(found["lanes"], "lane")
+    lanes, them = counted(found["lanes"], "lane"), "it" if found["lanes"] == 1 else "them"
+    runs = f"{name} runs {them} unless another engine is named"
+    if not able:
+        runs = f"no engine runs {them}"
     return Finding(
         kind="What a case requires",
         facts={},

@@ -187,7 +187,7 @@ def _mode_sheet(group: str, grid: pd.DataFrame, boundaries: pd.DataFrame) -> She
     return Sheet(
         f"Modes by strength{f': {group}' if group else ''}",
         [
-            Heading("omega_p / p", "", BOUNDARY_COLUMNS["frequency_ratio"][1]),
+            Heading("omega_p/p", "", BOUNDARY_COLUMNS["frequency_ratio"][1]),
             Heading("a_p / (g tan alpha) and the mode from there on", "", ""),
         ],
         rows,

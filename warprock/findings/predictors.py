@@ -13,7 +13,7 @@ from warprock.analysis.predictors import SUFFICIENT, Predictors, slices
 from warprock.analysis.risk_functions import PERIOD
 from warprock.findings.digits import number_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
-from warprock.findings.measures import measure
+from warprock.findings.intensities import measure
 from warprock.findings.numbers import counted, three
 from warprock.findings.sheets import Heading, Sheet
 

@@ -19,7 +19,7 @@ from warprock.analysis.risk import (
 from warprock.findings.digits import number_of, quantity_of, value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.fits import FITTED, LIMIT, MOST_FITS, WHY_NONE, worst_limit
-from warprock.findings.measures import measure
+from warprock.findings.intensities import measure
 from warprock.findings.numbers import three
 from warprock.findings.sheets import Heading, Sheet, sheet_of
 

@@ -56,7 +56,7 @@ def tell_run(
     lanes, cells = tables[LANE_TABLE], tables.get(CELL_TABLE)
     kind, sentences, sheets = "Run", run_sentences(facts, lanes, finest_step), []
     if cells is not None:
-        kind, sentences = "Ensemble", [*sentences, *cell_sentences(cells)]
+        kind, sentences = "Ensemble", [*sentences, *cell_sentences(facts, cells)]
         sheets.append(sheet_of("Cells of the ensemble", cells, file=CELL_TABLE))
     sheets.append(lane_sheet(facts, lanes, file=LANE_TABLE, folded=bool(sheets)))
     return Finding(
@@ -103,6 +103,8 @@ def peak_sentences(facts: Mapping[str, Any], table: Table) -> list[str]:
     if not len(up):
         return ["No lane with usable numbers stayed up."]
     top = int(up[np.argmax(ratio[up])])
+    if ratio[top] == 0.0:
+        return ["No block that stayed up rotated."]
     where = ""
     if len(table) > 1:
         where = f", in {lane_name(facts, table, top)}"
@@ -285,10 +287,11 @@ def way_sentences(facts: Mapping[str, Any], table: Table) -> list[str]:
     return [f"{text}."]
 
 
-def cell_sentences(table: Table) -> list[str]:
+def cell_sentences(facts: Mapping[str, Any], table: Table) -> list[str]:
     """The cell of an ensemble that overturns most often.
 
     Args:
+        facts: What `run.json` holds.
         table: What `running.cells.cell_table` gives.
     """
     if "overturned" not in table or not len(table):
@@ -301,8 +304,9 @@ def cell_sentences(table: Table) -> list[str]:
     if share[row] == 0.0:
         text = f"No member of any of the {len(table):,} cells overturned"
         return [f"{text}; with 95 % confidence at most {three(100 * high)} % do in a cell."]
+    name = lane_name(facts, table, row, "cell")
     return [
-        f"Of the {len(table):,} cells, cell {row} overturns most often: "
+        f"Of the {len(table):,} cells, {name} overturns most often: "
         f"{three(100.0 * float(share[row]))} % of its members (95 % interval "
         f"{three(100 * low)} to {three(100 * high)} %)."
     ]

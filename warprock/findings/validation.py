@@ -44,18 +44,18 @@ SURE = 0.05
 """Chance below which two predictors are said to differ."""
 
 
-def find_validation(found: Validation) -> Finding:
+def find_validate(found: Validation) -> Finding:
     """What a validation came to; its files are every test, the scores, and a text."""
     facts = validation_facts(found)
     tables = {TABLE: test_table(found), SCORE_TABLE: pd.DataFrame(facts["scores"])}
     return dataclasses.replace(
-        tell_validation(facts, tables),
+        tell_validate(facts, tables),
         texts={MARKDOWN: "\n".join(markdown_lines(facts)) + "\n"},
         then=f"warprock run {_typed(found)} -e {plain_name(found.engines[0].name)} -o results/run",
     )
 
 
-def tell_validation(facts: Facts, tables: Tables) -> Finding:
+def tell_validate(facts: Facts, tables: Tables) -> Finding:
     """What a validation came to, of its facts and tables."""
     about = facts["validation"]
     notes = [f"Note: {text}." for text in left_out(facts)]
@@ -90,7 +90,7 @@ def tell_validation(facts: Facts, tables: Tables) -> Finding:
 
 VALIDATION = Kind(
     (TABLE,),
-    tell_validation,
+    tell_validate,
     "validation",
     {
         "case": CASE,

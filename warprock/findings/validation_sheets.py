@@ -36,7 +36,7 @@ def sections(facts: Facts) -> list[Sheet]:
 
 
 def markdown_lines(facts: Facts) -> Iterator[str]:
-    """The same as Markdown, with what its numbers mean."""
+    """The tables of a validation as Markdown, with what their numbers mean."""
     yield from (f"# {one_line(facts['case']['title'])}: held to tests", "")
     yield from (facts["sentence"], "", counts_sentence(facts), "")
     for section in sections(facts):

@@ -10,7 +10,7 @@ import numpy as np
 from warprock.analysis.verdict import Verdict
 from warprock.findings.digits import number_of, quantity_of, value_of
 from warprock.findings.finding import Facts, Finding, Kind, Tables
-from warprock.findings.measures import measure
+from warprock.findings.intensities import measure
 from warprock.findings.numbers import counted, three
 from warprock.findings.sheets import Heading, Sheet, sheet_of
 from warprock.model.response import FALLEN_NAMES, USABLE_NAMES

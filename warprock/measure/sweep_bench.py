@@ -17,8 +17,7 @@ from typing import Any
 
 from warprock.case.sampling import MOST_POINTS
 from warprock.engines import preferred_engines, reference_engine
-from warprock.errors import InputError
-from warprock.quantity import Said
+from warprock.errors import InputError, Said
 
 CASE = "record-sample"
 """Shipped case whose sample is enlarged."""

@@ -17,14 +17,13 @@ import numpy as np
 import pandas as pd
 
 from warprock.engines import ENGINES, engine_class
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.measure.price import LEVELS
 from warprock.measure.trade_knobs import TRADE_KNOBS, Settings
 from warprock.measure.trade_scenes import TRADE_SCENES, lane_errors
 from warprock.model.batch import Batch
 from warprock.model.response import SOUND, Response, SampleTimes
 from warprock.model.scene import scene_kind
-from warprock.quantity import Said
 from warprock.running import machine
 from warprock.running.batch import LANE_QUANTUM, run_batch
 from warprock.running.case_run import PRECISIONS, require_choice

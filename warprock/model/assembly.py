@@ -223,11 +223,11 @@ class Assemblies:
     room: tuple[int, int, int] | None = None
 
     def of(self, lane: int) -> Assembly:
-        """That of a lane."""
+        """The assembly of a lane."""
         return self.kinds[int(self.lane[lane])]
 
     def take(self, lanes: slice | Places) -> Assemblies:
-        """Those of some lanes, by slice or by number."""
+        """The assemblies of some lanes, by slice or by number."""
         used, place = np.unique(self.lane[lanes], return_inverse=True)
         kinds = tuple(self.kinds[kind] for kind in used)
         return Assemblies(kinds, place.reshape(-1), self._most)

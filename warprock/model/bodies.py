@@ -173,7 +173,7 @@ class Bodies:
 
     @property
     def slenderness_angles_across(self) -> Array:
-        """The same to -y and to +y, of bodies in space."""
+        """Rotation of unstable balance in space to -y and to +y [rad], shape [lane, 2]."""
         return self._balance(self.points_in_block_axes[..., 1:])
 
     @property

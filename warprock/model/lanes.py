@@ -282,7 +282,7 @@ class SpatialLanes(Lanes):
 
     @property
     def slenderness_angle_across(self) -> Array:
-        """The same about the nearer edge at the ends of its depth [rad]."""
+        """Critical angle of every block about the nearer edge at the ends of its depth [rad]."""
         if self.assembly is not None:
             return self.assembly.slenderness_angle
         if self.body is not None:

@@ -83,7 +83,7 @@ def body_limit(body: Bodies) -> Array:
 
 
 def spatial_limit(body: Bodies, tilt: Array) -> Array:
-    """The same of bodies in space that tilt up to an angle [rad], shape [lane].
+    """The same friction of bodies in space that tilt up to an angle [rad], shape [lane].
 
     With n the vertical in the principal axes, p the point that then is lowest and J the inverse
     inertia for unit mass, an impulse along n moves that point by c = n + J (p x n) x p: the limit

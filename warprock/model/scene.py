@@ -108,6 +108,8 @@ class SceneKind:
             ]
         if self.motion is MotionKind.STILL:
             parts += ["ground motion: the base stands still"]
+        if self.held:
+            return tuple(parts)
         if self.block_count == 1:
             parts += ["contact between blocks: there is one, and it touches its base alone"]
         parts += [

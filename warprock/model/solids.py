@@ -384,7 +384,7 @@ def _parted(corners: Array, surfaces: _Surfaces, a: int, b: int) -> float:
 
 
 def _parting(corners: Array, surfaces: _Surfaces, pairs: tuple[Places, Places]) -> Array:
-    """The same of pairs of blocks, shape [pair]."""
+    """Distance of pairs of blocks across the face that parts them most [m], shape [pair]."""
     found = np.full(len(pairs[0]), -np.inf)
     for one, other in (pairs, pairs[::-1]):
         along = np.einsum("pfi,pci->pfc", surfaces.normals[one], corners[other])

@@ -10,18 +10,15 @@ upright or falls.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.integrate import solve_ivp
-from scipy.optimize import minimize_scalar
 
 from warprock.model.response import SampleTimes, Status
 from warprock.oracle.block_base import BaseSegment
 from warprock.oracle.block_mechanics import Vector, cross, turned
-from warprock.oracle.block_swings import ABSOLUTE_TOLERANCE, IMPACT_LIMIT, friction_for
+from warprock.oracle.lane_run import LaneRun, ends_at, friction_for, looks_in
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -31,8 +28,6 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 PHASE = 0.2
 """Longest step of DOP853 times the fastest rate: its dense output, on which events lie, is of a
 lower order."""
-LOOKS = np.linspace(0.0, 1.0, 9)
-"""Parts of a step at which the contact force is looked at."""
 JUST_BEFORE = 1e-12
 """A solve shorter than this part of the run got nowhere; an event at a lean lies so far before it
 [rad]."""
@@ -41,7 +36,7 @@ LET_OFF = 0.05
 where the block is upright."""
 
 
-class BedRun:
+class BedRun(LaneRun):
     """One lane's run: the state and what has happened so far."""
 
     def __init__(
@@ -64,6 +59,7 @@ class BedRun:
             friction: Of the contact; beyond its angle and the slenderness angle contacts are not
                 judged.
         """
+        super().__init__(times, rtol)
         width, height, self.thickness = sizes
         self.mass = density * width * height * self.thickness
         self.inertia = self.mass * (width * width + height * height) / 12.0
@@ -77,22 +73,12 @@ class BedRun:
         lightness = 1.0 / self.mass + 0.25 * width**2 / self.inertia
         swing = math.sqrt(self.stiffness * area * lightness)
         self.longest = PHASE / max(swing, self.damping * area * lightness)
-        self.times, self.duration, self.rtol = times.times, times.duration, rtol
-        self.rotation = np.full(len(self.times), np.nan)
-        self.filled = 0
-        self.time = 0.0
         self.sunk = self.mass * GRAVITY / (self.stiffness * area)
         # Place of the centre, turn to -x, their rates, and the energy that dampers took.
         self.state: Array = np.array([0.0, 0.5 * height - self.sunk, 0.0, 0.0, 0.0, 0.0, 0.0])
         self.pressed = [True, True]
         self.side = 1
-        self.overturned, self.status = False, Status.OK
-        self.peak, self.peak_time, self.friction_needed = 0.0, 0.0, 0.0
-        self.impacts: list[float] = []
-        self.uplift_time, self.rest_time = math.nan, 0.0
-        self.evaluations = 0
         self.fall_tilt = math.atan2(width, height) + math.atan(min(friction, 1.0))
-        self.acceleration: Callable[[float], Vector] = lambda _time: (0.0, 0.0)
 
     @property
     def flat(self) -> bool:
@@ -197,35 +183,24 @@ class BedRun:
         """What stops a solve, and what is noted on its way."""
         events = [self._corner(0), self._corner(1)]
         if upright:
-            events.append(_event(lambda _t, y: -self.side * y[2], "upright"))
-        events.append(_event(lambda _t, y: 0.5 * math.pi + self.side * y[2], "fall"))
+            events.append(ends_at(lambda _t, y: -self.side * y[2], "upright"))
+        events.append(ends_at(lambda _t, y: 0.5 * math.pi + self.side * y[2], "fall"))
         # A little before, so that the contact is judged at the end.
         judged = self.fall_tilt - JUST_BEFORE
         if -self.side * float(self.state[2]) < judged - JUST_BEFORE:
-            events.append(_event(lambda _t, y: judged + self.side * y[2], "judged"))
-        turn = _event(lambda _t, y: -self.side * y[5], "turn")
+            events.append(ends_at(lambda _t, y: judged + self.side * y[2], "judged"))
+        turn = ends_at(lambda _t, y: -self.side * y[5], "turn")
         turn.terminal = False
         return [*events, turn]
 
     def _corner(self, corner: int) -> Any:
         """The event of a corner that lifts off, or dips in."""
         down = 1.0 if self.pressed[corner] else -1.0
-        return _event(lambda _t, y: down * self._depth(corner, y), "corner", corner)
+        return ends_at(lambda _t, y: down * self._depth(corner, y), "corner", corner)
 
     def _solve(self, stop: float, upright: bool) -> None:
         events = self._events(upright)
-        found: Any = solve_ivp(
-            self._derivative,
-            (self.time, stop),
-            self.state,
-            method="DOP853",
-            rtol=self.rtol,
-            atol=ABSOLUTE_TOLERANCE,
-            max_step=self.longest,
-            events=events,
-            dense_output=True,
-        )
-        self.evaluations += found.nfev
+        found = self._solved(self.state, stop, self.longest, events)
         for time in found.t_events[-1]:
             self._note(float(time), found.sol(time))
         self._judge(found)
@@ -249,17 +224,13 @@ class BedRun:
             self._fill(math.inf, lambda times: np.full(len(times), turn))
         elif event.kind == "corner":
             whole, touching = self.flat, any(self.pressed)
-            self.pressed[event.corner] = not self.pressed[event.corner]
+            self.pressed[event.what] = not self.pressed[event.what]
             if whole:
-                self.rest_time = math.nan
-                if math.isnan(self.uplift_time):
-                    self.uplift_time = self.time
+                self._note_uplift(self.time)
             if self.flat:
                 self.rest_time = self.time
             if self.flat or not touching:
-                self.impacts.append(self.time)
-            if len(self.impacts) >= IMPACT_LIMIT:
-                self.status = Status.EVENT_LIMIT
+                self._note_impact()
 
     def _judge(self, found: Any) -> None:
         """Notes the friction that the contact needs on a way."""
@@ -267,47 +238,17 @@ class BedRun:
         def needed(time: float) -> float:
             state = found.sol(time)
             lean, rate = -self.side * state[2], -self.side * state[5]
-            if lean >= self.fall_tilt and rate >= 0.0:
+            if self._falls(lean, rate):
                 return 0.0
             force, moment, _ = self._push(state)
             return friction_for((self._sideways(state, moment, self.acceleration(time)[0]), force))
 
-        times = np.unique(found.t[:-1, None] + LOOKS * np.diff(found.t)[:, None]).tolist()
-        looks = [needed(time) for time in times]
-        at = int(np.argmax(looks))
-        self.friction_needed = max(self.friction_needed, looks[at])
-        if 0 < at < len(times) - 1 and looks[at] < math.inf:
-            most = 1e3 * looks[at]
-            top = minimize_scalar(
-                lambda time: -min(needed(time), most),
-                bounds=(times[at - 1], times[at + 1]),
-                method="bounded",
-            )
-            self.friction_needed = max(self.friction_needed, -float(top.fun))
+        self._look_at(needed, looks_in(found).tolist())
 
     def _note(self, time: float, state: Array) -> None:
         """Notes a rotation."""
-        if abs(float(state[2])) > self.peak:
-            self.peak, self.peak_time = abs(float(state[2])), time
-
-    def _fill(self, stop: float, rotation: Callable[[Array], Array]) -> None:
-        """Fills the samples before a time."""
-        end = int(np.searchsorted(self.times, stop, side="right"))
-        if end > self.filled:
-            self.rotation[self.filled : end] = rotation(self.times[self.filled : end])
-            self.filled = end
+        self._note_peak(time, abs(float(state[2])))
 
     def finish(self) -> None:
         """Counts where the run ends as a candidate for the peak."""
         self._note(self.time, self.state)
-
-
-def _event(function: Callable[[float, Array], float], kind: str, corner: int = -1) -> Any:
-    """An event of `solve_ivp` that ends it where a function falls to zero."""
-
-    def event(time: float, state: Array) -> float:
-        return function(time, state)
-
-    event.terminal, event.direction, event.kind = True, -1.0, kind  # type: ignore[attr-defined]
-    event.corner = corner  # type: ignore[attr-defined]
-    return event

@@ -16,28 +16,19 @@ from scipy.optimize import brentq, minimize_scalar
 
 from warprock.model.response import SampleTimes, Status
 from warprock.oracle.block_base import BaseSegment
-from warprock.oracle.block_mechanics import PivotingBlock, Vector
+from warprock.oracle.block_mechanics import PivotingBlock
+from warprock.oracle.lane_run import ABSOLUTE_TOLERANCE, LaneRun, friction_for
 
 Array = npt.NDArray[np.float64]
 
-ABSOLUTE_TOLERANCE = 1e-14
-"""Absolute tolerance of tilt [rad] and tilt rate [rad/s]."""
 REST_ROTATION_RATIO = 1e-9
 """Threshold of the rest rule, a part of the slenderness angle."""
-IMPACT_LIMIT = 100_000
-"""Impacts after which a run stops with `Status.EVENT_LIMIT`."""
 FIRST_STEP = 0.1
 """Longest first step of a swing [s]; DOP853 chooses the others itself."""
 SHORTEST_STEP = 1e-9
 """A first step this short [s] that does not lift the block shows that it has not lifted."""
 ROOT_TOLERANCE = 4.0 * float(np.finfo(np.float64).eps)
 """Relative tolerance of a root, the smallest that `brentq` takes."""
-
-
-def friction_for(force: Vector) -> float:
-    """Friction that a force or an impulse of the base needs; infinite where it pulls."""
-    along, upwards = force
-    return abs(along) / upwards if upwards > 0.0 else math.inf
 
 
 def root_between(function: Callable[[float], float], low: float, high: float) -> float:
@@ -49,7 +40,7 @@ def root_between(function: Callable[[float], float], low: float, high: float) ->
     return found
 
 
-class BlockRun:
+class BlockRun(LaneRun):
     """One lane's run: the state and what has happened so far.
 
     Attributes:
@@ -69,20 +60,11 @@ class BlockRun:
             rtol: Relative tolerance of DOP853.
             friction: Of the contact, which only says from where on a fall is not judged.
         """
-        self.friction_needed = 0.0
+        super().__init__(times, rtol)
         self.fall_tilt = block.critical_tilt + math.atan(min(friction, 1.0))
-        self.block, self.rtol, self.duration = block, rtol, times.duration
-        self.times = times.times
-        self.rotation = np.full(len(self.times), np.nan)
-        self.filled = 0
-        self.time, self.side, self.tilt, self.rate = 0.0, 1, 0.0, 0.0
-        self.flat, self.overturned, self.status = True, False, Status.OK
-        self.peak, self.peak_time = 0.0, 0.0
-        self.impacts: list[float] = []
-        self.uplift_time, self.rest_time = math.nan, 0.0
-        self.energy_lost, self.evaluations = 0.0, 0
-        self.step_hint = math.inf
-        self.acceleration: Callable[[float], Vector] = lambda _time: (0.0, 0.0)
+        self.block, self.flat = block, True
+        self.side, self.tilt, self.rate = 1, 0.0, 0.0
+        self.energy_lost, self.step_hint = 0.0, math.inf
 
     @property
     def laid(self) -> float:
@@ -130,16 +112,7 @@ class BlockRun:
 
     def _leave(self, time: float, side: int, rate: float) -> None:
         self.flat, self.side, self.tilt, self.rate = False, side, 0.0, rate
-        self.rest_time = math.nan
-        if math.isnan(self.uplift_time):
-            self.uplift_time = time
-
-    def _need(self, friction: float) -> None:
-        self.friction_needed = max(self.friction_needed, friction)
-
-    def _falls(self, tilt: float, rate: float) -> bool:
-        """Whether the block falls whatever its contact does: that is not judged."""
-        return tilt >= self.fall_tilt and rate >= 0.0
+        self._note_uplift(time)
 
     def _judge(self, dense: Callable[[Any], Array], begin: float, end: float) -> None:
         """Notes the friction that the contact needs in a part of a step."""
@@ -164,18 +137,6 @@ class BlockRun:
             )
             self._need(-float(best.fun))
         self._need(found[top])
-
-    def _note_peak(self, time: float, tilt: float) -> None:
-        if tilt > self.peak:
-            self.peak, self.peak_time = tilt, time
-
-    def _fill(self, stop: float, values: Callable[[Array], Array]) -> None:
-        """Fills the histories up to a time from a function of times."""
-        end = int(np.searchsorted(self.times, stop, side="right"))
-        if end > self.filled:
-            part = slice(self.filled, end)
-            self.rotation[part] = values(self.times[part])
-            self.filled = end
 
     def _wait(self, stop: float, scan: float) -> None:
         """Keeps the block flat until an overturning moment lifts it, or until `stop`."""
@@ -340,7 +301,7 @@ class BlockRun:
     def _impact(self, time: float, rate: float) -> None:
         """The free corner meets the base: pivot on it, or rest."""
         self.time, self.tilt = time, 0.0
-        self.impacts.append(time)
+        self._note_impact()
         after = self.block.rate_after_impact(self.side, min(rate, 0.0))
         if rate < 0.0:
             self._need(friction_for(self.block.impact_impulse(self.side, rate, after)))
@@ -349,8 +310,6 @@ class BlockRun:
             after = 0.0
         self.energy_lost += self.block.kinetic_energy(rate) - self.block.kinetic_energy(after)
         self.side, self.rate = -self.side, after
-        if len(self.impacts) >= IMPACT_LIMIT:
-            self.status = Status.EVENT_LIMIT
 
     def _tail(self, time: float, before: float, after: float) -> float:
         """Time that the impacts left out by the rest rule would take [s].

@@ -18,19 +18,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 from warprock.model.hold import Hold
 from warprock.model.response import SampleTimes, Status
 from warprock.oracle.block_base import BaseSegment
 from warprock.oracle.block_mechanics import PivotingBlock, Vector, cross, turned
-from warprock.oracle.block_swings import (
-    ABSOLUTE_TOLERANCE,
-    IMPACT_LIMIT,
-    REST_ROTATION_RATIO,
-    friction_for,
-)
+from warprock.oracle.block_swings import REST_ROTATION_RATIO
+from warprock.oracle.lane_run import LaneRun, ends_at, friction_for, looks_in
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -43,8 +38,6 @@ LEAST_HOP = 1e-14
 """Step [s] that is taken though the block does not seem to move."""
 AT_CORNER = 1e-12
 """Distance of a tie from a corner of its force [m] from which on it has come to it."""
-LOOKS = np.linspace(0.0, 1.0, 9)
-"""Parts of a step at which the contact force is looked at."""
 
 
 @dataclasses.dataclass
@@ -114,7 +107,7 @@ class HeldLoad(NamedTuple):
     stays: bool
 
 
-class HeldRun:
+class HeldRun(LaneRun):
     """One lane's run: the state and what has happened so far."""
 
     def __init__(
@@ -136,21 +129,13 @@ class HeldRun:
             rtol: Relative tolerance of DOP853.
             friction: Of the contact, which only says from where on a fall is not judged.
         """
-        self.block, self.rtol, self.duration = block, rtol, times.duration
+        super().__init__(times, rtol)
+        self.block, self.flat = block, True
         self.ties, self.load, self.wall, self.rebound = hold_of_lane(hold, lane, block)
-        self.times = times.times
-        self.rotation = np.full(len(self.times), np.nan)
-        self.filled = 0
-        self.time, self.theta, self.omega = 0.0, 0.0, 0.0
+        self.theta, self.omega, self.lost = 0.0, 0.0, 0.0
         self.side = -self.wall or 1
-        self.flat, self.overturned, self.status = True, False, Status.OK
-        self.peak, self.peak_time, self.friction_needed = 0.0, 0.0, 0.0
-        self.impacts: list[float] = []
-        self.uplift_time, self.rest_time = math.nan, 0.0
-        self.lost, self.evaluations = 0.0, 0
         self.peak_tie_force, self.peak_tie_elongation = 0.0, 0.0
         self.fall_tilt = block.critical_tilt + math.atan(min(friction, 1.0))
-        self.acceleration: Callable[[float], Vector] = lambda _time: (0.0, 0.0)
 
     @property
     def sides(self) -> tuple[int, ...]:
@@ -258,32 +243,15 @@ class HeldRun:
 
     def _leave(self, time: float, side: int) -> None:
         self.flat, self.side, self.theta, self.omega = False, side, 0.0, 0.0
-        self.rest_time = math.nan
-        if math.isnan(self.uplift_time):
-            self.uplift_time = time
-
-    def _need(self, friction: float) -> None:
-        self.friction_needed = max(self.friction_needed, friction)
-
-    def _falls(self, tilt: float, rate: float) -> bool:
-        """Whether the block falls whatever its contact does: that is not judged."""
-        return tilt >= self.fall_tilt and rate >= 0.0
+        self._note_uplift(time)
 
     def _note(self) -> None:
         """Notes the rotation and the ties where the block is."""
-        if abs(self.theta) > self.peak:
-            self.peak, self.peak_time = abs(self.theta), self.time
+        self._note_peak(self.time, abs(self.theta))
         for tie in self.ties:
             stretch = self._stretch(tie, self.side, self.theta)
             self.peak_tie_elongation = max(self.peak_tie_elongation, stretch)
             self.peak_tie_force = max(self.peak_tie_force, abs(tie.force(stretch)))
-
-    def _fill(self, stop: float, rotation: Callable[[Array], Array]) -> None:
-        """Fills the samples before a time."""
-        end = int(np.searchsorted(self.times, stop, side="right"))
-        if end > self.filled:
-            self.rotation[self.filled : end] = rotation(self.times[self.filled : end])
-            self.filled = end
 
     def _wait(self, stop: float, scan: float) -> None:
         """Keeps the block flat until a moment lifts it, or until `stop`."""
@@ -322,20 +290,8 @@ class HeldRun:
     def _derivative(self, time: float, state: npt.NDArray[Any]) -> tuple[float, float]:
         return float(state[1]), self._bend(self.side, float(state[0]), time)
 
-    def _solve(self, stop: float, events: list[Any] | None = None) -> Any:
-        found = solve_ivp(
-            self._derivative,
-            (self.time, stop),
-            (self.theta, self.omega),
-            method="DOP853",
-            rtol=self.rtol,
-            atol=ABSOLUTE_TOLERANCE,
-            max_step=LONGEST,
-            events=events,
-            dense_output=True,
-        )
-        self.evaluations += found.nfev
-        return found
+    def _follow(self, stop: float, events: list[Any] | None = None) -> Any:
+        return self._solved((self.theta, self.omega), stop, LONGEST, events)
 
     def _swing(self, stop: float) -> None:
         """Follows the block one way: until it turns back, lands, falls, or a tie changes."""
@@ -352,15 +308,15 @@ class HeldRun:
             self._hop(stop, towards)
             if self.time >= stop:
                 return
-        events = [_event(lambda _t, y: towards * y[1], "turn")]
+        events = [ends_at(lambda _t, y: towards * y[1], "turn")]
         if outwards:
-            events.append(_event(lambda _t, y: 0.5 * math.pi - self.side * y[0], "fall"))
+            events.append(ends_at(lambda _t, y: 0.5 * math.pi - self.side * y[0], "fall"))
             # A little before, so that the contact is judged at the end.
             judged = self.fall_tilt - AT_CORNER
             if self.side * self.theta < judged - AT_CORNER:
-                events.append(_event(lambda _t, y: judged - self.side * y[0], "judged"))
+                events.append(ends_at(lambda _t, y: judged - self.side * y[0], "judged"))
         else:
-            events.append(_event(lambda _t, y: self.side * y[0], "land"))
+            events.append(ends_at(lambda _t, y: self.side * y[0], "land"))
         for tie in self.ties:
             stretches = tie.side * towards < 0.0
             now = self._stretch(tie, self.side, self.theta)
@@ -368,7 +324,7 @@ class HeldRun:
                 ahead = corner - now if stretches else now - corner
                 if ahead > AT_CORNER:
                     events.append(self._corner(tie, corner, stretches))
-        found = self._solve(stop, events)
+        found = self._follow(stop, events)
         happened = next(
             (e for e, times in zip(events, found.t_events, strict=True) if len(times)), None
         )
@@ -384,11 +340,12 @@ class HeldRun:
     def _corner(self, tie: HeldTie, corner: float, stretches: bool) -> Any:
         """The event of a tie that comes to a corner of its force."""
         sign = 1.0 if stretches else -1.0
-        event = _event(
-            lambda _t, y: sign * (corner - self._stretch(tie, self.side, float(y[0]))), "corner"
+        snaps = tie if stretches and corner == tie.longest else None
+        return ends_at(
+            lambda _t, y: sign * (corner - self._stretch(tie, self.side, float(y[0]))),
+            "corner",
+            snaps,
         )
-        event.snaps = tie if stretches and corner == tie.longest else None
-        return event
 
     def _happen(self, event: Any) -> None:
         if event.kind == "turn":
@@ -401,8 +358,8 @@ class HeldRun:
             self.theta, self.overturned = math.copysign(0.5 * math.pi, self.side), True
             self._note()
             self._fill(math.inf, lambda times: np.full(len(times), self.theta))
-        elif event.snaps is not None:
-            event.snaps.snap(self.time)
+        elif event.what is not None:
+            event.what.snap(self.time)
 
     def _outwards(self, stop: float) -> bool | None:
         """Whether the block turns outwards; None where round-off took it for lifted."""
@@ -412,7 +369,7 @@ class HeldRun:
             return self.side * self._bend(self.side, self.theta, self.time) > 0.0
         step = min(stop - self.time, LONGEST)
         while step > SHORTEST:
-            theta, omega = self._solve(self.time + step).y[:, -1]
+            theta, omega = self._follow(self.time + step).y[:, -1]
             if self.side * theta > 0.0 and self.side * omega > 0.0:
                 return True
             step *= 0.25
@@ -424,7 +381,7 @@ class HeldRun:
         flight = 0.5 * abs(self.omega) / -bend if bend < 0.0 else math.inf
         step = min(stop - self.time, LONGEST, flight or LONGEST)
         while True:
-            found = self._solve(self.time + step)
+            found = self._follow(self.time + step)
             theta, omega = found.y[:, -1].tolist()
             onwards = towards * (theta - self.theta) > 0.0 and towards * omega > 0.0
             up = self.side * theta > 0.0 and self._same_forces(theta)
@@ -459,27 +416,12 @@ class HeldRun:
             pull, mass = self._moment(self.side, theta)[1], self.block.mass
             return friction_for((mass * along - pull, mass * upwards + self.load.weight))
 
-        times = np.unique(found.t[:-1, None] + LOOKS * np.diff(found.t)[:, None])
-        self._look_at(needed, times.tolist())
-
-    def _look_at(self, needed: Callable[[float], float], times: list[float]) -> None:
-        """Notes the largest friction that is needed at some times, and at the crest among them."""
-        looks = [needed(time) for time in times]
-        at = int(np.argmax(looks))
-        self._need(looks[at])
-        if 0 < at < len(times) - 1 and looks[at] < math.inf:
-            most = 1e3 * looks[at]
-            top = minimize_scalar(
-                lambda time: -min(needed(time), most),
-                bounds=(times[at - 1], times[at + 1]),
-                method="bounded",
-            )
-            self._need(-float(top.fun))
+        self._look_at(needed, looks_in(found).tolist())
 
     def _impact(self) -> None:
         """The block comes back: it goes on about its other corner, or rebounds, or rests."""
         before = abs(self.omega)
-        self.impacts.append(self.time)
+        self._note_impact()
         self.theta = 0.0
         for tie in self.ties:
             tie.settle(self._stretch(tie, self.side, 0.0))
@@ -496,8 +438,6 @@ class HeldRun:
             after = 0.0
         self.lost += self.block.kinetic_energy(before) - self.block.kinetic_energy(after)
         self.omega = self.side * after
-        if len(self.impacts) >= IMPACT_LIMIT:
-            self.status = Status.EVENT_LIMIT
 
     def _tail(self, rate: float, kept: float) -> float:
         """Time that the impacts left out by the rest rule would take [s]."""
@@ -553,17 +493,6 @@ def _ties(hold: Hold, lane: int, block: PivotingBlock) -> list[HeldTie]:
             )
         )
     return found
-
-
-def _event(function: Callable[[float, Array], float], kind: str) -> Any:
-    """An event of `solve_ivp` that ends it where a function falls to zero."""
-
-    def event(time: float, state: Array) -> float:
-        return function(time, state)
-
-    event.terminal, event.direction, event.kind = True, -1.0, kind  # type: ignore[attr-defined]
-    event.snaps = None  # type: ignore[attr-defined]
-    return event
 
 
 def _first_of_last_step(found: Any, events: list[Any], happened: Any) -> Any:

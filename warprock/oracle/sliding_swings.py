@@ -21,12 +21,11 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, linprog
 
 from warprock.model.lanes import Lanes
@@ -34,8 +33,9 @@ from warprock.model.motion import GroundMotions, SpatialMotions, UprightMotions
 from warprock.model.response import SampleTimes, Status
 from warprock.oracle.block_base import BaseSegment, base_segments
 from warprock.oracle.block_mechanics import PivotingBlock, Vector, turned
-from warprock.oracle.block_swings import ABSOLUTE_TOLERANCE, IMPACT_LIMIT, REST_ROTATION_RATIO
+from warprock.oracle.block_swings import REST_ROTATION_RATIO
 from warprock.oracle.held_swings import AT_CORNER, LONGEST, HeldTie, hold_of_lane
+from warprock.oracle.lane_run import LaneRun, ends_at, looks_in
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -76,7 +76,7 @@ class Answer(NamedTuple):
     along: float
 
 
-class SlidingRun:
+class SlidingRun(LaneRun):
     """One lane's run: state, contacts, and what has happened so far."""
 
     def __init__(self, lanes: Lanes, lane: int, times: SampleTimes, rtol: float) -> None:
@@ -88,6 +88,7 @@ class SlidingRun:
             times: Duration and sampling.
             rtol: Relative tolerance of DOP853.
         """
+        super().__init__(times, rtol)
         width, height, depth, density, friction = (
             float(getattr(lanes, name)[lane])
             for name in ("width", "height", "depth", "density", "friction")
@@ -95,7 +96,7 @@ class SlidingRun:
         block = PivotingBlock(width, height, depth, density, None)
         self.half_width, self.half_height = 0.5 * width, 0.5 * height
         self.masses = np.array([block.mass, block.mass, block.central_inertia])
-        self.friction, self.rtol, self.duration = friction, rtol, times.duration
+        self.friction = friction
         assert lanes.hold is not None
         held = hold_of_lane(lanes.hold, lane, block)
         self.ties, self.load, self.wall, self.rebound = held
@@ -108,21 +109,14 @@ class SlidingRun:
         if self.wall:
             self.points["low"] = (side * self.half_width, -self.half_height)
             self.points["high"] = (side * self.half_width, self.half_height)
-        self.times = times.times
-        self.rotation = np.full(len(self.times), np.nan)
         self.x = np.full(len(self.times), np.nan)
-        self.filled, self.evaluations = 0, 0
-        self.time, self.status, self.overturned = 0.0, Status.OK, False
         self.hops = True
         # x, z, angle, their rates, and what friction has taken.
         self.state = np.array([0.0, self.half_height, 0.0, 0.0, 0.0, 0.0, 0.0])
         self.grip = Grip(tuple(self.points), 0)
         self.still = True
-        self.impacts: list[float] = []
-        self.peak, self.peak_slide, self.lost = 0.0, 0.0, 0.0
-        self.rest_time, self.uplift_time, self.tail = 0.0, math.nan, 0.0
+        self.peak_slide, self.lost, self.tail = 0.0, 0.0, 0.0
         self.peak_tie_force, self.peak_tie_elongation = 0.0, 0.0
-        self.acceleration: Callable[[float], Vector] = lambda _time: (0.0, 0.0)
 
     # Where points are, and what acts.
 
@@ -418,14 +412,14 @@ class SlidingRun:
         for name in self.points:
             if name in self.grip.points:
                 found.append(
-                    _event(lambda t, y, n=name: self._answer(t, y).normal[n], "open", name)
+                    ends_at(lambda t, y, n=name: self._answer(t, y).normal[n], "open", name)
                 )
             else:
                 # A foot turns away from its wall with the square of the lean, and what touches
                 # without speed parts with that of the time: round-off at first.
                 least = NOISE if name == "low" or name in resting else 0.0
                 found.append(
-                    _event(lambda _t, y, n=name, e=least: self._gap(n, y) + e, "touch", name)
+                    ends_at(lambda _t, y, n=name, e=least: self._gap(n, y) + e, "touch", name)
                 )
         if self.grip.sticks:
             for sign in (1, -1):
@@ -435,31 +429,31 @@ class SlidingRun:
                     carried = sum(answer.normal[name] for name in on_base)
                     return self.friction * carried - sign * answer.along
 
-                found.append(_event(margin, "slide", -sign))
+                found.append(ends_at(margin, "slide", -sign))
         elif on_base:
             corner, slip = on_base[-1], self.grip.slip
             found.append(
-                _event(
+                ends_at(
                     lambda _t, y: slip * float(self._row(corner, y, along=True)[0] @ y[3:6]),
                     "stop",
                     corner,
                 )
             )
         for side in (1, -1):
-            found.append(_event(lambda _t, y, s=side: 0.5 * math.pi + s * y[2], "fall", side))
+            found.append(ends_at(lambda _t, y, s=side: 0.5 * math.pi + s * y[2], "fall", side))
         soon = self.state.copy()
         soon[3:6] += AHEAD * self._accelerations(self.time + AHEAD, self.state, self.grip)
         for tie in self.ties:
             way = 1.0 if self._stretch_rate(tie, soon) > 0.0 else -1.0
             found.append(
-                _event(lambda _t, y, e=tie, w=way: w * self._stretch_rate(e, y), "turn", tie)
+                ends_at(lambda _t, y, e=tie, w=way: w * self._stretch_rate(e, y), "turn", tie)
             )
             now = self._stretch(tie, self.state)
             for bend in tie.corners():
                 if way * (bend - now) > AT_CORNER:
                     snaps = tie if way > 0.0 and bend == tie.longest else None
                     found.append(
-                        _event(
+                        ends_at(
                             lambda _t, y, e=tie, w=way, c=bend: w * (c - self._stretch(e, y)),
                             "corner",
                             snaps,
@@ -483,23 +477,11 @@ class SlidingRun:
         if self.hops:
             stop, self.hops = min(stop, self.time + self._hop()), False
         events = self._events()
-        found: Any = solve_ivp(
-            self._derivative,
-            (self.time, stop),
-            self.state,
-            method="DOP853",
-            rtol=self.rtol,
-            atol=ABSOLUTE_TOLERANCE,
-            max_step=LONGEST,
-            events=events,
-            dense_output=True,
-        )
-        self.evaluations += found.nfev
+        found = self._solved(self.state, stop, LONGEST, events)
         happened = [e for e, times in zip(events, found.t_events, strict=True) if len(times)]
         self._fill(found.t[-1], lambda times: found.sol(times))
         self.time, self.state = float(found.t[-1]), found.y[:, -1].copy()
-        looks = np.unique(found.t[:-1, None] + np.linspace(0.0, 1.0, 9) * np.diff(found.t)[:, None])
-        for state in found.sol(looks).T:
+        for state in found.sol(looks_in(found)).T:
             self._note(state)
         self._note(self.state)
         if happened:
@@ -560,11 +542,10 @@ class SlidingRun:
             self._settle(abs(float(before[2])))
         for tie in self.ties:
             tie.settle(self._stretch(tie, self.state))
-        self.impacts += [self.time] * hit
+        if hit:
+            self._note_impact()
         self.lost += 0.5 * float(self.masses @ (before**2 - self.state[3:6] ** 2))
         self.lost += 0.5 * float(self.masses[0]) * step * float(before[0] - self.state[3])
-        if len(self.impacts) >= IMPACT_LIMIT:
-            self.status = Status.EVENT_LIMIT
 
     def _take(
         self, touching: set[str], target: dict[str, float], speed: float, before: Array
@@ -665,14 +646,9 @@ class SlidingRun:
             self.peak_tie_elongation = max(self.peak_tie_elongation, stretch)
             self.peak_tie_force = max(self.peak_tie_force, abs(tie.force(stretch)))
 
-    def _fill(self, stop: float, states: Callable[[Array], Array]) -> None:
-        """Fills the samples before a time."""
-        end = int(np.searchsorted(self.times, stop, side="right"))
-        if end > self.filled:
-            found = states(self.times[self.filled : end])
-            self.rotation[self.filled : end] = -found[2]
-            self.x[self.filled : end] = found[0]
-            self.filled = end
+    def _take_samples(self, part: slice, values: Array) -> None:
+        self.rotation[part] = -values[2]
+        self.x[part] = values[0]
 
     @property
     def tie_energy_lost(self) -> float:
@@ -722,14 +698,3 @@ def slide(lanes: Lanes, motions: GroundMotions, lane: int, times: SampleTimes) -
 def _at(lever: Vector, force: Vector) -> Array:
     """A force at a lever from the centre: along x and z, and its moment."""
     return np.array([force[0], force[1], lever[0] * force[1] - lever[1] * force[0]])
-
-
-def _event(function: Any, kind: str, what: Any) -> Any:
-    """An event of `solve_ivp` that ends it where a function falls to zero."""
-
-    def event(time: float, state: Array) -> float:
-        return float(function(time, state))
-
-    event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
-    event.kind, event.what = kind, what  # type: ignore[attr-defined]
-    return event

@@ -20,7 +20,8 @@ from scipy.optimize import brentq
 from warprock.model.response import SampleTimes
 from warprock.model.strip import LAID, Strip
 from warprock.oracle.block_mechanics import PivotingBlock, Vector, turned
-from warprock.oracle.block_swings import BlockRun, friction_for, root_between
+from warprock.oracle.block_swings import BlockRun, root_between
+from warprock.oracle.lane_run import friction_for
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -228,11 +229,11 @@ class StripWall(PivotingBlock):
         return _worse(self._forces(side, tilt, rate, base_acceleration))
 
     def step_impulse(self, side: int, tilt: float, velocity_step: Vector) -> Vector:
-        """Likewise, of impulses at a velocity step [N s]."""
+        """Impulse at base or hinge at a velocity step [N s]: that which needs more friction."""
         return _worse(self._step(side, tilt, velocity_step))
 
     def impact_impulse(self, side: int, before: float, after: float) -> Vector:
-        """Likewise, of an impact [N s]."""
+        """Impulse at base or hinge in an impact [N s]: that which needs more friction."""
         return _worse(self._impact(side, before, side * after))
 
     def kinetic_energy(self, rate: float) -> float:

@@ -35,7 +35,7 @@ FITTED = ((4.0, 4.0), (4.0, 5.0), (5.0, 3.0), (5.0, 4.0), (6.5, 2.0))
 OVERTURNED = ((4.0, 5.0), (5.0, 4.0))
 """Inputs of continuous sine under which the upper block fell in the tests, as Table 11 has it."""
 CEILING = 90.0 / REFERENCE_DEGREES
-"""Rotation ratio as which the paper enters a fall."""
+"""Rotation ratio that stands for a fall in the paper's tables."""
 
 
 @dataclasses.dataclass(frozen=True)

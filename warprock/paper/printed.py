@@ -57,7 +57,7 @@ def paper_columns(name: str) -> Columns:
 
 
 def paper_table(name: str) -> pd.DataFrame:
-    """The same as a DataFrame."""
+    """One table as printed, as a DataFrame; see `paper_columns`."""
     return paper_columns(name).frame
 
 

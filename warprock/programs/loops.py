@@ -113,7 +113,7 @@ def plain_loop(compiled: Callable[[Any], Any]) -> PlainLoop:
 
 
 def numba_loop() -> PlainLoop:
-    """The same, compiled by Numba.
+    """The loop of Runge-Kutta steps, compiled by Numba.
 
     Raises:
         ImportError: Numba is not installed; one line that says how to install it.

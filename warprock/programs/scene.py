@@ -341,7 +341,7 @@ def _starts(lanes: Lanes) -> tuple[Array, Array]:
 
 
 def _upright(lanes: Lanes) -> tuple[Array, Array]:
-    """The same of stacks with bodies that start upright."""
+    """Centres and attitudes of stacks with bodies at the start, where all stand upright."""
     x = np.cumsum(steps_along(lanes), axis=1)
     z = np.cumsum(lanes.height, axis=1) - lanes.height + centre_height(lanes)
     attitude = np.zeros((*x.shape, 4))

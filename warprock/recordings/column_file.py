@@ -22,9 +22,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from warprock.errors import InputError, list_allowed
+from warprock.errors import NOTHING, InputError, Said, list_allowed
 from warprock.model.motion import Control
-from warprock.quantity import NOTHING, Said
 from warprock.recordings.record import CONTROL_OF
 from warprock.recordings.rows import plain_columns
 from warprock.recordings.text_file import Channel, TextFile
@@ -39,6 +38,8 @@ with few digits."""
 MOTION_UNITS = "g, m/s^2, cm/s^2, gal, m/s, cm/s, m, cm or mm"
 """Units that an error names."""
 
+_COMMANDS = "`warprock records import` or `warprock init --record`"
+"""Commands that can say of a table what its header does not."""
 _TIMES = ("time", "t", "times", "zeit", "tiempo", "temps")
 _SEPARATORS = (",", ";", "\t", None)
 _WRITTEN = {"m_s2": "m/s^2", "cm_s2": "cm/s^2", "mm_s2": "mm/s^2", "m_s": "m/s", "cm_s": "cm/s"}
@@ -300,9 +301,6 @@ def _interval(file: str, asked: Reading, time: Column | None, values: Array | No
         )
         raise InputError(file, time.header, got, allowed)
     return interval
-
-
-_COMMANDS = "`warprock records import` or `warprock init --record`"
 
 
 def _motions(file: str, table: Table, asked: Reading) -> list[tuple[Column, Control, float]]:

@@ -8,7 +8,7 @@ References:
 
 from __future__ import annotations
 
-from warprock.quantity import NOTHING
+from warprock.errors import NOTHING
 from warprock.recordings.record import CONTROL_OF
 from warprock.recordings.text_file import Channel, TextFile
 from warprock.units import parse_any

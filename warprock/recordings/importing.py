@@ -11,9 +11,8 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from warprock.errors import InputError
+from warprock.errors import NOTHING, InputError, Said
 from warprock.processes import worker_processes
-from warprock.quantity import NOTHING, Said
 from warprock.recordings.column_file import Reading
 from warprock.recordings.loading import AS_WRITTEN, CHANNEL, load_readings, record_of
 from warprock.recordings.processing import Step

@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warprock.errors import InputError, list_allowed
-from warprock.quantity import AMPLITUDE, Said
+from warprock.errors import InputError, Said, list_allowed
+from warprock.quantity import AMPLITUDE
 from warprock.reading import read_bytes, reason
 from warprock.recordings import column_file, csmip, esm, fema_p695, geonet, knet, peer, sample_file
 from warprock.recordings.column_file import Reading

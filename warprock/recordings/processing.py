@@ -36,9 +36,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from warprock.errors import InputError, did_you_mean
+from warprock.errors import NOTHING, InputError, Said, did_you_mean
 from warprock.model.motion import Control
-from warprock.quantity import NOTHING
 from warprock.recordings.merging import DIFFERENTIATE, differentiate, merge
 from warprock.recordings.merging import ORDER as MERGE_ORDER
 from warprock.recordings.record import Record
@@ -193,7 +192,7 @@ def process(
             allowed = f"must be used on an acceleration: {DIFFERENTIATE} it first"
             if not wanted:
                 allowed = "must be used on a displacement or a velocity"
-            raise InputError(OPTION, step.name, f"a {motion.quantity} record", allowed)
+            raise InputError(OPTION, step.name, Said(f"a {motion.quantity} record"), allowed)
         try:
             motion = STEPS[step.name].apply(motion, *step.values)
         except ValueError as error:

@@ -18,8 +18,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from warprock.errors import InputError
-from warprock.quantity import NOTHING, Said
+from warprock.errors import NOTHING, InputError, Said
 from warprock.reading import read_bytes, reason
 from warprock.recordings.column_file import Column, Table, read_head, recognises
 from warprock.recordings.text_file import TextFile

@@ -17,9 +17,8 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from warprock.errors import InputError
+from warprock.errors import NOTHING, InputError, Said
 from warprock.model.motion import Control
-from warprock.quantity import NOTHING, Said
 from warprock.recordings.record import CONTROL_OF
 from warprock.recordings.rows import plain_column
 from warprock.recordings.text_file import Channel, TextFile

@@ -12,9 +12,8 @@ from typing import NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from warprock.errors import InputError
+from warprock.errors import NOTHING, InputError, Said
 from warprock.model.motion import Control
-from warprock.quantity import NOTHING, Said
 
 Array = npt.NDArray[np.float64]
 

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model.response import USABLE_NAMES, Outcome, Status
-from warprock.quantity import Said
 from warprock.running.lane_table import LANE_TABLE, PEAK_RATIO
 from warprock.running.results import CELL_TABLE
 from warprock.units import ENDINGS

@@ -12,7 +12,7 @@ import urllib.parse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.findings.kinds import shapes
 from warprock.reading import read_bytes, reason, require_plain
 from warprock.report.columns import require_columns
@@ -108,7 +108,7 @@ class ResultFolder:
             raise
         except (OSError, ValueError, pa.ArrowException) as error:
             why = reason(error) if isinstance(error, OSError) else str(error)
-            raise InputError(str(path), "", "the file", f"must be a table ({why})") from None
+            raise InputError(str(path), "", Said("the file"), f"must be a table ({why})") from None
         schema = arrow.schema
         # Column by column, each let go once it is there: no two tables at a time.
         table: pd.DataFrame = arrow.to_pandas(split_blocks=True, self_destruct=True)
@@ -182,7 +182,7 @@ def _png_words(path: pathlib.Path) -> tuple[str, str]:
         with PIL.Image.open(path) as image:
             words = image.info
     except OSError as error:
-        raise InputError(str(path), "", "the file", f"must be a figure: {error}") from None
+        raise InputError(str(path), "", Said("the file"), f"must be a figure: {error}") from None
     return str(words.get("Title", "")), str(words.get("Description", ""))
 
 

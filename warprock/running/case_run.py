@@ -18,10 +18,9 @@ from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.workload import require_workload
-from warprock.errors import InputError, list_allowed
+from warprock.errors import NOTHING, InputError, list_allowed
 from warprock.model.response import Response, SampleTimes, join_responses, take_lanes
 from warprock.model.words import lane_count_text
-from warprock.quantity import NOTHING
 from warprock.running.batch import require_room, run_batch
 from warprock.running.devices import require_device
 from warprock.running.lane_parts import Part, run_parts

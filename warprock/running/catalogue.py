@@ -78,7 +78,7 @@ def explain_case(case: Case) -> dict[str, Any]:
         },
         "scene": dataclasses.asdict(scene)
         | {
-            "why": _scene_text(scene),
+            "why": _scene_text(scene, several=len(set(inputs.columns.get("blocks", ()))) > 1),
             "left_out": list(scene.left_out),
             "friction_note": scene.friction_note,
             "replaced": round_base_note(inputs) or None,
@@ -197,19 +197,24 @@ def _size_note(case: Case, lanes: Lanes) -> list[str]:
     return found
 
 
-def _scene_text(scene: SceneKind) -> str:
-    """What a lane is, in words."""
+def _scene_text(scene: SceneKind, *, several: bool) -> str:
+    """What a lane is, in words.
+
+    Args:
+        scene: The scene.
+        several: Whether assemblies of different lanes have different numbers of blocks.
+    """
+    blocks = f"{'at most ' if several else ''}{scene.block_count} blocks that can move"
     if scene.assembly and scene.spatial:
         return (
-            f"an assembly in space of {scene.block_count} blocks that can move; blocks touch at "
-            "the corners of the polygons over which their faces overlap: the case "
-            f"{scene.spatial_because}"
+            f"an assembly in space of {blocks}; blocks touch at the corners of the polygons over "
+            f"which their faces overlap: the case {scene.spatial_because}"
         )
     if scene.assembly:
         return (
-            f"a planar assembly of {scene.block_count} blocks that can move; blocks touch at the "
-            "two ends of every edge that they share, and in assembly wherever they come to meet; "
-            "dem has no springs there, and says outside_model of a lane that would need them"
+            f"a planar assembly of {blocks}; blocks touch at the two ends of every edge that they "
+            "share, and in assembly wherever they come to meet; dem has no springs there, and says "
+            "outside_model of a lane that would need them"
         )
     if scene.held == ("strip",):
         return "a strip of wall between two floors, two planar bodies with a hinge between them"
@@ -230,8 +235,11 @@ def _scene_text(scene: SceneKind) -> str:
             touch = "which touch where the two faces of neighbours overlap, at eight points at most"
         blocks = "one rectangular block" if not scene.stacked else f"{scene.block_count} blocks"
         return f"{blocks} in space, {touch}: the case {scene.spatial_because}"
+    if scene.held == ("frame",):
+        return "columns capped by a beam, which rock as one planar block does"
     if not scene.stacked:
-        return "one planar rectangular block, which can touch its base at two corners"
+        held = f"; the case holds it by {' and '.join(scene.held)}" if scene.held else ""
+        return f"one planar rectangular block, which can touch its base at two corners{held}"
     return (
         f"a planar stack of {scene.block_count} rectangular blocks on a base; each touches what it "
         "stands on at the two ends of their common face at most"

@@ -214,7 +214,7 @@ class Companions:
         )
 
     def perturbed(self) -> Companions:
-        """The same with motions, and rotations at the start, that are larger by `PERTURBATION`."""
+        """Companions whose motions and rotations at the start are larger by `PERTURBATION`."""
         larger = 1.0 + PERTURBATION
         lanes = dataclasses.replace(self.lanes, rotation_start=self.lanes.rotation_start * larger)
         factors = np.full(self.lanes.lane_count, larger)

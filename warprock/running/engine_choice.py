@@ -111,14 +111,15 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     outside = outside_model(
         lane_set.lanes.take(chosen), lane_set.motions.take(chosen).scaled(factor), ends
     )
-    part = f"{outside} of {len(runs)} lanes" if outside else f"none of {len(runs)} lanes"
     whole = case.lane_count * len(factors)
+    part = "its lane" if whole == 1 else f"{outside or 'none'} of {len(runs)} lanes"
     if len(runs) < whole:
         part += f", spread over {whole:,},"
     if outside:
         why = f"in {part} Housner's block would slide or its base would have to pull it"
         return EngineChoice(contact, why, outside)
-    why = f"in {part} Housner's block would slide or be pulled"
+    would = "neither slide nor" if whole == 1 else "slide or"
+    why = f"in {part} Housner's block would {would} be pulled"
     return EngineChoice(analytical, why, outside)
 
 

@@ -15,8 +15,7 @@ import pathlib
 from collections.abc import Mapping
 from typing import Any
 
-from warprock.errors import InputError
-from warprock.quantity import Said
+from warprock.errors import InputError, Said
 from warprock.reading import read_bytes, reason
 from warprock.running.refinement import (
     FIRST_STEPS,
@@ -139,9 +138,11 @@ def read_object(path: pathlib.Path) -> dict[str, Any]:
         json.dumps(found, ensure_ascii=False).encode()
     except (OSError, ValueError, RecursionError) as error:
         why = reason(error) if isinstance(error, OSError) else str(error)
-        raise InputError(str(path), "", "the file", f"must be readable JSON ({why})") from None
+        raise InputError(
+            str(path), "", Said("the file"), f"must be readable JSON ({why})"
+        ) from None
     if not isinstance(found, dict):
-        raise InputError(str(path), "", "the file", "must hold a JSON object")
+        raise InputError(str(path), "", Said("the file"), "must hold a JSON object")
     return found
 
 

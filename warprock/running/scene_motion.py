@@ -17,7 +17,7 @@ import numpy.typing as npt
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.load import build_case
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model.assembly import SPACE
 from warprock.model.base_path import base_places
 from warprock.model.hull import hull_surface
@@ -449,7 +449,7 @@ def _facts(folder: pathlib.Path, shapes: Mapping[str, Shape]) -> dict[str, Any]:
         require_plain(file)
     except OSError:
         allowed = "must be what `warprock run -o DIR` writes"
-        raise InputError(str(file), "", "nothing readable", allowed) from None
+        raise InputError(str(file), "", Said("nothing readable"), allowed) from None
     facts = read_facts(file, shapes)
     require_shape(facts, RUN, str(file))
     return facts
@@ -472,10 +472,10 @@ def _steps(table: pathlib.Path, count: int) -> dict[str, Any]:
         column = pq.read_table(table, columns=["time_step_s"])["time_step_s"]
         steps = np.asarray(column.to_numpy(), dtype=np.float64)
     except (OSError, ValueError, TypeError) as error:
-        raise InputError(str(table), "", "nothing readable", allowed) from error
+        raise InputError(str(table), "", Said("nothing readable"), allowed) from error
     if steps.shape != (count,):
         allowed = f"must have {count:,} rows, the lanes of the case"
-        raise InputError(str(table), "", f"{len(steps):,} rows", allowed)
+        raise InputError(str(table), "", Said(f"{len(steps):,} rows"), allowed)
     if not np.all(steps > 0.0) or not np.all(np.isfinite(steps)):
         row = int(np.argmin((steps > 0.0) & np.isfinite(steps)))
         allowed = f"must be above 0 and finite (row {row})"

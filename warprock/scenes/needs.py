@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 
-from warprock.errors import InputError
-from warprock.quantity import Said
+from warprock.errors import InputError, Said
 
 NEEDS: dict[str, tuple[str, str]] = {
     "mp4": ("imageio_ffmpeg", "movie"),

@@ -11,9 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.figures.palette import SERIES
-from warprock.quantity import Said
 from warprock.running.files import replacing
 from warprock.running.scene_motion import SceneMotion
 from warprock.scenes.solids import GAP, GONE, Solid, solids

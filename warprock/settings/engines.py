@@ -266,7 +266,10 @@ class DemSettings:
     subcontacts_across: Annotated[
         int,
         SettingKey(
-            "for blocks in space: rows of such springs along the depth, spread likewise", 2, 16
+            "for blocks in space: rows of springs along the depth, spread as those along an "
+            "interface",
+            2,
+            16,
         ),
     ] = 5
     stiffness_damping: Annotated[

@@ -20,10 +20,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from warprock.case.lanes import LaneSet
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model.response import Response
 from warprock.model.undecided import UNDECIDED
-from warprock.quantity import Said
 from warprock.running.files import replacing
 from warprock.running.lane_table import LANE_TABLE, arrow_table, lane_table
 from warprock.running.parts import State, find_part, part_writer, read_part, write_part
@@ -98,10 +97,10 @@ def find_chunks(plan: Plan, folder: pathlib.Path, numbers: Iterable[int]) -> Ite
 
 
 def own_chunks(plan: Plan, folder: pathlib.Path, numbers: Iterable[int]) -> Iterator[Chunk]:
-    """The same, where no file of another plan is in the place of one: it must not be overwritten.
+    """The states of chunks; a file of another plan in the place of one must not be overwritten.
 
     Raises:
-        InputError: There is one.
+        InputError: There is such a file.
     """
     for chunk in find_chunks(plan, folder, numbers):
         if chunk.state is State.FOREIGN:
@@ -297,7 +296,7 @@ def _write_csv(
     path: pathlib.Path,
     progress: Callable[[int], None] | None,
 ) -> None:
-    """The same rows as text, in the form of the CSV table of a run."""
+    """Joins the chunks of a sweep as text, in the form of the CSV table of a run."""
     written = 0
     for table in _chunk_tables(plan, folder):
         rows = table.to_pandas()

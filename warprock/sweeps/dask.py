@@ -15,7 +15,7 @@ import threading
 from collections.abc import Iterator
 from typing import Any
 
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.running import machine
 from warprock.running.options import Progress
 from warprock.sweeps.plan import Plan, read_plan, require_same_software
@@ -35,7 +35,7 @@ def require_dask() -> None:
     """
     if importlib.util.find_spec("distributed") is None:
         allowed = 'needs the extra [dask]: python -m pip install "warprock[dask]"'
-        raise InputError("--scheduler", "", "dask is not installed", allowed)
+        raise InputError("--scheduler", "", Said("dask is not installed"), allowed)
 
 
 def run_on_dask(

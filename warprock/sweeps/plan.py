@@ -20,8 +20,7 @@ from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import build_case
 from warprock.case.text import MOST_CASE_BYTES, require_shallow
-from warprock.errors import InputError
-from warprock.quantity import NOTHING, Said
+from warprock.errors import NOTHING, InputError, Said
 from warprock.reading import read_bytes, reason
 from warprock.running import machine
 from warprock.running.case_run import require_options, require_support

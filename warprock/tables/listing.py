@@ -46,10 +46,11 @@ def print_explanation(found: Mapping[str, Any]) -> None:
     if scene["stacked"] or scene["spatial_because"] or scene["assembly"]:
         restitution = "from the contact laws of the engine"
     sampling = found["sample_interval_s"]
+    blocks, waveform = (found["inputs"].get(name) for name in ("blocks", "waveform"))
     facts = [
-        ("blocks", scene["block_count"]),
+        ("blocks", _spread_text(blocks) if blocks else scene["block_count"]),
         ("contact points", scene["contact_point_count"]),
-        ("ground motion", scene["motion"]),
+        ("ground motion", _spread_text(waveform) if waveform else "none"),
         ("angular restitution", restitution),
         ("lanes", f"{found['lanes']:,}"),
         ("duration", _duration_text(found)),
@@ -150,5 +151,6 @@ def _spread_text(spread: Mapping[str, Any]) -> str:
     if "values" in spread:
         shown = spread["values"]
         rest = spread.get("count", len(shown)) - len(shown)
-        return ", ".join(map(cell_text, shown)) + (f" and {rest:,} more" if rest else "")
+        texts = dict.fromkeys(map(cell_text, shown))
+        return ", ".join(texts) + (f" and {rest:,} more" if rest else "")
     return f"{cell_text(spread['from'])} to {cell_text(spread['to'])}, {spread['count']} values"

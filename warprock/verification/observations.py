@@ -24,8 +24,7 @@ import pandas as pd
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet
 from warprock.case.sweep_file import PARQUET, csv_texts, parquet_table
-from warprock.errors import InputError, did_you_mean, list_allowed
-from warprock.quantity import NOTHING, Said
+from warprock.errors import NOTHING, InputError, Said, did_you_mean, list_allowed
 from warprock.reading import read_bytes, reason
 from warprock.units import Dimension, allowed_text, parse_quantity
 
@@ -173,7 +172,7 @@ def _require_table(texts: pd.DataFrame, source: str) -> tuple[pd.DataFrame, str]
     """A table with rows and with columns that can be told apart."""
     texts.columns = pd.Index([str(name).strip() for name in texts.columns])
     for name in texts.columns[texts.columns.duplicated()]:
-        raise InputError(source, str(name), "the column again", "must be there once")
+        raise InputError(source, str(name), Said("the column again"), "must be there once")
     if texts.empty:
         raise InputError(source, "", Said("0 rows"), "must have at least one row")
     return texts, source
@@ -293,7 +292,7 @@ def _read_measured(table: pd.DataFrame, lane_set: LaneSet, source: str) -> dict[
         name = match["what"] + (f"_{match['block']}" if match["block"] else "")
         _require_quantity(match["what"], match["block"], lane_set, source, heading)
         if name in found:
-            raise InputError(source, heading, f"{name} again", "must be there once")
+            raise InputError(source, heading, Said(f"{name} again"), "must be there once")
         dimension = MEASURED[match["what"]]
         try:
             size = parse_quantity(f"1 {match['unit'] or ''}".strip(), dimension)
@@ -319,7 +318,7 @@ def _require_quantity(
     allowed = "must have no number of a block: the case has no stack"
     if lane_set.scene.stacked:
         allowed = f"must be from 1, the lowest block, to {blocks}"
-    raise InputError(source, heading, f"block {block}", allowed)
+    raise InputError(source, heading, Said(f"block {block}"), allowed)
 
 
 def _numbers(column: pd.Series[str], size: float, source: str, heading: str) -> Array:

@@ -11,9 +11,8 @@ import numpy.typing as npt
 from warprock.case.case import Case
 from warprock.case.check import OutcomesCheck
 from warprock.case.lanes import LaneSet
-from warprock.errors import InputError
+from warprock.errors import InputError, Said
 from warprock.model.response import Response, Status
-from warprock.quantity import Said
 from warprock.verification.check_row import CheckRow
 from warprock.verification.observations import ObservedTests, read_tests
 from warprock.verification.validation import Judged, judge

@@ -19,9 +19,8 @@ import pandas as pd
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet
 from warprock.case.text import data_folder
-from warprock.errors import InputError
+from warprock.errors import NOTHING, InputError, Said
 from warprock.model.response import Response
-from warprock.quantity import NOTHING, Said
 from warprock.reading import read_bytes, reason
 
 Array = npt.NDArray[np.float64]

@@ -19,7 +19,7 @@ from warprock.api.values import Column
 from warprock.api.work import HowHeld, working
 from warprock.arguments import at_the_door, listing, several
 from warprock.figures.incremental import draw_analysis, plot_analysis
-from warprock.findings.incremental import find_analysis
+from warprock.findings.incremental import find_ida
 from warprock.report.chosen import played_of_analysis
 
 
@@ -85,7 +85,7 @@ def ida(
         return Found(
             f"{case.name}: incremental dynamic analysis with {work.engine}",
             found,
-            functools.partial(find_analysis, found, case, groups, intensity),
+            functools.partial(find_ida, found, case, groups, intensity),
             functools.partial(draw_analysis, found, groups, intensity),
             (len(groups), draw),
             functools.partial(

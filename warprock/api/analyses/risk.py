@@ -30,7 +30,7 @@ from warprock.api.names import python_names
 from warprock.api.values import Age, Column, Length, Share
 from warprock.api.weights import AnyWeights, weights_of
 from warprock.arguments import at_the_door, listing, require_within, several
-from warprock.errors import InputError
+from warprock.errors import NOTHING, InputError
 from warprock.figures.risk import draw_risk, plot_risk
 from warprock.findings.risk import find_risk
 
@@ -143,7 +143,7 @@ def _named(table: Table | Sequence[Table] | Mapping[str, Table]) -> dict[str, Ta
     else:
         found = _named_in_turn(table)
     if not found:
-        raise InputError("table", "", "nothing", "must be at least one table")
+        raise InputError("table", "", NOTHING, "must be at least one table")
     return found
 
 
