@@ -248,7 +248,7 @@ class Laid:
         sides: The blocks of their places, shape [lane, WIDTH pack].
         couples, rows, order: Their numbers, those of their contacts and places of these in the
             list, see there.
-        couple, row: A meeting and a contact that are being written there, shape [lane, 1].
+        couple, row: A meeting and a contact that are being written there, shape [lane].
         colours, open: Of each block those of its meetings, and of each colour its last pack.
         weighted: Velocities of each block, and none after them, shape [lane, block + 2].
         scratch: Corners of polygons that are being cut, twice the most that
@@ -279,8 +279,8 @@ class Laid:
     sides: wp.array2d(dtype=Sides)
     couples: wp.array2d(dtype=real)
     rows: wp.array2d(dtype=real)
-    couple: wp.array2d(dtype=Couple)
-    row: wp.array2d(dtype=Row)
+    couple: wp.array(dtype=Couple)
+    row: wp.array(dtype=Row)
     order: wp.array2d(dtype=int)
     colours: wp.array2d(dtype=wp.int64)
     open: wp.array2d(dtype=int)

@@ -145,7 +145,7 @@ def fill_place(laid: Laid, lane: int, place: int, first: int, count: int):
     pack = laid.packs[lane, number]
     at = laid.contacts[lane, first]
     couple = couple_of(at, laid.hefts[lane, at.a], laid.hefts[lane, at.b])
-    laid.couple[lane, 0] = couple
+    laid.couple[lane] = couple
     numbers = wp.array(
         ptr=address_of(laid.couple.ptr, lane, COUPLE), shape=(COUPLE,), dtype=real
     )  # fmt: skip
@@ -156,7 +156,7 @@ def fill_place(laid: Laid, lane: int, place: int, first: int, count: int):
         listed = first + corner_at(turn, count)
         held = laid.impulses[lane, listed]
         row = row_of(laid.contacts[lane, listed], couple)
-        laid.row[lane, 0] = row
+        laid.row[lane] = row
         parts = wp.array(
             ptr=address_of(laid.row.ptr, lane, CONTACT), shape=(CONTACT,), dtype=real
         )  # fmt: skip

@@ -245,8 +245,6 @@ class Assembly(KernelEngine):
             "sides": packing.WIDTH * own_rows,
             "couples": packing.WIDTH * packing.COUPLE * own_rows,
             "rows": packing.NUMBERS * own_rows,
-            "couple": 1,
-            "row": 1,
             "order": packing.WIDTH * own_rows,
             "colours": own.most_parts + 1,
             "open": packing.COLOURS + 1,
@@ -255,6 +253,8 @@ class Assembly(KernelEngine):
         }
         for name, room in rooms.items():
             setattr(laid, name, wp.zeros((count, room), dtype=types[name], device=device))
+        for name in ("couple", "row"):
+            setattr(laid, name, wp.zeros(count, dtype=types[name], device=device))
         for name, field in module.Kept.vars.items():
             values = wp.zeros((count, own.most_parts), dtype=field.type.dtype, device=device)
             setattr(kept, name, values)
