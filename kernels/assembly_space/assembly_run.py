@@ -32,7 +32,6 @@ from warprock.kernels.assembly.meeting import (
 from warprock.kernels.assembly_space.block import (
     Block,
     Peak,
-    Trail,
     add_energy,
     extrapolate,
     heft_of,
@@ -43,6 +42,9 @@ from warprock.kernels.assembly_space.block import (
     turn_block,
 )
 from warprock.kernels.assembly_space.contact import (
+    Apart,
+    Couple,
+    Given,
     Heft,
     Impulse,
     Move,
@@ -50,6 +52,8 @@ from warprock.kernels.assembly_space.contact import (
     Row,
     Weighted,
     add_part,
+    apart_of,
+    give,
     inner,
     move_of,
     sweep_contact,
@@ -60,6 +64,7 @@ from warprock.kernels.assembly_space.finding import find_joint, find_pairs, list
 from warprock.kernels.assembly_space.meeting import Laid, Sides, Step, has_left, slip_of_joint
 from warprock.kernels.assembly_space.pace import decide, start_solve
 from warprock.kernels.assembly_space.packing import (
+    COUPLE,
     NUMBERS,
     WIDTH,
     fill_packs,
@@ -105,12 +110,12 @@ class Kept:
 
     Attributes:
         before: Velocities before the step.
-        trails: See `Trail`.
+        ends: Weighted velocities at the end of the last sweep.
         peaks: See `Peak`.
     """
 
     before: wp.array2d(dtype=Move)
-    trails: wp.array2d(dtype=Trail)
+    ends: wp.array2d(dtype=Weighted)
     peaks: wp.array2d(dtype=Peak)
 
 
@@ -167,6 +172,8 @@ def run_lanes(
     sides = rows(Sides, lanes=WIDTH)
     ya = rows(Weighted, lanes=WIDTH)
     yb = rows(Weighted, lanes=WIDTH)
+    apart = rows(Apart, lanes=WIDTH)
+    given = rows(Given, lanes=WIDTH)
     one = rows(Impulse, lanes=WIDTH)
     rest = rows(Rest, lanes=WIDTH)
     step = Step()
@@ -229,12 +236,11 @@ def run_lanes(
             laid.weighted[lane, k] = weighted_of(laid.hefts[lane, k], v)
         fill_packs(laid, lane, near, step)
         for k in range(count):
-            trail = Trail()
-            trail.y = laid.weighted[lane, k]
-            kept.trails[lane, k] = trail
+            kept.ends[lane, k] = laid.weighted[lane, k]
         solve = start_solve(live, knobs.settled, seen.speed)
         most = wp.where(number < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
         own_rows = lane * (laid.order.shape[1] // WIDTH)
+        own_packs = lane * laid.packs.shape[1]
         while solve.goes > 0:
             for i in range(WIDTH):
                 rest[i] = Rest()
@@ -245,6 +251,36 @@ def run_lanes(
                     sides[i] = laid.sides[lane, pack * WIDTH + i]
                     ya[i] = laid.weighted[lane, sides[i].a]
                     yb[i] = laid.weighted[lane, sides[i].b]
+                couples = wp.array(
+                    ptr=address_of(laid.couples.ptr, own_packs + pack, COUPLE * WIDTH),
+                    shape=(COUPLE * WIDTH,),
+                    dtype=real,
+                )
+                for i in range(WIDTH):
+                    own = Couple(
+                        couples[i], couples[i + 1 * WIDTH], couples[i + 2 * WIDTH],
+                        couples[i + 3 * WIDTH], couples[i + 4 * WIDTH], couples[i + 5 * WIDTH],
+                        couples[i + 6 * WIDTH], couples[i + 7 * WIDTH], couples[i + 8 * WIDTH],
+                        couples[i + 9 * WIDTH], couples[i + 10 * WIDTH], couples[i + 11 * WIDTH],
+                        couples[i + 12 * WIDTH], couples[i + 13 * WIDTH], couples[i + 14 * WIDTH],
+                        couples[i + 15 * WIDTH], couples[i + 16 * WIDTH], couples[i + 17 * WIDTH],
+                        couples[i + 18 * WIDTH], couples[i + 19 * WIDTH], couples[i + 20 * WIDTH],
+                        couples[i + 21 * WIDTH], couples[i + 22 * WIDTH], couples[i + 23 * WIDTH],
+                        couples[i + 24 * WIDTH], couples[i + 25 * WIDTH], couples[i + 26 * WIDTH],
+                        couples[i + 27 * WIDTH], couples[i + 28 * WIDTH], couples[i + 29 * WIDTH],
+                        couples[i + 30 * WIDTH], couples[i + 31 * WIDTH], couples[i + 32 * WIDTH],
+                        couples[i + 33 * WIDTH], couples[i + 34 * WIDTH], couples[i + 35 * WIDTH],
+                        couples[i + 36 * WIDTH], couples[i + 37 * WIDTH], couples[i + 38 * WIDTH],
+                        couples[i + 39 * WIDTH], couples[i + 40 * WIDTH], couples[i + 41 * WIDTH],
+                        couples[i + 42 * WIDTH], couples[i + 43 * WIDTH], couples[i + 44 * WIDTH],
+                        couples[i + 45 * WIDTH], couples[i + 46 * WIDTH], couples[i + 47 * WIDTH],
+                        couples[i + 48 * WIDTH], couples[i + 49 * WIDTH], couples[i + 50 * WIDTH],
+                        couples[i + 51 * WIDTH], couples[i + 52 * WIDTH], couples[i + 53 * WIDTH],
+                        couples[i + 54 * WIDTH], couples[i + 55 * WIDTH], couples[i + 56 * WIDTH],
+                        couples[i + 57 * WIDTH], couples[i + 58 * WIDTH], couples[i + 59 * WIDTH],
+                    )  # fmt: skip
+                    apart[i] = apart_of(own, ya[i], yb[i])
+                    given[i] = Given()
                 for turn in range(meets.depth):
                     held = wp.array(
                         ptr=address_of(laid.rows.ptr, own_rows + meets.first + turn, NUMBERS),
@@ -253,53 +289,96 @@ def run_lanes(
                     )
                     if solve.sweeps == 0:
                         for i in range(WIDTH):
-                            held[i + 43 * WIDTH] = zero
-                            held[i + 44 * WIDTH] = zero
-                            held[i + 45 * WIDTH] = zero
-                            held[i + 46 * WIDTH] = zero
-                            held[i + 47 * WIDTH] = zero
-                            held[i + 48 * WIDTH] = zero
+                            held[i + 16 * WIDTH] = zero
+                            held[i + 17 * WIDTH] = zero
+                            held[i + 18 * WIDTH] = zero
                     for i in range(WIDTH):
                         one[i] = Impulse(
-                            held[i + 40 * WIDTH], held[i + 41 * WIDTH], held[i + 42 * WIDTH],
-                            held[i + 43 * WIDTH], held[i + 44 * WIDTH], held[i + 45 * WIDTH],
-                            held[i + 46 * WIDTH], held[i + 47 * WIDTH], held[i + 48 * WIDTH],
+                            held[i + 13 * WIDTH], held[i + 14 * WIDTH], held[i + 15 * WIDTH],
+                            held[i + 16 * WIDTH], held[i + 17 * WIDTH], held[i + 18 * WIDTH],
                         )  # fmt: skip
                     for i in range(WIDTH):
+                        own = Couple(
+                            couples[i], couples[i + 1 * WIDTH], couples[i + 2 * WIDTH],
+                            couples[i + 3 * WIDTH], couples[i + 4 * WIDTH], couples[i + 5 * WIDTH],
+                            couples[i + 6 * WIDTH], couples[i + 7 * WIDTH], couples[i + 8 * WIDTH],
+                            couples[i + 9 * WIDTH], couples[i + 10 * WIDTH],
+                            couples[i + 11 * WIDTH], couples[i + 12 * WIDTH],
+                            couples[i + 13 * WIDTH], couples[i + 14 * WIDTH],
+                            couples[i + 15 * WIDTH], couples[i + 16 * WIDTH],
+                            couples[i + 17 * WIDTH], couples[i + 18 * WIDTH],
+                            couples[i + 19 * WIDTH], couples[i + 20 * WIDTH],
+                            couples[i + 21 * WIDTH], couples[i + 22 * WIDTH],
+                            couples[i + 23 * WIDTH], couples[i + 24 * WIDTH],
+                            couples[i + 25 * WIDTH], couples[i + 26 * WIDTH],
+                            couples[i + 27 * WIDTH], couples[i + 28 * WIDTH],
+                            couples[i + 29 * WIDTH], couples[i + 30 * WIDTH],
+                            couples[i + 31 * WIDTH], couples[i + 32 * WIDTH],
+                            couples[i + 33 * WIDTH], couples[i + 34 * WIDTH],
+                            couples[i + 35 * WIDTH], couples[i + 36 * WIDTH],
+                            couples[i + 37 * WIDTH], couples[i + 38 * WIDTH],
+                            couples[i + 39 * WIDTH], couples[i + 40 * WIDTH],
+                            couples[i + 41 * WIDTH], couples[i + 42 * WIDTH],
+                            couples[i + 43 * WIDTH], couples[i + 44 * WIDTH],
+                            couples[i + 45 * WIDTH], couples[i + 46 * WIDTH],
+                            couples[i + 47 * WIDTH], couples[i + 48 * WIDTH],
+                            couples[i + 49 * WIDTH], couples[i + 50 * WIDTH],
+                            couples[i + 51 * WIDTH], couples[i + 52 * WIDTH],
+                            couples[i + 53 * WIDTH], couples[i + 54 * WIDTH],
+                            couples[i + 55 * WIDTH], couples[i + 56 * WIDTH],
+                            couples[i + 57 * WIDTH], couples[i + 58 * WIDTH],
+                            couples[i + 59 * WIDTH],
+                        )  # fmt: skip
                         contact = Row(
                             held[i], held[i + 1 * WIDTH], held[i + 2 * WIDTH], held[i + 3 * WIDTH],
                             held[i + 4 * WIDTH], held[i + 5 * WIDTH], held[i + 6 * WIDTH],
                             held[i + 7 * WIDTH], held[i + 8 * WIDTH], held[i + 9 * WIDTH],
                             held[i + 10 * WIDTH], held[i + 11 * WIDTH], held[i + 12 * WIDTH],
-                            held[i + 13 * WIDTH], held[i + 14 * WIDTH], held[i + 15 * WIDTH],
-                            held[i + 16 * WIDTH], held[i + 17 * WIDTH], held[i + 18 * WIDTH],
-                            held[i + 19 * WIDTH], held[i + 20 * WIDTH], held[i + 21 * WIDTH],
-                            held[i + 22 * WIDTH], held[i + 23 * WIDTH], held[i + 24 * WIDTH],
-                            held[i + 25 * WIDTH], held[i + 26 * WIDTH], held[i + 27 * WIDTH],
-                            held[i + 28 * WIDTH], held[i + 29 * WIDTH], held[i + 30 * WIDTH],
-                            held[i + 31 * WIDTH], held[i + 32 * WIDTH], held[i + 33 * WIDTH],
-                            held[i + 34 * WIDTH], held[i + 35 * WIDTH], held[i + 36 * WIDTH],
-                            held[i + 37 * WIDTH], held[i + 38 * WIDTH], held[i + 39 * WIDTH],
                         )  # fmt: skip
                         left = rest[i]
                         bears = one[i]
-                        first_y = ya[i]
-                        second_y = yb[i]
-                        sweep_contact(left, beta, contact, bears, first_y, second_y)
+                        moves = apart[i]
+                        gets = given[i]
+                        sweep_contact(left, beta, own, contact, bears, moves, gets)
                         rest[i] = left
                         one[i] = bears
-                        ya[i] = first_y
-                        yb[i] = second_y
+                        apart[i] = moves
+                        given[i] = gets
                     for i in range(WIDTH):
-                        held[i + 40 * WIDTH] = one[i].n
-                        held[i + 41 * WIDTH] = one[i].t
-                        held[i + 42 * WIDTH] = one[i].s
-                        held[i + 43 * WIDTH] = one[i].pn
-                        held[i + 44 * WIDTH] = one[i].pt
-                        held[i + 45 * WIDTH] = one[i].ps
-                        held[i + 46 * WIDTH] = one[i].dn
-                        held[i + 47 * WIDTH] = one[i].dt
-                        held[i + 48 * WIDTH] = one[i].ds
+                        held[i + 13 * WIDTH] = one[i].n
+                        held[i + 14 * WIDTH] = one[i].t
+                        held[i + 15 * WIDTH] = one[i].s
+                        held[i + 16 * WIDTH] = one[i].pn
+                        held[i + 17 * WIDTH] = one[i].pt
+                        held[i + 18 * WIDTH] = one[i].ps
+                for i in range(WIDTH):
+                    own = Couple(
+                        couples[i], couples[i + 1 * WIDTH], couples[i + 2 * WIDTH],
+                        couples[i + 3 * WIDTH], couples[i + 4 * WIDTH], couples[i + 5 * WIDTH],
+                        couples[i + 6 * WIDTH], couples[i + 7 * WIDTH], couples[i + 8 * WIDTH],
+                        couples[i + 9 * WIDTH], couples[i + 10 * WIDTH], couples[i + 11 * WIDTH],
+                        couples[i + 12 * WIDTH], couples[i + 13 * WIDTH], couples[i + 14 * WIDTH],
+                        couples[i + 15 * WIDTH], couples[i + 16 * WIDTH], couples[i + 17 * WIDTH],
+                        couples[i + 18 * WIDTH], couples[i + 19 * WIDTH], couples[i + 20 * WIDTH],
+                        couples[i + 21 * WIDTH], couples[i + 22 * WIDTH], couples[i + 23 * WIDTH],
+                        couples[i + 24 * WIDTH], couples[i + 25 * WIDTH], couples[i + 26 * WIDTH],
+                        couples[i + 27 * WIDTH], couples[i + 28 * WIDTH], couples[i + 29 * WIDTH],
+                        couples[i + 30 * WIDTH], couples[i + 31 * WIDTH], couples[i + 32 * WIDTH],
+                        couples[i + 33 * WIDTH], couples[i + 34 * WIDTH], couples[i + 35 * WIDTH],
+                        couples[i + 36 * WIDTH], couples[i + 37 * WIDTH], couples[i + 38 * WIDTH],
+                        couples[i + 39 * WIDTH], couples[i + 40 * WIDTH], couples[i + 41 * WIDTH],
+                        couples[i + 42 * WIDTH], couples[i + 43 * WIDTH], couples[i + 44 * WIDTH],
+                        couples[i + 45 * WIDTH], couples[i + 46 * WIDTH], couples[i + 47 * WIDTH],
+                        couples[i + 48 * WIDTH], couples[i + 49 * WIDTH], couples[i + 50 * WIDTH],
+                        couples[i + 51 * WIDTH], couples[i + 52 * WIDTH], couples[i + 53 * WIDTH],
+                        couples[i + 54 * WIDTH], couples[i + 55 * WIDTH], couples[i + 56 * WIDTH],
+                        couples[i + 57 * WIDTH], couples[i + 58 * WIDTH], couples[i + 59 * WIDTH],
+                    )  # fmt: skip
+                    first_y = ya[i]
+                    second_y = yb[i]
+                    give(own, given[i], first_y, second_y)
+                    ya[i] = first_y
+                    yb[i] = second_y
                 for i in range(WIDTH):
                     laid.weighted[lane, sides[i].a] = ya[i]
                     laid.weighted[lane, sides[i].b] = yb[i]
@@ -309,10 +388,8 @@ def run_lanes(
             decide(knobs.settled, most, solve)
             for k in range(count):
                 y = laid.weighted[lane, k]
-                trail = kept.trails[lane, k]
-                extrapolate(solve.beta, y, trail)
-                laid.weighted[lane, k] = y
-                kept.trails[lane, k] = trail
+                laid.weighted[lane, k] = extrapolate(solve.beta, kept.ends[lane, k], y)
+                kept.ends[lane, k] = y
         keep_impulses(laid, lane, step)
         for k in range(count):
             if blocks[k, lane].light > zero:

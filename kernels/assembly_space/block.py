@@ -70,14 +70,6 @@ class Place:
 
 
 @wp.struct
-class Trail:
-    """What the impulses along p do to the weighted velocities of a block, and these a sweep ago."""
-
-    p: Weighted
-    y: Weighted
-
-
-@wp.struct
 class Peak:
     """Largest turn [rad] and largest displacement of the centre [m] of a block so far."""
 
@@ -208,15 +200,12 @@ def add_weighted(part: real, a: Weighted, b: Weighted) -> Weighted:
 
 
 @wp.func
-def extrapolate(beta: real, y: wp.ref[Weighted], trail: wp.ref[Trail]):
-    """Moves the weighted velocities of a block along p by beta, as its impulses will move next."""
-    change = add_weighted(real(-1.0), trail.y, y)
-    after = add_weighted(beta, trail.p, y)
-    trail.p = add_weighted(beta, trail.p, change)
-    trail.y = after
-    y.x = after.x
-    y.y = after.y
-    y.z = after.z
-    y.ox = after.ox
-    y.oy = after.oy
-    y.oz = after.oz
+def extrapolate(beta: real, before: Weighted, y: Weighted) -> Weighted:
+    """Weighted velocities that go on along their last change, as impulses will in the next sweep.
+
+    Args:
+        beta: Part of the change by which they go on.
+        before: What they were after the sweep before the last one.
+        y: What they are.
+    """
+    return add_weighted(beta, add_weighted(real(-1.0), before, y), y)

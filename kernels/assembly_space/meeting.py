@@ -24,9 +24,11 @@ from warprock.kernels.assembly.meeting import BELOW, NONE
 from warprock.kernels.assembly_space.block import Place
 from warprock.kernels.assembly_space.contact import (
     Contact,
+    Couple,
     Heft,
     Impulse,
     Move,
+    Row,
     Weighted,
     cross,
     inner,
@@ -244,7 +246,9 @@ class Laid:
         contacts, impulses, marks: Two lists of contacts, likewise, shape [lane, 2 contacts].
         packs: What a sweep takes side by side, see packing.py, shape [lane, pack].
         sides: The blocks of their places, shape [lane, WIDTH pack].
-        rows, order: Numbers of their contacts and places of these in the list, see there.
+        couples, rows, order: Their numbers, those of their contacts and places of these in the
+            list, see there.
+        couple, row: A meeting and a contact that are being written there, shape [lane].
         colours, open: Of each block those of its meetings, and of each colour its last pack.
         weighted: Velocities of each block, and none after them, shape [lane, block + 2].
         scratch: Corners of polygons that are being cut, twice the most that
@@ -273,7 +277,10 @@ class Laid:
     marks: wp.array2d(dtype=Mark)
     packs: wp.array2d(dtype=Pack)
     sides: wp.array2d(dtype=Sides)
+    couples: wp.array2d(dtype=real)
     rows: wp.array2d(dtype=real)
+    couple: wp.array(dtype=Couple)
+    row: wp.array(dtype=Row)
     order: wp.array2d(dtype=int)
     colours: wp.array2d(dtype=wp.int64)
     open: wp.array2d(dtype=int)

@@ -13,16 +13,27 @@ zeros, in the latter case between two blocks that are none.
 import warp as wp
 
 from warprock.kernels.assembly.meeting import BLOCK_COUNT, JOINT_COUNT, NONE, Near
-from warprock.kernels.assembly_space.contact import Row, push, row_of
+from warprock.kernels.assembly_space.contact import (
+    Apart,
+    Given,
+    couple_of,
+    give,
+    push,
+    row_of,
+)
 from warprock.kernels.assembly_space.meeting import Laid, Pack, Sides, Step
+from warprock.kernels.launch.address import address_of
 
 WIDTH = 8
 """Meetings of a pack: a vector of 512 bits in float64."""
 
-CONTACT = 40
+COUPLE = 60
+"""Numbers of two blocks as a sweep takes them, the fields of `Couple`."""
+
+CONTACT = 13
 """Numbers of a contact as a sweep takes it, the fields of `Row`."""
 
-NUMBERS = 49 * WIDTH
+NUMBERS = (CONTACT + 6) * WIDTH
 """Numbers of a row: those of its contacts and of their impulses, the fields of `Impulse`."""
 
 COLOURS = 62
@@ -118,53 +129,8 @@ def pack_up(laid: Laid, lane: int, near: Near, step: wp.ref[Step]):
 
 
 @wp.func
-def store_row(laid: Laid, lane: int, at: int, row: Row):
-    """Writes a contact among the numbers of a row."""
-    laid.rows[lane, at] = row.nx
-    laid.rows[lane, at + 1 * WIDTH] = row.ny
-    laid.rows[lane, at + 2 * WIDTH] = row.nz
-    laid.rows[lane, at + 3 * WIDTH] = row.tx
-    laid.rows[lane, at + 4 * WIDTH] = row.ty
-    laid.rows[lane, at + 5 * WIDTH] = row.tz
-    laid.rows[lane, at + 6 * WIDTH] = row.sx
-    laid.rows[lane, at + 7 * WIDTH] = row.sy
-    laid.rows[lane, at + 8 * WIDTH] = row.sz
-    laid.rows[lane, at + 9 * WIDTH] = row.la
-    laid.rows[lane, at + 10 * WIDTH] = row.lb
-    laid.rows[lane, at + 11 * WIDTH] = row.nax
-    laid.rows[lane, at + 12 * WIDTH] = row.nay
-    laid.rows[lane, at + 13 * WIDTH] = row.naz
-    laid.rows[lane, at + 14 * WIDTH] = row.tax
-    laid.rows[lane, at + 15 * WIDTH] = row.tay
-    laid.rows[lane, at + 16 * WIDTH] = row.taz
-    laid.rows[lane, at + 17 * WIDTH] = row.sax
-    laid.rows[lane, at + 18 * WIDTH] = row.say
-    laid.rows[lane, at + 19 * WIDTH] = row.saz
-    laid.rows[lane, at + 20 * WIDTH] = row.nbx
-    laid.rows[lane, at + 21 * WIDTH] = row.nby
-    laid.rows[lane, at + 22 * WIDTH] = row.nbz
-    laid.rows[lane, at + 23 * WIDTH] = row.tbx
-    laid.rows[lane, at + 24 * WIDTH] = row.tby
-    laid.rows[lane, at + 25 * WIDTH] = row.tbz
-    laid.rows[lane, at + 26 * WIDTH] = row.sbx
-    laid.rows[lane, at + 27 * WIDTH] = row.sby
-    laid.rows[lane, at + 28 * WIDTH] = row.sbz
-    laid.rows[lane, at + 29 * WIDTH] = row.kn
-    laid.rows[lane, at + 30 * WIDTH] = row.wn
-    laid.rows[lane, at + 31 * WIDTH] = row.kt
-    laid.rows[lane, at + 32 * WIDTH] = row.wk
-    laid.rows[lane, at + 33 * WIDTH] = row.knt
-    laid.rows[lane, at + 34 * WIDTH] = row.kns
-    laid.rows[lane, at + 35 * WIDTH] = row.wtt
-    laid.rows[lane, at + 36 * WIDTH] = row.wts
-    laid.rows[lane, at + 37 * WIDTH] = row.wss
-    laid.rows[lane, at + 38 * WIDTH] = row.closing
-    laid.rows[lane, at + 39 * WIDTH] = row.friction
-
-
-@wp.func
 def fill_place(laid: Laid, lane: int, place: int, first: int, count: int):
-    """Writes the contacts of a meeting in their rows, and adds what they bore in the last step.
+    """Writes a meeting and its contacts in their rows, and adds what they bore in the last step.
 
     Args:
         laid: Where the blocks are.
@@ -174,24 +140,39 @@ def fill_place(laid: Laid, lane: int, place: int, first: int, count: int):
     """
     if place == NONE:
         return
-    own = place % WIDTH
-    pack = laid.packs[lane, place // WIDTH]
+    side = place % WIDTH
+    number = place // WIDTH
+    pack = laid.packs[lane, number]
+    at = laid.contacts[lane, first]
+    couple = couple_of(at, laid.hefts[lane, at.a], laid.hefts[lane, at.b])
+    laid.couple[lane] = couple
+    numbers = wp.array(
+        ptr=address_of(laid.couple.ptr, lane, COUPLE), shape=(COUPLE,), dtype=real
+    )  # fmt: skip
+    for i in range(COUPLE):
+        laid.couples[lane, (number * COUPLE + i) * WIDTH + side] = numbers[i]
+    apart, given = Apart(), Given()
     for turn in range(wp.min(count, pack.depth)):
         listed = first + corner_at(turn, count)
-        at = laid.contacts[lane, listed]
         held = laid.impulses[lane, listed]
-        row = row_of(at, laid.hefts[lane, at.a], laid.hefts[lane, at.b])
-        begins = (pack.first + turn) * NUMBERS + own
-        store_row(laid, lane, begins, row)
+        row = row_of(laid.contacts[lane, listed], couple)
+        laid.row[lane] = row
+        parts = wp.array(
+            ptr=address_of(laid.row.ptr, lane, CONTACT), shape=(CONTACT,), dtype=real
+        )  # fmt: skip
+        begins = (pack.first + turn) * NUMBERS + side
+        for i in range(CONTACT):
+            laid.rows[lane, begins + i * WIDTH] = parts[i]
         laid.rows[lane, begins + CONTACT * WIDTH] = held.n
         laid.rows[lane, begins + (CONTACT + 1) * WIDTH] = held.t
         laid.rows[lane, begins + (CONTACT + 2) * WIDTH] = held.s
-        laid.order[lane, (pack.first + turn) * WIDTH + own] = listed
-        ya = laid.weighted[lane, at.a]
-        yb = laid.weighted[lane, at.b]
-        push(row, held.n, held.t, held.s, ya, yb)
-        laid.weighted[lane, at.a] = ya
-        laid.weighted[lane, at.b] = yb
+        laid.order[lane, (pack.first + turn) * WIDTH + side] = listed
+        push(couple, row, held.n, held.t, held.s, apart, given)
+    ya = laid.weighted[lane, at.a]
+    yb = laid.weighted[lane, at.b]
+    give(couple, given, ya, yb)
+    laid.weighted[lane, at.a] = ya
+    laid.weighted[lane, at.b] = yb
 
 
 @wp.func
@@ -211,7 +192,7 @@ def fill_packs(laid: Laid, lane: int, near: Near, step: Step):
         if laid.order[lane, i] == LEFT:
             laid.order[lane, i] = NONE
             at = (i // WIDTH) * NUMBERS + i % WIDTH
-            for number in range(CONTACT + 9):
+            for number in range(CONTACT + 6):
                 laid.rows[lane, at + number * WIDTH] = real(0.0)
 
 

@@ -130,9 +130,9 @@ class Energy:
 
     Attributes:
         loss: Work of the springs and of mass damping against the blocks so far.
-        spent: The same before this step.
+        spent: That work before this step.
         stored: Energy in the springs.
-        at_start: That in the first step.
+        at_start: Energy in the springs in the first step.
     """
 
     loss: real

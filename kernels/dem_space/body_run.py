@@ -7,7 +7,7 @@ its lanes has reached the next sample.
 import warp as wp
 
 from warprock.kernels.algebra.vectors import ONLY, X, Y, Z
-from warprock.kernels.dem.stack import Knobs
+from warprock.kernels.dem.stack import Energy, Knobs
 from warprock.kernels.dem.stack_lanes import passes_left, time_past
 from warprock.kernels.dem_space.body import (
     Footing,
@@ -28,7 +28,7 @@ from warprock.kernels.dem_space.body import (
     touch_of,
     turn_body,
 )
-from warprock.kernels.dem_space.stack import Energy, Jolt, Load, Pace, Spring, integrate
+from warprock.kernels.dem_space.stack import Jolt, Load, Pace, Spring, integrate
 from warprock.kernels.dem_space.stack_lanes import (
     Base,
     begin_step,

@@ -70,23 +70,6 @@ class Pace:
 
 
 @wp.struct
-class Energy:
-    """Energies of a lane.
-
-    Attributes:
-        loss: Work of the springs and of mass damping against the blocks so far [J].
-        spent: The same before the last step [J].
-        stored: Energy in the springs [J].
-        at_start: The same in the first step [J].
-    """
-
-    loss: real
-    spent: real
-    stored: real
-    at_start: real
-
-
-@wp.struct
 class Jolt:
     """Change of the velocity of the base in a step [m/s]."""
 

@@ -6,8 +6,9 @@ interface is open, is that of `observe_faces`.
 
 import warp as wp
 
+from warprock.kernels.dem.stack import Energy
 from warprock.kernels.dem.stack_lanes import observe_faces
-from warprock.kernels.dem_space.stack import Energy, Pace
+from warprock.kernels.dem_space.stack import Pace
 from warprock.kernels.dem_space.stack_meet import Link
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING
 from warprock.kernels.shape.stack_found import Seen

@@ -14,10 +14,9 @@ slides while it is closed in the middle and slips faster than springs swing that
 import warp as wp
 
 from warprock.kernels.algebra.vectors import X, Y, Z
-from warprock.kernels.dem.stack import Knobs
+from warprock.kernels.dem.stack import Energy, Knobs
 from warprock.kernels.dem.stack_lanes import passes_left, time_past
 from warprock.kernels.dem_space.stack import (
-    Energy,
     Jolt,
     Load,
     Pace,

@@ -10,7 +10,7 @@ import warp as wp
 from warprock.kernels.algebra.vectors import ALONG, UPWARDS
 from warprock.kernels.event.stack.moves import start_pose
 from warprock.kernels.event.stack.rocking_end import turning_time, value_of
-from warprock.kernels.event.stack.state import Limits, Rebound, Shaking, State, at_rest
+from warprock.kernels.event.stack.state import Limits, Rebound, Shaking, State, Trial, at_rest
 from warprock.kernels.event.stack.step import finish_step
 from warprock.kernels.event.stack.trial import try_step
 from warprock.kernels.lane.modes import OVERTURNED, RUNNING, STALLED
@@ -150,7 +150,7 @@ class Seen:
         peak, peak_time: Largest rotations [rad], and when they were reached [s].
         slide, peak_slide: Slides at the interfaces, and the largest of them [m].
         start_x, start_z: Where the centres were at the start [m].
-        moved, last: Largest displacements of the centres, and those now [m].
+        moved, last: Squares of the largest displacements of the centres, and of those now [m^2].
         opening: Widest gaps [m].
         uplift_time, rest_time: When an interface first opened, and when the stack last came to
             rest [s]; NEVER if it has not.
@@ -223,20 +223,18 @@ def observe_start(blocks: wp.ref[Blocks], pose: wp.ref[Pose]) -> Seen:
 
 @wp.func
 def observe(
-    blocks: wp.ref[Blocks], before: Seen, offset: Values, s0: wp.ref[State], s: wp.ref[State]
-) -> Seen:
-    """What a step from one state to the next, if it is taken, adds to what has been observed."""
-    if not s.taken:
-        return before
-    seen = before
+    blocks: wp.ref[Blocks], offset: wp.ref[Values], s0: wp.ref[State], s: wp.ref[State],
+    seen: wp.ref[Seen],
+):  # fmt: skip
+    """Adds what a step from one state to the next shows to what has been observed."""
     d = s.time - s0.time
     x, z = centres(blocks, s.pose)
     for k in range(BLOCKS):
-        dx, dz = x[k] - before.start_x[k], z[k] - before.start_z[k]
-        seen.last[k] = wp.sqrt(dx * dx + dz * dz)
-        seen.moved[k] = larger(seen.last[k], before.moved[k])
+        dx, dz = x[k] - seen.start_x[k], z[k] - seen.start_z[k]
+        seen.last[k] = dx * dx + dz * dz
+        seen.moved[k] = larger(seen.last[k], seen.moved[k])
         seen.sunk = larger(-dz, seen.sunk)
-        seen.opening[k] = larger(widest_gap(blocks, s.pose, k), before.opening[k])
+        seen.opening[k] = larger(widest_gap(blocks, s.pose, k), seen.opening[k])
         omega = s.curve[k, 1]
         omega1 = s.swing[k]
         highest = size(s.pose.theta[k])
@@ -270,7 +268,6 @@ def observe(
         seen.rest_time = NEVER
     elif not rested:
         seen.rest_time = s.time
-    return seen
 
 
 @wp.func
@@ -362,7 +359,9 @@ def run_lanes(
             shaking.slope = ground.slope
             if VERTICAL:
                 shaking.above = above_at(up, s.risen, pool)
-            t = try_step(pile, limits, shaking, end, s)
+            t = Trial()
+            try_step(pile, limits, shaking, end, s, t)
+            before = s
             if CHAINS:
                 after = pile
                 for k in range(BLOCKS):
@@ -371,20 +370,20 @@ def run_lanes(
                         stand_on(after, k, e, feet[e - 1, lane], feet[e, lane], feet[e + 1, lane],
                             feet[e + 2, lane])  # fmt: skip
                 roll_on(pile, after, t)
-                n = finish_step(after, limits, s, t)
-                seen = observe(after, seen, offset, s, n)
-            else:
-                n = finish_step(pile, limits, s, t)
-                seen = observe(pile, seen, offset, s, n)
-            if n.taken:
-                # Field by field: Warp copies a struct that is set under a condition each time.
-                s0.pose = s.pose
-                s0.velocity = s.velocity
-                s0.time = s.time
-                if CHAINS:
+                finish_step(after, limits, before, t, s)
+                if s.taken:
+                    observe(after, offset, before, s, seen)
                     pile0 = pile
                     pile = after
-            s = n
+            else:
+                finish_step(pile, limits, before, t, s)
+                if s.taken:
+                    observe(pile, offset, before, s, seen)
+            if s.taken:
+                # Field by field: Warp copies a struct that is set under a condition each time.
+                s0.pose = before.pose
+                s0.velocity = before.velocity
+                s0.time = before.time
             if seen.sunk > lanes[lane].fall and s.mode == RUNNING:
                 s.mode = OVERTURNED
             if steps >= step_limit and s.mode == RUNNING:
@@ -416,4 +415,5 @@ def run_lanes(
         found.blocks[k, lane] = BlockResult(
             seen.slide[k], seen.peak[k], seen.peak_time[k], seen.peak_slide[k]
         )
-        found.drums[k, lane] = DrumResult(seen.moved[k], seen.last[k], seen.opening[k])
+        moved, last = wp.sqrt(seen.moved[k]), wp.sqrt(seen.last[k])
+        found.drums[k, lane] = DrumResult(moved, last, seen.opening[k])

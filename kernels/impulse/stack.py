@@ -37,6 +37,7 @@ Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 import warp as wp
 
 from warprock.kernels.contact.cone import solve_single_contact
+from warprock.kernels.impulse.block import Knobs
 from warprock.kernels.lane.account import Account
 from warprock.kernels.shape.interface import Impulse, Mass, Point, Pose, Velocity
 from warprock.kernels.shape.rising import base_work, fall_depth, fall_in
@@ -45,17 +46,6 @@ from warprock.kernels.shape.stack_run import Base
 SEEN = by_precision(1.0e-13, 1.0e-6)
 """Smallest lean [rad] and rate [rad/s] that have a side. Smaller ones are round-off: of a stack
 that stands or moves as one block, or of a plane motion in space."""
-
-
-@wp.struct
-class Knobs:
-    """Settings of a step; `rate` is the inverse of the time step [1/s]."""
-
-    time_step: real
-    rate: real
-    gravity: real
-    collision_margin: real
-    erp: real
 
 
 @wp.struct

@@ -12,9 +12,9 @@ share. If CHAINS is true, blocks are bodies, with three points an interface
 import warp as wp
 
 from warprock.kernels.algebra.vectors import ALONG, UPWARDS
+from warprock.kernels.impulse.block import Knobs
 from warprock.kernels.impulse.stack import (
     Contact,
-    Knobs,
     Penetration,
     Shift,
     add_energy,

@@ -411,16 +411,16 @@ def effect_of(m: Mobility, at: Contact) -> Effect:
 
 
 @wp.func
-def gains_of(e: Effect, at: Contact) -> Gains:
+def gains_of(effect: Effect, at: Contact) -> Gains:
     """Effect of impulses at a contact on its velocity; zero if there is none."""
     one, on = real(1.0), at.on
     off = one - on
-    k11 = off + fused_less(e.turn_z1, at.y, fused(e.turn_y1, at.h, e.x1))
-    k12 = fused_less(e.turn_z2, at.y, fused(e.turn_y2, at.h, e.x2))
-    k13 = fused_less(e.turn_z3, at.y, fused(e.turn_y3, at.h, e.x3))
-    k22 = off + fused_less(e.turn_x2, at.h, fused(e.turn_z2, at.x, e.y2))
-    k23 = fused_less(e.turn_x3, at.h, fused(e.turn_z3, at.x, e.y3))
-    k33 = off + fused_less(e.turn_y3, at.x, fused(e.turn_x3, at.y, e.z3))
+    k11 = off + fused_less(effect.turn_z1, at.y, fused(effect.turn_y1, at.h, effect.x1))
+    k12 = fused_less(effect.turn_z2, at.y, fused(effect.turn_y2, at.h, effect.x2))
+    k13 = fused_less(effect.turn_z3, at.y, fused(effect.turn_y3, at.h, effect.x3))
+    k22 = off + fused_less(effect.turn_x2, at.h, fused(effect.turn_z2, at.x, effect.y2))
+    k23 = fused_less(effect.turn_x3, at.h, fused(effect.turn_z3, at.x, effect.y3))
+    k33 = off + fused_less(effect.turn_y3, at.x, fused(effect.turn_x3, at.y, effect.z3))
     p1, p2, p3 = slip_gains(on, k11, k12, k22)
     h = stop_gains(on, Symmetric(k11, k12, k13, k22, k23, k33))
     return Gains(k13, k23, on / k33, p1, p2, p3, h.xx, h.xy, h.xz, h.yy, h.yz, h.zz)
@@ -477,14 +477,20 @@ def solve_contact(mu: real, at: Contact, g: Gains, p: Impulse, v: Triple) -> Imp
 
 
 @wp.func
-def add_effect(e: Effect, p: Triple, v: wp.ref[Velocity]):
+def add_effect(effect: Effect, p: Triple, v: wp.ref[Velocity]):
     """Adds what an impulse p [N s] of a contact does to V and W."""
-    v.x = fused(e.x3, p.z, fused(e.x2, p.y, fused(e.x1, p.x, v.x)))
-    v.y = fused(e.y3, p.z, fused(e.y2, p.y, fused(e.y1, p.x, v.y)))
-    v.z = fused(e.z3, p.z, fused(e.z2, p.y, fused(e.z1, p.x, v.z)))
-    v.turn_x = fused(e.turn_x3, p.z, fused(e.turn_x2, p.y, fused(e.turn_x1, p.x, v.turn_x)))
-    v.turn_y = fused(e.turn_y3, p.z, fused(e.turn_y2, p.y, fused(e.turn_y1, p.x, v.turn_y)))
-    v.turn_z = fused(e.turn_z3, p.z, fused(e.turn_z2, p.y, fused(e.turn_z1, p.x, v.turn_z)))
+    v.x = fused(effect.x3, p.z, fused(effect.x2, p.y, fused(effect.x1, p.x, v.x)))
+    v.y = fused(effect.y3, p.z, fused(effect.y2, p.y, fused(effect.y1, p.x, v.y)))
+    v.z = fused(effect.z3, p.z, fused(effect.z2, p.y, fused(effect.z1, p.x, v.z)))
+    v.turn_x = fused(
+        effect.turn_x3, p.z, fused(effect.turn_x2, p.y, fused(effect.turn_x1, p.x, v.turn_x))
+    )
+    v.turn_y = fused(
+        effect.turn_y3, p.z, fused(effect.turn_y2, p.y, fused(effect.turn_y1, p.x, v.turn_y))
+    )
+    v.turn_z = fused(
+        effect.turn_z3, p.z, fused(effect.turn_z2, p.y, fused(effect.turn_z1, p.x, v.turn_z))
+    )
 
 
 @wp.func

@@ -460,9 +460,8 @@ def interface_rows(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int):
 
 
 @wp.func(inline=False)
-def jacobian_of(blocks: wp.ref[Blocks], pose: wp.ref[Pose]) -> Jacobian:
-    """`interface_rows` of every interface."""
-    g = Jacobian()
+def fill_jacobian(blocks: wp.ref[Blocks], pose: wp.ref[Pose], g: wp.ref[Jacobian]):
+    """Sets `interface_rows` of every interface."""
     for k in range(BLOCKS):
         up, down, _plus, _minus = interface_rows(blocks, pose, k)
         for i in range(3):
@@ -470,4 +469,3 @@ def jacobian_of(blocks: wp.ref[Blocks], pose: wp.ref[Pose]) -> Jacobian:
                 g.upper[3 * k + i, j] = up[i, j]
                 if k > 0:
                     g.lower[3 * k + i, j] = down[i, j]
-    return g

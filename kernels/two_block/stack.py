@@ -213,16 +213,16 @@ def first_opening(stack: Stack, state: State, x1: Series, x2: Series, a: Series,
     s2 = state.interface
     if s1 == zero or s2 == zero:
         ground_load, tilt, normal, moment = bearing_series(stack, s1, s2, x1, x2, a)
-        slack = SLACK * stack.reach * stack.gravity
+        slack = SLACK * stack.lane.reach * stack.lane.gravity
         contact = int(0)
         while contact < 4:
             side = wp.where(contact % 2 == 0, real(1.0), real(-1.0))
             margin = Series()
             if contact < 2 and s1 == zero:
-                margin = stack.ground * ground_load + side * tilt
+                margin = stack.lane.ground * ground_load + side * tilt
                 margin[0] = margin[0] + slack * (stack.lower.mass + stack.upper.mass)
             if contact >= 2 and s2 == zero:
-                margin = stack.interface * normal + side * moment
+                margin = stack.lane.interface * normal + side * moment
                 margin[0] = margin[0] + slack * stack.upper.mass
             found = smaller(first_crossing(margin, h), found)
             contact += 1
@@ -272,7 +272,7 @@ def step(stack: Stack, state: State, a: Series, until: real, x1: Series, x2: Ser
     s1 = state.ground
     s2 = state.interface
     room = until - state.time
-    h = smaller(sure_step(x1, x2, TOLERANCE), stack.step_length)
+    h = smaller(sure_step(x1, x2, TOLERANCE), stack.lane.step_length)
     reaches_end = h >= room
     h = wp.where(reaches_end, room, h)
     gap1 = s1 * x1

@@ -58,8 +58,8 @@ def corner(place: int) -> real:
 @wp.func
 def project(stack: Stack, s1: real, s2: real, rotation: Pair, momentum: Places, spin: Pair) -> Pair:
     """Rates in a pattern after the momenta of the centres [N s] and the spins [N m s]."""
-    foot = s1 * stack.ground
-    edge = s2 * stack.interface
+    foot = s1 * stack.lane.ground
+    edge = s2 * stack.lane.interface
     across = edge - foot
     h1 = stack.lower.half_height
     rise = h1 + h1

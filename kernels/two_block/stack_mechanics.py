@@ -72,26 +72,11 @@ class Lane:
 
 @wp.struct
 class Stack:
-    """Two blocks, and the data of their lane, see `Lane`."""
+    """Two blocks, and what a lane has besides."""
 
     lower: Block
     upper: Block
-    gravity: real
-    ground: real
-    interface: real
-    reach: real
-    upper_narrower: int
-    step_length: real
-    step_limit: int
-
-
-@wp.func
-def stack_of(lower: Block, upper: Block, lane: Lane) -> Stack:
-    """The stack of a lane."""
-    return Stack(
-        lower, upper, lane.gravity, lane.ground, lane.interface, lane.reach, lane.upper_narrower,
-        lane.step_length, lane.step_limit,
-    )  # fmt: skip
+    lane: Lane
 
 
 @wp.struct
@@ -111,8 +96,8 @@ class Equations:
 @wp.func
 def equations(stack: Stack, s1: real, s2: real) -> Equations:
     """Coefficients in the pattern (s1, s2): m2 K, m2 S, A, B, m2 s2 c and m2 h2 among them."""
-    foot = s1 * stack.ground
-    corner = s2 * stack.interface
+    foot = s1 * stack.lane.ground
+    corner = s2 * stack.lane.interface
     across = corner - foot
     h1 = stack.lower.half_height
     h2 = stack.upper.half_height
@@ -174,7 +159,7 @@ def accelerations(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, 
     cos1 = cosine(rotation[0])
     sin2 = sine(rotation[1])
     cos2 = cosine(rotation[1])
-    g = stack.gravity
+    g = stack.lane.gravity
     q1 = g * (eq.height_1 * sin1 - eq.arm_1 * cos1) - a * (eq.arm_1 * sin1 + eq.height_1 * cos1)
     q2 = g * (eq.height_2 * sin2 - eq.arm_2 * cos2) - a * (eq.arm_2 * sin2 + eq.height_2 * cos2)
     q1 = q1 - mixed[1] * rate[1] * rate[1]
@@ -206,8 +191,8 @@ def centre_motion(
     With rates and squares of zero these are velocities [m/s]. With angular accelerations for the
     rates and squared rates for the squares they are accelerations [m/s^2].
     """
-    foot = s1 * stack.ground
-    corner = s2 * stack.interface
+    foot = s1 * stack.lane.ground
+    corner = s2 * stack.lane.interface
     across = corner - foot
     h1 = stack.lower.half_height
     h2 = stack.upper.half_height
@@ -236,7 +221,7 @@ def reactions(
     """Contact forces: mass times acceleration, less gravity [N]."""
     square = Pair(rate[0] * rate[0], rate[1] * rate[1])
     at = centre_motion(stack, s1, s2, rotation, bend, square)
-    g = stack.gravity
+    g = stack.lane.gravity
     return Places(
         stack.lower.mass * (at[0] + a),
         stack.lower.mass * (at[1] + g),
@@ -262,13 +247,13 @@ def least_margin(
     moment = turn[1] + stack.upper.half_height * (cos2 * force[2] - sin2 * force[3])
     normal = sin2 * force[2] + cos2 * force[3]
     upper_size = size(force[2]) + size(force[3]) + size(turn[1])
-    slack = ROUND_OFF * stack.reach
-    held = stack.interface * normal - size(moment) + slack * upper_size
-    from_above = wp.where(s2 == zero, moment, -s2 * stack.interface * force[3])
+    slack = ROUND_OFF * stack.lane.reach
+    held = stack.lane.interface * normal - size(moment) + slack * upper_size
+    from_above = wp.where(s2 == zero, moment, -s2 * stack.lane.interface * force[3])
     rise = stack.lower.half_height + stack.lower.half_height
     tilt = turn[0] + stack.lower.half_height * force[0] + rise * force[2] + from_above
     total_size = upper_size + size(force[0]) + size(force[1]) + size(turn[0])
-    stands = stack.ground * (force[1] + force[3]) - size(tilt) + slack * total_size
+    stands = stack.lane.ground * (force[1] + force[3]) - size(tilt) + slack * total_size
     return smaller(wp.where(s2 == zero, held, LARGE), wp.where(s1 == zero, stands, LARGE))
 
 
@@ -285,6 +270,6 @@ def interface_pulls(stack: Stack, rotation: Pair, force: Places) -> bool:
 
     The corner of the narrower face stands on the other face, whose normal counts.
     """
-    face = wp.where(stack.upper_narrower == 1, rotation[0], rotation[1])
+    face = wp.where(stack.lane.upper_narrower == 1, rotation[0], rotation[1])
     across = force[2] * sine(face) + force[3] * cosine(face)
     return across < -ROUND_OFF * (size(force[2]) + size(force[3]))

@@ -9,7 +9,7 @@ from warprock.kernels.lane.modes import RUNNING, STALLED
 from warprock.kernels.launch.instance import BRANCHES
 from warprock.kernels.motion.kinds import Motion, expand, ground_at, knot_step, knot_time
 from warprock.kernels.two_block.stack import check_state, reopen_contacts, start_lane, step, strike
-from warprock.kernels.two_block.stack_mechanics import Block, Lane, stack_of
+from warprock.kernels.two_block.stack_mechanics import Block, Lane, Stack
 from warprock.kernels.two_block.stack_series import Series, motion_series, value
 
 FLAGS = f"{BRANCHES['cpu_compiler_flags']} -fno-slp-vectorize"
@@ -83,7 +83,7 @@ def run_lanes(
     """Runs one lane a thread."""
     lane = wp.tid()
     m = motions[lane]
-    stack = stack_of(blocks[LOWER, lane], blocks[UPPER, lane], lanes[lane])
+    stack = Stack(blocks[LOWER, lane], blocks[UPPER, lane], lanes[lane])
     s = start_lane(stack)
     s = check_state(stack, s, real(0.0))
     samples = wp.where(found.rotations.shape[0] > 0, sample_times.shape[0], 0)
@@ -115,7 +115,7 @@ def run_lanes(
                 found.rotations[sample, UPPER, lane] = value(x2, tau)
                 sample += 1
             steps += 1
-            if steps >= stack.step_limit and s.mode == RUNNING:
+            if steps >= stack.lane.step_limit and s.mode == RUNNING:
                 s.mode = STALLED
     while sample < samples:
         found.rotations[sample, LOWER, lane] = s.rotation[0]

@@ -91,7 +91,7 @@ def add_turn(w: real, s: real, c: real, u: Pair) -> Pair:
 @wp.func(inline=False)
 def motion_series(stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair, a: Series):
     """Both rotations in the pattern (s1, s2), from the series of the acceleration of the base."""
-    eq, g = equations(stack, s1, s2), stack.gravity
+    eq, g = equations(stack, s1, s2), stack.lane.gravity
     w1, w2, bend1, bend2 = Series(), Series(), Series(), Series()
     sin1, cos1, sin2, cos2 = Series(), Series(), Series(), Series()
     sind, cosd, mixed, turn = Series(), Series(), Series(), Series()
@@ -166,13 +166,13 @@ def bearing_series(stack: Stack, s1: real, s2: real, x1: Series, x2: Series, a: 
     zero = real(0.0)
     sin1, cos1 = expand_circle(x1)
     sin2, cos2 = expand_circle(x2)
-    edge = s2 * stack.interface
-    across = edge - s1 * stack.ground
+    edge = s2 * stack.lane.interface
+    across = edge - s1 * stack.lane.ground
     rise = stack.lower.half_height + stack.lower.half_height
     h2 = stack.upper.half_height
     px = derive(derive(across * cos1 + rise * sin1 + h2 * sin2 - edge * cos2))
     pz = derive(derive(rise * cos1 - across * sin1 + h2 * cos2 + edge * sin2))
-    pz[0] = pz[0] + stack.gravity
+    pz[0] = pz[0] + stack.lane.gravity
     fx = stack.upper.mass * (px + a)
     fz = stack.upper.mass * pz
     bend2 = derive(derive(x2))
@@ -187,7 +187,7 @@ def bearing_series(stack: Stack, s1: real, s2: real, x1: Series, x2: Series, a: 
         normal[n] = pressed
         moment[n] = fused(stack.upper.inertia, bend2[n], h2 * turned)
     ground_load = Series(fz)
-    ground_load[0] = ground_load[0] + stack.lower.mass * stack.gravity
+    ground_load[0] = ground_load[0] + stack.lower.mass * stack.lane.gravity
     tilt = stack.lower.half_height * stack.lower.mass * a + rise * fx
     for k in range(DEGREE - 1):
         tilt[k] = tilt[k] + wp.where(s2 == zero, moment[k], -edge * fz[k])

@@ -20,8 +20,9 @@ Blocks, Pose, Values, Counts, Triples = (
     stack.Counts,
     stack.Triples,
 )
-Anchor, Contacts, RoundOff = stack.Anchor, contact.Contacts, contact.RoundOff
-place_block, jacobian_of, solve = stack.place_block, stack.jacobian_of, contact.solve
+Anchor, Jacobian = stack.Anchor, stack.Jacobian
+Contacts, RoundOff, Solution = contact.Contacts, contact.RoundOff, contact.Solution
+place_block, fill_jacobian, solve = stack.place_block, stack.fill_jacobian, contact.solve
 Rebound, bounce = bouncing.Rebound, bouncing.bounce
 OPEN = stack.OPEN
 
@@ -63,12 +64,14 @@ def strike(
     for k in range(BLOCKS):
         mass += real(1.0) / blocks[lane].inverse_mass[k]
     dust = RoundOff(real(1.0e-12), real(1.0e-12) * mass)
-    jacobian = jacobian_of(blocks[lane], pose)
-    guess = Contacts(touching, glide[lane])
+    jacobian, found = Jacobian(), Solution()
+    fill_jacobian(blocks[lane], pose, jacobian)
+    found.contacts = Contacts(touching, glide[lane])
     v, none = before[lane], Triples()
-    found = solve(blocks[lane], jacobian, touching, glide[lane], guess, v, dust, none)
     if kept[lane] > real(0.0):
         rebound = Rebound(kept[lane], real(0.0))
-        found = bounce(blocks[lane], jacobian, rebound, touching, guess, v, dust)
+        bounce(blocks[lane], jacobian, rebound, touching, v, dust, found)
+    else:
+        solve(blocks[lane], jacobian, touching, glide[lane], v, dust, none, found)
     after[lane] = found.velocity
     settled[lane] = wp.where(found.solved, 1, 0)

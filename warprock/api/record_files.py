@@ -48,7 +48,7 @@ def import_records(
     workers: int | None = None,
     **asked: Unpack[ReadingAsked],
 ) -> LookedUp:
-    """Makes readable files CSV files with a stated unit, source, licence and processing.
+    """Turn files of records into CSV files with stated unit, source, licence and processing.
 
     Several files, a pattern ("raw/T???.txt") or a folder are written to a folder, each under its
     own name; one file becomes one file.
@@ -153,7 +153,7 @@ def generate_record(
     damping: float = 0.6,
     interval: Time = "10 ms",
 ) -> LookedUp:
-    """Writes a stochastic motion: Kanai-Tajimi noise under an envelope, scaled to a peak.
+    """Write a stochastic motion: Kanai-Tajimi noise under an envelope, scaled to a peak.
 
     Args:
         output: CSV file to write.

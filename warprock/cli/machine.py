@@ -9,6 +9,7 @@ import click
 from warprock.cli.analysis import call, finish, show
 from warprock.cli.exits import EXIT_FAILED
 from warprock.cli.options import json_option, output_option, workers_option
+from warprock.cli.sections import Several
 from warprock.cli.signatures import help_of, own_options, read_function
 from warprock.cli.sweep import bench_sweep
 
@@ -26,7 +27,7 @@ def doctor(ctx: click.Context, as_json: bool) -> None:
         ctx.exit(EXIT_FAILED)
 
 
-@click.group(invoke_without_command=True, help=read_function("bench", "bench").text)
+@click.group(cls=Several, invoke_without_command=True, help=read_function("bench", "bench").text)
 @own_options("bench", "bench")
 @click.option("--device", help=help_of("bench", "bench", "device"))
 @output_option

@@ -11,13 +11,14 @@ import click
 from warprock.cli import completion
 from warprock.cli.analysis import call, show
 from warprock.cli.options import json_option, output_file_to, reading_options, workers_option
+from warprock.cli.sections import Several
 from warprock.cli.signatures import help_of, own_options, read_function
 
 if TYPE_CHECKING:
     from warprock.api.found import Found
 
 
-@click.group()
+@click.group(cls=Several)
 def records() -> None:
     """Strong-motion records: what is shipped, what a file holds, files made ready for a case.
 

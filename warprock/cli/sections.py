@@ -60,6 +60,8 @@ SECTIONS: dict[str, dict[str, str]] = {
 """Heading -> command -> what it does, in one line of a terminal of 80 columns."""
 
 _OTHER = "Other"
+LONGEST = 240
+"""Letters of a first sentence that are written."""
 
 
 class Main(ExitCodes):
@@ -99,6 +101,15 @@ class Main(ExitCodes):
             _write(formatter, heading, rows)
         found = ((name, self.get_command(ctx, name)) for name in sorted(left))
         _write(formatter, _OTHER, [(n, c.get_short_help_str(64)) for n, c in found if c])
+
+
+class Several(click.Group):
+    """A command that has commands; its help says the first sentence of each, whole."""
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Writes its commands."""
+        found = ((name, self.get_command(ctx, name)) for name in self.list_commands(ctx))
+        _write(formatter, "Commands", [(n, c.get_short_help_str(LONGEST)) for n, c in found if c])
 
 
 def _write(formatter: click.HelpFormatter, heading: str, rows: list[tuple[str, str]]) -> None:

@@ -27,12 +27,13 @@ from warprock.cli.options import (
     workers_option,
 )
 from warprock.cli.pages import add_page
+from warprock.cli.sections import Several
 from warprock.cli.signatures import own_options
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
-@click.group()
+@click.group(cls=Several)
 def sweep() -> None:
     """Many lanes in chunks that are resumed, spread over machines and merged.
 

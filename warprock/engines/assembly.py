@@ -243,6 +243,7 @@ class Assembly(KernelEngine):
             "marks": contacts,
             "packs": own_rows,
             "sides": packing.WIDTH * own_rows,
+            "couples": packing.WIDTH * packing.COUPLE * own_rows,
             "rows": packing.NUMBERS * own_rows,
             "order": packing.WIDTH * own_rows,
             "colours": own.most_parts + 1,
@@ -252,6 +253,8 @@ class Assembly(KernelEngine):
         }
         for name, room in rooms.items():
             setattr(laid, name, wp.zeros((count, room), dtype=types[name], device=device))
+        for name in ("couple", "row"):
+            setattr(laid, name, wp.zeros(count, dtype=types[name], device=device))
         for name, field in module.Kept.vars.items():
             values = wp.zeros((count, own.most_parts), dtype=field.type.dtype, device=device)
             setattr(kept, name, values)

@@ -112,7 +112,7 @@ def groups_of(curves: Sequence[Curve]) -> list[list[Curve]]:
 
 def _name(limit: Limit) -> str:
     """A limit state in words."""
-    return limit.text if limit.ratio is None else f"rotation {limit.name} of slenderness"
+    return limit.text if limit.ratio is None else f"rotation {limit.name} of the slenderness angle"
 
 
 def _median(curve: Curve, measured: Measure) -> str:

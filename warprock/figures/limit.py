@@ -69,7 +69,7 @@ def draw_limit(found: LoadLimits, pushes: Pushes | None, title: str) -> list[Dra
         where = "blocks" if found.spatial else "blocks where they stand (outlines) and"
         about = (
             f"{found.case.name}: {where} as the mechanism moves "
-            "them, by the same scale in all joints; it has no size"
+            "them, by the same scale in all joints; a mechanism has no size of its own"
         )
         headline(figure, title, about)
     said = "; ".join(_name(found.collapses[places[lane]], lane) for lane in shown)
@@ -273,7 +273,7 @@ def _frame(axes: Axes) -> None:
     axes.autoscale_view()
     axes.margins(0.04)
     axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
+    axes.set_ylabel("z [m]")
     # Panels of one scale fill their room, and leave too little below their labels otherwise.
     layout = axes.figure.get_layout_engine()
     if isinstance(layout, ConstrainedLayoutEngine):

@@ -29,6 +29,8 @@ OVERTURNED_AT = 1.15
 """Rotation ratio at which overturned lanes are marked, unless a standing one went as far."""
 SMALL, SEVERAL = 1e-3, 4
 """Rotation ratio below which a logarithmic scale is linear, and lanes that ask for such a scale."""
+NO_TURN = 1e-6
+"""Rotation ratio up to which a block does not rotate."""
 OUTCOMES: dict[int, tuple[str, str, bool]] = {
     Outcome.AT_REST: ("at rest at the end", "o", True),
     Outcome.ROCKING: ("still moving at the end", "o", False),
@@ -77,7 +79,7 @@ class Peaks:
     def top(self) -> float:
         """Upper end of the ordinate."""
         beyond = 1.35 if self.logarithmic else 1.07
-        return beyond * (self.raised_at if self.raised.any() else self.largest_standing)
+        return beyond * (self.raised_at if self.raised.any() else max(self.largest_standing, SMALL))
 
     @property
     def raised_at(self) -> float:
@@ -133,7 +135,7 @@ class Peaks:
     def largest_standing(self) -> float:
         """Largest ratio of the other lanes; a little above 0 without any."""
         standing = self.ratio[~self.raised]
-        return float(np.nanmax(standing, initial=1e-6))
+        return float(np.nanmax(standing, initial=NO_TURN))
 
     def message(self, block: int | None = None) -> str:
         """What became of the lanes, and how far those rotated that stand; one line.
@@ -147,7 +149,10 @@ class Peaks:
             of = "a block"
         largest = f"{three_digits(self.largest_standing)} of the slenderness angle"
         if count == 1:
-            return _alone(int(self.outcome[0]), largest, of, self.thing)
+            turn = f"the largest rotation of {of} is {largest}"
+            if self.largest_standing <= NO_TURN:
+                turn = f"{of} does not rotate"
+            return _alone(int(self.outcome[0]), turn, self.thing)
         parts = [
             f"{int(np.sum(self.outcome == code)):,} {verb}"
             for code, verb in {**LOST, Outcome.OVERTURNED: self.thing.fall}.items()
@@ -167,8 +172,8 @@ class Peaks:
         )
 
 
-def _alone(outcome: int, largest: str, block: str, thing: Thing) -> str:
-    """What is said of the one lane of a run."""
+def _alone(outcome: int, turn: str, thing: Thing) -> str:
+    """What is said of the one lane of a run; `turn` is how far it rotates."""
     if outcome == UNUSABLE:
         return "The one lane has no usable number"
     said = {
@@ -177,7 +182,7 @@ def _alone(outcome: int, largest: str, block: str, thing: Thing) -> str:
         FAR: f"is beyond {FARTHEST:g} x its slenderness angle when the run ends",
     }
     if outcome not in said:
-        return f"The lane stands; the largest rotation of {block} is {largest}"
+        return f"The lane stands; {turn}"
     return f"The {thing.noun} {said[outcome]}"
 
 

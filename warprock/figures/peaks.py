@@ -169,7 +169,7 @@ def _draw_curves(
         place = index / max(count - 1, 1) - 0.5
         beside_names = across.nominal
         aside = _moved(axes, 0.0 if beside_names else SIDE * (index - 0.5 * (count - 1)))
-        if not across.nominal:
+        if not (across.nominal or across.of_seeds):
             standing = np.where(peaks.raised[lanes], np.nan, ratio)
             line = DASHES[index % len(DASHES)]
             axes.plot(x, standing, color=color, linestyle=line, transform=aside)

@@ -14,6 +14,7 @@ from warprock.figures.scales import at_least, plain
 from warprock.figures.sheet import TIME_LABEL, headline, legend_below, style, subplots
 from warprock.model.lanes import SpatialLanes
 from warprock.model.response import Response
+from warprock.model.words import lane_count_text
 from warprock.running.case_run import CaseRun
 
 if TYPE_CHECKING:
@@ -75,9 +76,11 @@ def draw_space(
             axes.set_xlabel(label)
         legend_below(figure, grid[0, 0], columns=2)
         title = _message(found, of)
+        whole = lane_count_text(run.case.lane_count)
+        shown = whole if len(picked) == run.case.lane_count else f"{len(picked)} of {whole}"
         about = (
-            f"{run.case.title}; {run.response.engine}, {len(picked)} of {run.case.lane_count} "
-            "lanes; rotations are over the slenderness angle of their direction"
+            f"{run.case.title}; {run.response.engine}, {shown}; rotations are over the slenderness "
+            "angle of their direction"
         )
         headline(figure, title, about)
     return Drawing("space", figure, title, f"{run.case.title}. {title}.")

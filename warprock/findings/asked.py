@@ -125,7 +125,7 @@ def _axis(axis: Mapping[str, str]) -> str:
 
 
 def _sample(sample: Facts) -> str:
-    how = {"sobol": "Sobol' sequence", "latin": "Latin hypercube"}.get(
+    how = {"sobol": "Sobol' sequence", "lhs": "Latin hypercube"}.get(
         str(sample.get("sampling", "sobol")), str(sample.get("sampling"))
     )
     drawn = [f"{key} {_text(value)}" for key, value in sample.get("over", {}).items()]

@@ -80,14 +80,15 @@ def tell_fragility(_facts: Facts, tables: Tables) -> Finding:
     groups = list(map(str, rows.columns[: list(rows.columns).index(LIMIT)]))
     single = rows.drop_duplicates(groups) if groups else rows.head(1)
     many = len(single) > GROUPS_SHOWN
+    headline = fits_headline(rows, groups, intensity)
     return Finding(
         kind="Fragility functions",
         title=f"Fragility over {heading(intensity).text}",
         facts={},
         tables=tables,
         sentences=[
-            fits_headline(rows, groups, intensity),
-            *fit_sentences(rows, groups, intensity),
+            headline,
+            *(said for said in fit_sentences(rows, groups, intensity) if said != headline),
             *_not_counted(rows, single, groups),
         ],
         sheets=[

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from warprock.case.columns import Columns, Table
 from warprock.case.input_columns import columns_of
 from warprock.findings import asked
-from warprock.findings.digits import DIGITS
+from warprock.findings.digits import DIGITS, MEASURED
 from warprock.findings.numbers import three
 from warprock.findings.sheets import ROWS, Heading, Sheet, heading
 from warprock.model.response import FALLEN_NAMES, USABLE_NAMES
@@ -141,7 +141,7 @@ def _columns(
 
     def of_block(block: str) -> Iterator[tuple[Heading | None, str, float]]:
         of = f" {block[1:]}" if block else ""
-        yield Heading(f"peak rotation{of} / slenderness"), f"{PEAK_RATIO}{block}", 1.0
+        yield Heading(f"peak rotation{of} / slenderness angle"), f"{PEAK_RATIO}{block}", 1.0
         yield _scaled(f"peak rotation{of}", "peak_rotation_rad", block)
         yield None, f"peak_time{block}_s", 1.0
         yield _scaled(f"peak slide{of}", "peak_slide_m", block)
@@ -153,7 +153,7 @@ def _columns(
         wanted.append((Heading(heading(name).text, unit) if unit else None, name, size))
     wanted += [(None, name, 1.0) for name in besides]
     wanted += [column for block in blocks for column in of_block(block)]
-    wanted += [(None, name, 1.0) for name in RESULTS]
+    wanted += map(_as_said, RESULTS)
     for block in blocks:
         of = f" {block[1:]}" if block else ""
         wanted.append(_scaled(f"error of rotation{of}", "rotation_error_rad", block))
@@ -162,6 +162,14 @@ def _columns(
             told = meanings.get(name, {})
             found = own or heading(name, "", told.get("unit", ""))
             yield Heading(found.text, found.unit, told.get("text", "")), name, factor
+
+
+def _as_said(column: str) -> tuple[Heading | None, str, float]:
+    """A column of a lane in the unit in which sentences say it: heading, column, and factor."""
+    shown = DIGITS.get(column, MEASURED)
+    if not shown.unit:
+        return None, column, 1.0
+    return Heading(heading(column).text, shown.unit), column, shown.size
 
 
 def _scaled(name: str, column: str, block: str) -> tuple[Heading, str, float]:

@@ -103,6 +103,8 @@ def peak_sentences(facts: Mapping[str, Any], table: Table) -> list[str]:
     if not len(up):
         return ["No lane with usable numbers stayed up."]
     top = int(up[np.argmax(ratio[up])])
+    if ratio[top] == 0.0:
+        return ["No block that stayed up rotated."]
     where = ""
     if len(table) > 1:
         where = f", in {lane_name(facts, table, top)}"

@@ -6,7 +6,6 @@ is left to whoever asks, who reads line by line and says which one cannot be use
 
 from __future__ import annotations
 
-import io
 import warnings
 from collections.abc import Sequence
 
@@ -25,21 +24,8 @@ def plain_column(lines: Sequence[str]) -> Array | None:
     Args:
         lines: The lines; empty ones are passed over.
     """
-    import pyarrow as pa
-    from pyarrow import csv
-
-    text = "\n".join(lines).encode()
-    kind = {"0": pa.float64()}
-    try:
-        table = csv.read_csv(
-            io.BytesIO(text),
-            csv.ReadOptions(column_names=["0"]),
-            csv.ParseOptions(quote_char=False),
-            csv.ConvertOptions(column_types=kind, null_values=[], strings_can_be_null=False),
-        )
-    except pa.ArrowInvalid:
-        return None
-    return _finite(table.column("0").to_numpy())
+    values = _numbers(lines)
+    return None if values is None or values.shape[1] != 1 else values[:, 0]
 
 
 def plain_columns(
@@ -59,18 +45,20 @@ def plain_columns(
         rows.pop()
     if not rows or not _all_have(rows, separator, count):
         return None
-    places = [number - 1 for number in wanted]
+    return _numbers(rows, separator, [number - 1 for number in wanted])
+
+
+def _numbers(
+    rows: Sequence[str], separator: str | None = None, places: Sequence[int] | None = None
+) -> Array | None:
+    """The numbers of rows, of all columns or some; None where one is not finite, or no number."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            values = np.loadtxt(rows, delimiter=separator, comments=None, usecols=places, ndmin=2)
+            found = np.loadtxt(rows, delimiter=separator, comments=None, usecols=places, ndmin=2)
     except (ValueError, Warning):
         return None
-    return _finite(values)
-
-
-def _finite(values: Array) -> Array | None:
-    return values if np.isfinite(values).all() else None
+    return found if np.isfinite(found).all() else None
 
 
 def _all_have(rows: Sequence[str], separator: str | None, count: int) -> bool:

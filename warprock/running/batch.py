@@ -161,9 +161,9 @@ def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotion
     """Compiles or loads the kernels of several runs side by side, on all cores.
 
     A run alone compiles its kernels on one core. Work that needs many kernels ends sooner if they
-    are known beforehand. Warp compiles its headers once for each thread and set of flags, which
-    takes as long as two kernels. So kernels with the same flags follow one another, and threads
-    begin at both ends of the list.
+    are known beforehand. Warp compiles its headers for each set of flags that finds none
+    (`share_headers` in devices.py), which takes as long as two kernels. So kernels with the same
+    flags follow one another, and threads begin at both ends of the list.
 
     Args:
         batches: For each run its engine, its lanes and their ground motions.

@@ -44,6 +44,9 @@ VALUES_SHOWN = 12
 WORDS_SHOWN = 4
 """Words that are named of an input that has more of them than that."""
 
+LETTERS_SHOWN = 240
+"""Letters of the texts of an input up to which all of them are listed; of longer ones the first."""
+
 LANES_SHOWN = 100_000
 """Lanes whose inputs are looked through; of more, the first ones."""
 
@@ -280,9 +283,12 @@ def _kernel_text(case: Case, name: str, scene: SceneKind) -> str:
 def _spread(inputs: Columns, name: str) -> dict[str, Any]:
     """Distinct values in order of appearance, or least and greatest where there are many.
 
-    Of many words the first ones, and how many there are.
+    Of many words the first ones, of long texts the first one, and how many there are.
     """
     distinct, values = inputs.distinct(name), inputs.columns[name]
+    letters = sum(map(len, map(str, distinct))) if isinstance(values, Texts) else 0
+    if len(distinct) > 1 and letters > LETTERS_SHOWN:
+        return {"values": distinct[:1], "count": len(distinct)}
     if len(distinct) <= VALUES_SHOWN:
         return {"values": distinct}
     if isinstance(values, Texts) or values.dtype.kind not in "biuf":

@@ -93,6 +93,47 @@ def keep_headers() -> None:
     with contextlib.suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
         runtime.get_clang_pch_dir = lambda: str(folder)
+    share_headers()
+
+
+def share_headers() -> None:
+    """Lets kernels whose flags differ in the optimiser alone share one precompiled header.
+
+    Warp names a header after all flags. Those of the optimiser (`-mllvm`) are not among those that
+    it makes the header with, so that it made the same bytes again, 1.7 s for each set. Headers lie
+    in a folder for the other flags now, and one that is there is linked to the name of each set.
+    Where Warp names them in another way, no link is found, and it makes them anew.
+    """
+    import warp as wp
+
+    build: Any = getattr(getattr(wp, "_src", None), "build", None)
+    compile_cpu = getattr(build, "build_cpu", None)
+    if compile_cpu is None:
+        return
+
+    def compile_with_header(*places: Any, extra_flags: str = "", **options: Any) -> None:
+        if options.get("pch_dir"):
+            options["pch_dir"] = header_folder(options["pch_dir"], extra_flags.split())
+        compile_cpu(*places, extra_flags=extra_flags, **options)
+
+    build.build_cpu = compile_with_header
+
+
+def header_folder(folder: str, flags: list[str]) -> str:
+    """The folder of the header for some compiler flags, where it has their name if it is there."""
+    seen = " ".join(flag for flag in flags if not flag.startswith("-mllvm="))
+    place = pathlib.Path(folder, hashlib.sha256(seen.encode()).hexdigest()[:12])
+    # Warp's name for the flags: the hash FNV-1a of all of them.
+    name = 0xCBF29CE484222325
+    for byte in b"".join(flag.encode() + b"\0" for flag in flags):
+        name = (name ^ byte) * 0x100000001B3 % 2**64
+    with contextlib.suppress(OSError):
+        place.mkdir(parents=True, exist_ok=True)
+        for header in place.glob("*_f*.pch"):
+            link = place / f"{header.name.rpartition('_f')[0]}_f{name:016x}.pch"
+            if not link.exists():
+                os.link(header, link)
+    return str(place)
 
 
 def write_short_structs() -> None:

@@ -47,13 +47,14 @@ def print_study(out: Console, rows: Sequence[Row], case: Case) -> None:
         out.print()
     time = quantity_of("duration_s", case.sample_times.duration)
     lines = [
-        f"{' and '.join(_spans(case))}: largest |rotation - Housner's| / slenderness in that time.",
+        f"{' and '.join(_spans(case))}: largest |rotation - Housner's| / slenderness angle in that "
+        "time.",
         f"CPU: for {time} of one lane on one core, one lane a thread.",
     ]
     if any(value_of(row, "rest_time_error_s") != MISSING for row in found):
         lines.append("rest: time of coming to rest less Housner's [s], where both rest in time.")
     if len(lanes) > LANES_APART:
-        lines.append("peak: largest rotation / slenderness.")
+        lines.append("peak: largest rotation / slenderness angle.")
         lines.append(f"The largest of {len(lanes)} lanes each, those where Housner holds.")
     elif len(lanes) > 1:
         lines.append("; ".join(f"lane {lane}: {name}" for lane, name in lanes.items()))

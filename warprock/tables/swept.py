@@ -83,6 +83,11 @@ class SweptAxis:
         return rising[0] if rising and (alone or self.length > TICKS) else None
 
     @property
+    def of_seeds(self) -> bool:
+        """Whether its values are seeds: between two of them nothing lies."""
+        return (self.scale_key or "").endswith("seed")
+
+    @property
     def coordinates(self) -> Array:
         """Where each value lies along a scale, in the unit it was written in, shape [axis]."""
         key = self.scale_key

@@ -106,7 +106,7 @@ def _check_housner(check: Any, responses: CaseResponses) -> list[CheckRow]:
         rows.append(
             CheckRow(
                 case=responses.case.name,
-                name=f"max |rotation - Housner| / slenderness {span}",
+                name=f"max |rotation - Housner| / slenderness angle {span}",
                 engine=check.engine,
                 lanes=_selection_text(check.where),
                 value=value,

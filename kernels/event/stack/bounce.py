@@ -19,7 +19,7 @@ References:
 import warp as wp
 
 from warprock.kernels.contact.bounce import kept_part
-from warprock.kernels.event.stack.chain import Contacts, relative_velocity
+from warprock.kernels.event.stack.chain import relative_velocity
 from warprock.kernels.event.stack.contact import RoundOff, Solution, solve
 from warprock.kernels.event.stack.state import Rebound, kinetic_energy
 from warprock.kernels.shape.stack import MINUS, PLUS, Blocks, Counts, Jacobian, Triples
@@ -27,7 +27,7 @@ from warprock.kernels.shape.stack import MINUS, PLUS, Blocks, Counts, Jacobian, 
 
 @wp.func
 def rebounds(
-    g: wp.ref[Jacobian], rebound: Rebound, touch: Counts, free: Triples
+    g: wp.ref[Jacobian], rebound: Rebound, touch: Counts, free: wp.ref[Triples]
 ) -> Triples:  # fmt: skip
     """Minus the speeds at which ends have to open, in the rows of their velocities [m/s]."""
     shift = Triples()
@@ -42,18 +42,23 @@ def rebounds(
 
 @wp.func(inline=False)
 def bounce(
-    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], rebound: Rebound, touch: Counts, guess: Contacts,
-    free: Triples, dust: RoundOff,
-) -> Solution:  # fmt: skip
-    """The impact that bounces; arguments as of `solve`."""
-    plastic = solve(blocks, g, touch, Counts(), guess, free, dust, Triples())
+    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], rebound: Rebound, touch: Counts,
+    free: wp.ref[Triples], dust: RoundOff, found: wp.ref[Solution],
+):  # fmt: skip
+    """Finds the impact that bounces; arguments as of `solve`."""
+    plastic = Solution()
+    plastic.contacts = found.contacts
+    solve(blocks, g, touch, Counts(), free, dust, Triples(), plastic)
     shift = rebounds(g, rebound, touch, free)
     total = real(0.0)
     for k in range(3 * BLOCKS):
         total += shift[k]
     if total == real(0.0):
-        return plastic
-    found = solve(blocks, g, touch, Counts(), guess, free, dust, shift)
+        found.velocity = plastic.velocity
+        found.contacts = plastic.contacts
+        found.solved = plastic.solved
+        return
+    solve(blocks, g, touch, Counts(), free, dust, shift, found)
     more = Triples()
     for k in range(3 * BLOCKS):
         more[k] = found.velocity[k] - plastic.velocity[k]
@@ -77,4 +82,3 @@ def bounce(
             u = relative_velocity(g, found.velocity, k)
             sticks = found.contacts.slip[k] == 0 and plastic.contacts.slip[k] == 0
             found.contacts.slip[k] = wp.where(sticks, 0, int(sign_of(u[0])))
-    return found

@@ -132,7 +132,7 @@ def keep_rows(keep: Three, m: Matrix) -> Matrix:
 
 
 @wp.func
-def relative_velocity(g: wp.ref[Jacobian], velocity: Triples, k: int) -> Three:
+def relative_velocity(g: wp.ref[Jacobian], velocity: wp.ref[Triples], k: int) -> Three:
     """Relative velocities at interface k [m/s]."""
     u = matrix_of(g.upper, k) * three_of(velocity, k)
     if k > 0:
@@ -141,54 +141,61 @@ def relative_velocity(g: wp.ref[Jacobian], velocity: Triples, k: int) -> Three:
 
 
 @wp.func(inline=False)
-def relative_velocities(g: wp.ref[Jacobian], velocity: Triples) -> Triples:
-    """Relative velocities at all interfaces [m/s]."""
-    q = Triples()
+def relative_velocities(g: wp.ref[Jacobian], velocity: wp.ref[Triples], q: wp.ref[Triples]):
+    """Sets the relative velocities q at all interfaces [m/s]."""
     for k in range(BLOCKS):
         u = relative_velocity(g, velocity, wp.static(k))
         for i in range(3):
             q[3 * k + i] = u[i]
-    return q
 
 
 @wp.func(inline=False)
-def couplings_of(blocks: wp.ref[Blocks], g: wp.ref[Jacobian]) -> Couplings:
-    """What impulses at the interfaces do to their relative velocities."""
-    c = Couplings()
+def couple(blocks: wp.ref[Blocks], g: wp.ref[Jacobian], c: wp.ref[Couplings]):
+    """Sets what impulses at the interfaces do to their relative velocities."""
     c.friction = blocks.friction
     for k in range(BLOCKS):
         up = matrix_of(g.upper, wp.static(k))
         d = over_mass(up, blocks, k) * wp.transpose(up)
-        couple = Matrix()
+        beside = Matrix()
         if k > 0:
             down = matrix_of(g.lower, k)
             heavy = over_mass(down, blocks, k - 1)
             d = d + heavy * wp.transpose(down)
-            couple = heavy * wp.transpose(matrix_of(g.upper, k - 1))
+            beside = heavy * wp.transpose(matrix_of(g.upper, k - 1))
         for i in range(3):
             for j in range(3):
                 c.own[3 * k + i, j] = d[i, j]
-                c.below[3 * k + i, j] = couple[i, j]
-    return c
+                c.below[3 * k + i, j] = beside[i, j]
+
+
+@wp.func
+def velocity_after(
+    c: wp.ref[Couplings], q: wp.ref[Triples], p: wp.ref[Triples], k: int
+) -> Three:  # fmt: skip
+    """Relative velocity at interface k [m/s]: that of q + D p."""
+    own = matrix_of(c.own, k) * three_of(p, k)
+    if k > 0:
+        own = own + matrix_of(c.below, k) * three_of(p, k - 1)
+    if k < BLOCKS - 1:
+        own = own + wp.transpose(matrix_of(c.below, k + 1)) * three_of(p, k + 1)
+    return three_of(q, k) + own
 
 
 @wp.func(inline=False)
-def respond(c: wp.ref[Couplings], q: Triples, p: Triples) -> Triples:
-    """Relative velocities q + D p [m/s] after impulses p [N s]."""
-    u = q
+def respond(
+    c: wp.ref[Couplings], q: wp.ref[Triples], p: wp.ref[Triples], u: wp.ref[Triples]
+):  # fmt: skip
+    """Sets the relative velocities u = q + D p [m/s] after impulses p [N s]."""
     for k in range(BLOCKS):
-        own = matrix_of(c.own, wp.static(k)) * three_of(p, k)
-        if k > 0:
-            own = own + matrix_of(c.below, k) * three_of(p, k - 1)
-        if k < BLOCKS - 1:
-            own = own + wp.transpose(matrix_of(c.below, k + 1)) * three_of(p, k + 1)
+        after = velocity_after(c, q, p, wp.static(k))
         for i in range(3):
-            u[3 * k + i] = u[3 * k + i] + own[i]
-    return u
+            u[3 * k + i] = after[i]
 
 
 @wp.func(inline=False)
-def eliminate(c: wp.ref[Couplings], contacts: Contacts, first: int, f: wp.ref[Factors]):
+def eliminate(
+    c: wp.ref[Couplings], contacts: wp.ref[Contacts], first: int, f: wp.ref[Factors]
+):  # fmt: skip
     """Factors of the system of an assumed state, from below: p_k = inverse_k ... - reach_k p_(k+1).
 
     Args:
@@ -225,36 +232,45 @@ def is_positive(f: wp.ref[Factors]) -> bool:
     return f.positive[BLOCKS - 1] == 1
 
 
+@wp.func
+def impulses_below(
+    c: wp.ref[Couplings], f: wp.ref[Factors], contacts: wp.ref[Contacts], q: wp.ref[Triples],
+    p: wp.ref[Triples], k: int,
+):  # fmt: skip
+    """Sets the impulses of interface k as if those of the next higher one were zero."""
+    right = -three_of(q, k)
+    if k > 0:
+        right = right - matrix_of(c.below, k) * three_of(p, k - 1)
+    own = matrix_of(f.inverse, k) * wp.cw_mul(held_rows(contacts.hold[k], contacts.slip[k]), right)
+    for i in range(3):
+        p[3 * k + i] = own[i]
+
+
+@wp.func
+def impulses_above(f: wp.ref[Factors], p: wp.ref[Triples], k: int):
+    """Adds to the impulses of interface k what those of the next higher one do to them."""
+    own = three_of(p, k) - matrix_of(f.reach, k) * three_of(p, k + 1)
+    for i in range(3):
+        p[3 * k + i] = own[i]
+
+
 @wp.func(inline=False)
 def find_impulses(
-    c: wp.ref[Couplings], f: wp.ref[Factors], contacts: Contacts, q: Triples
-) -> Triples:
-    """Impulses of an assumed state [N s] from relative velocities without contact."""
-    part = Triples()
-    last = Three()
-    hold = contacts.hold
-    slip = contacts.slip
+    c: wp.ref[Couplings], f: wp.ref[Factors], contacts: wp.ref[Contacts], q: wp.ref[Triples],
+    p: wp.ref[Triples],
+):  # fmt: skip
+    """Sets the impulses p of an assumed state [N s] from relative velocities without contact."""
     for k in range(BLOCKS):
-        right = -three_of(q, wp.static(k))
-        if k > 0:
-            right = right - matrix_of(c.below, k) * last
-        last = matrix_of(f.inverse, k) * wp.cw_mul(held_rows(hold[k], slip[k]), right)
-        for i in range(3):
-            part[3 * k + i] = last[i]
+        impulses_below(c, f, contacts, q, p, wp.static(k))
     for step in range(1, BLOCKS):
-        k = wp.static(BLOCKS - 1 - step)
-        last = three_of(part, k) - matrix_of(f.reach, k) * last
-        for i in range(3):
-            part[3 * k + i] = last[i]
-    return part
+        impulses_above(f, p, wp.static(BLOCKS - 1 - step))
 
 
 @wp.func(inline=False)
 def apply_impulses(
-    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], velocity: Triples, p: Triples
-) -> Triples:
-    """Velocities of all blocks after impulses."""
-    v = velocity
+    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], v: wp.ref[Triples], p: wp.ref[Triples]
+):  # fmt: skip
+    """Changes the velocities v of all blocks by impulses."""
     for k in range(BLOCKS):
         kick = wp.transpose(matrix_of(g.upper, wp.static(k))) * three_of(p, k)
         if k < BLOCKS - 1:
@@ -263,16 +279,16 @@ def apply_impulses(
         v[3 * k] = v[3 * k] + w * kick[0]
         v[3 * k + 1] = v[3 * k + 1] + w * kick[1]
         v[3 * k + 2] = v[3 * k + 2] + blocks.inverse_inertia[k] * kick[2]
-    return v
 
 
 @wp.func(inline=False)
 def constrain(
-    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], contacts: Contacts, free: Triples
-) -> Triples:
-    """Velocities of all blocks in an assumed state, from those without contact."""
-    c = couplings_of(blocks, g)
-    q = relative_velocities(g, free)
-    f = Factors()
+    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], contacts: wp.ref[Contacts], v: wp.ref[Triples]
+):  # fmt: skip
+    """Changes the velocities v of all blocks without contact to those in an assumed state."""
+    c, f, q, p = Couplings(), Factors(), Triples(), Triples()
+    couple(blocks, g, c)
+    relative_velocities(g, v, q)
     eliminate(c, contacts, 0, f)
-    return apply_impulses(blocks, g, free, find_impulses(c, f, contacts, q))
+    find_impulses(c, f, contacts, q, p)
+    apply_impulses(blocks, g, v, p)

@@ -16,7 +16,7 @@ from warprock.kernels.event.stack.chain import (
     Contacts,
     Factors,
     apply_impulses,
-    couplings_of,
+    couple,
     eliminate,
     find_impulses,
     is_positive,
@@ -27,6 +27,7 @@ from warprock.kernels.event.stack.path import (
     ENDS_OF_LAW,
     STOPS,
     Contact,
+    Line,
     Problem,
     applies,
     bears,
@@ -100,19 +101,22 @@ def violation(p: Three, u: Three, contact: Contact, dust: RoundOff) -> real:
 
 @wp.func
 def worst_violation(
-    problem: wp.ref[Problem], contacts: Contacts, p: Triples, u: Triples, dust: RoundOff
+    problem: wp.ref[Problem], contacts: wp.ref[Contacts], line: wp.ref[Line], dust: RoundOff
 ) -> real:
     """The largest `violation` of all interfaces."""
     worst = real(0.0)
     for k in range(BLOCKS):
         contact = contact_of(problem, contacts, wp.static(k))
         if contact.touch != 0:
-            worst = larger(worst, violation(three_of(p, k), three_of(u, k), contact, dust))
+            p, u = three_of(line.impulse, k), three_of(line.velocity, k)
+            worst = larger(worst, violation(p, u, contact, dust))
     return worst
 
 
 @wp.func
-def spare_of(problem: wp.ref[Problem], contacts: Contacts, impulse: Triples) -> real:
+def spare_of(
+    problem: wp.ref[Problem], contacts: wp.ref[Contacts], impulse: wp.ref[Triples]
+) -> real:  # fmt: skip
     """Margin of the weakest contact before a held end opens or one that sticks slides [N s]."""
     least = IMPOSSIBLE
     for k in range(BLOCKS):
@@ -126,58 +130,51 @@ def spare_of(problem: wp.ref[Problem], contacts: Contacts, impulse: Triples) -> 
 
 @wp.func(inline=False)
 def solve(
-    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], touch: Counts, glide: Counts, guess: Contacts,
-    free: Triples, dust: RoundOff, shift: Triples,
-) -> Solution:  # fmt: skip
-    """Velocities that obey the contact law.
+    blocks: wp.ref[Blocks], g: wp.ref[Jacobian], touch: Counts, glide: Counts,
+    free: wp.ref[Triples], dust: RoundOff, shift: Triples, found: wp.ref[Solution],
+):  # fmt: skip
+    """Finds velocities that obey the contact law.
 
     Args:
         blocks: The blocks.
         g: The Jacobian.
         touch: Ends that touch.
         glide: Directions of sliding that are given; 0 where friction finds its own.
-        guess: State that is tried first.
         free: Velocities without contact.
         dust: What counts as round-off.
         shift: What the law adds to relative velocities [m/s]: of impacts that bounce.
+        found: What is found; with the state that is tried first before.
     """
     problem = Problem()
-    problem.couplings = couplings_of(blocks, g)
-    problem.free = relative_velocities(g, free)
+    couple(blocks, g, problem.couplings)
+    relative_velocities(g, free, problem.free)
     if BOUNCES:
         problem.free = problem.free + shift
     problem.touch = touch
     problem.glide = glide
-    found = Solution()
-    found.contacts = guess
-    f = Factors()
-    eliminate(problem.couplings, guess, 0, f)
-    p = find_impulses(problem.couplings, f, guess, problem.free)
-    u = respond(problem.couplings, problem.free, p)
-    found.spare = spare_of(problem, guess, p)
+    f, line, r = Factors(), Line(), Triples()
+    eliminate(problem.couplings, found.contacts, 0, f)
+    find_impulses(problem.couplings, f, found.contacts, problem.free, line.impulse)
+    respond(problem.couplings, problem.free, line.impulse, line.velocity)
+    found.spare = spare_of(problem, found.contacts, line.impulse)
     worst = IMPOSSIBLE
     if is_positive(f):
-        worst = worst_violation(problem, guess, p, u, dust)
+        worst = worst_violation(problem, found.contacts, line, dust)
     tries = int(0)
     while worst > real(1.0) and tries < ATTEMPTS:
-        r = Triples()
         if tries == 0:
-            r = path_from_guess(problem, guess, p, u)
+            path_from_guess(problem, found.contacts, line, r)
         else:
-            r = path_from_open(problem, tries)
+            path_from_open(problem, tries, r)
             found.contacts = Contacts()
             eliminate(problem.couplings, found.contacts, 0, f)
-            p = find_impulses(problem.couplings, f, found.contacts, problem.free)
-            u = respond(problem.couplings, problem.free, p)
         if tries > 1:
             problem.glide = Counts()
-        p, u, contacts, arrived = follow_path(problem, found.contacts, f, p, u, r)
-        found.contacts = contacts
-        if arrived:
-            worst = worst_violation(problem, contacts, p, u, dust)
+        if follow_path(problem, found.contacts, f, r, line):
+            worst = worst_violation(problem, found.contacts, line, dust)
         tries += 1
-    found.velocity = apply_impulses(blocks, g, free, p)
-    found.impulse = p
+    found.velocity = free
+    apply_impulses(blocks, g, found.velocity, line.impulse)
+    found.impulse = line.impulse
     found.solved = not (worst > real(1.0))
     found.guessed = tries == 0
-    return found

@@ -103,10 +103,10 @@ def fly(
 
 @wp.func(inline=False)
 def move(
-    blocks: wp.ref[Blocks], old: wp.ref[Pose], touch: Counts, velocity: Triples, slide: Values,
-    d: real,
-) -> Pose:  # fmt: skip
-    """The pose after a time d at constant velocities; anchors of contacts move as they slide.
+    blocks: wp.ref[Blocks], old: wp.ref[Pose], touch: Counts, velocity: wp.ref[Triples],
+    slide: wp.ref[Values], d: real, new: wp.ref[Pose],
+):  # fmt: skip
+    """Sets the pose after a time at constant velocities; anchors of contacts move as they slide.
 
     Args:
         blocks: The blocks.
@@ -115,8 +115,8 @@ def move(
         velocity: Velocities.
         slide: Sliding velocities of the contacts [m/s].
         d: The time [s].
+        new: The pose after it.
     """
-    new = Pose()
     new.touch = touch
     for k in range(BLOCKS):
         theta = old.theta[k] + d * velocity[3 * k + 2]
@@ -131,7 +131,6 @@ def move(
             anchor = find_anchor(blocks, old, k, touch[k])
             anchor.place = anchor.place + anchor.rate * d * slide[k]
             place_block(blocks, new, k, touch[k], anchor)
-    return new
 
 
 @wp.func
@@ -254,18 +253,18 @@ def find_departure(
     """
     low, _height = lower_face(blocks, k)
     room = low + blocks.half_width[k]
-    first = size(slide_place(blocks, s.pose, k))
     last = size(slide_place(blocks, t.pose, k))
     cut = NEVER
-    if first < room and t.d > near and (last - room) * t.d > near * (last - first):
-        cut = t.d * (room - first) / (last - first)
+    if last > room and t.d > near:
+        first = size(slide_place(blocks, s.pose, k))
+        if first < room and (last - room) * t.d > near * (last - first):
+            cut = t.d * (room - first) / (last - first)
     return cut
 
 
 @wp.func(inline=False)
-def lay_down(blocks: wp.ref[Blocks], old: wp.ref[Pose], falls: Counts) -> Pose:
-    """The pose with fallen blocks flat on what is below, and landed ends put on their faces."""
-    new = Pose()
+def lay_down(blocks: wp.ref[Blocks], old: wp.ref[Pose], falls: Counts, new: wp.ref[Pose]):
+    """Sets the pose with fallen blocks flat on what is below, and landed ends on their faces."""
     for k in range(BLOCKS):
         was = old.touch[k]
         touch = wp.where(falls[k] == OPEN, was, falls[k])
@@ -283,7 +282,6 @@ def lay_down(blocks: wp.ref[Blocks], old: wp.ref[Pose], falls: Counts) -> Pose:
             if touch == CLOSED:
                 anchor.place = upright_place(blocks, k, was, anchor)
             place_block(blocks, new, k, touch, anchor)
-    return new
 
 
 @wp.func(inline=False)

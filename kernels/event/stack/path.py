@@ -18,9 +18,11 @@ from warprock.kernels.event.stack.chain import (
     Couplings,
     Factors,
     eliminate,
-    find_impulses,
+    impulses_above,
+    impulses_below,
     is_positive,
     respond,
+    velocity_after,
 )
 from warprock.kernels.shape.stack import MINUS, PLUS, Counts, Three, Triples, three_of
 
@@ -66,7 +68,7 @@ class Contact:
 
 @wp.struct
 class Line:
-    """Impulses and relative velocities on the path, impulse + t impulse_rate and so on."""
+    """Impulses [N s] and relative velocities [m/s], impulse + t impulse_rate and so on."""
 
     impulse: Triples
     impulse_rate: Triples
@@ -75,7 +77,7 @@ class Line:
 
 
 @wp.func
-def contact_of(problem: wp.ref[Problem], contacts: Contacts, k: int) -> Contact:
+def contact_of(problem: wp.ref[Problem], contacts: wp.ref[Contacts], k: int) -> Contact:
     """Interface k in an assumed state."""
     return Contact(
         problem.touch[k],
@@ -181,31 +183,33 @@ def make_obey(p: Three, u: Three, contact: Contact, more: real):
 
 @wp.func(inline=False)
 def path_from_guess(
-    problem: wp.ref[Problem], guess: Contacts, p: Triples, velocity: Triples
-) -> Triples:  # fmt: skip
-    """The direction r along which a guess obeys the law at t = 1 [m/s].
+    problem: wp.ref[Problem], guess: wp.ref[Contacts], line: wp.ref[Line], r: wp.ref[Triples]
+):  # fmt: skip
+    """Sets the direction r along which a guess obeys the law at t = 1 [m/s].
 
-    p are its impulses, `velocity` the relative velocities with them.
+    `line` has its impulses and the relative velocities with them.
     """
-    f = Triples()
-    u = velocity
+    f, u, v = Triples(), Triples(), Triples()
     for k in range(BLOCKS):
         # Not all alike, so that no two margins are used up at once.
         more = real(1.0) + real(0.1) * real(wp.static(k))
-        fk, uk = make_obey(three_of(p, k), three_of(u, k), contact_of(problem, guess, k), more)
+        contact = contact_of(problem, guess, k)
+        fk, uk = make_obey(three_of(line.impulse, k), three_of(line.velocity, k), contact, more)
         for i in range(3):
             f[3 * k + i] = fk[i]
             u[3 * k + i] = uk[i]
-    return u - respond(problem.couplings, problem.free, f)
+    respond(problem.couplings, problem.free, f, v)
+    for i in range(3 * BLOCKS):
+        r[i] = u[i] - v[i]
 
 
 @wp.func
-def path_from_open(problem: wp.ref[Problem], attempt: int) -> Triples:
-    """A direction r along which open contacts obey the law at large t [m/s]."""
-    r = Triples()
+def path_from_open(problem: wp.ref[Problem], attempt: int, r: wp.ref[Triples]):
+    """Sets a direction r along which open contacts obey the law at large t [m/s]."""
     q = problem.free
     fastest = real(0.0)
     for i in range(3 * BLOCKS):
+        r[i] = real(0.0)
         fastest = larger(fastest, size(q[i]))
     dice = int(attempt)
     for k in range(BLOCKS):
@@ -217,12 +221,35 @@ def path_from_open(problem: wp.ref[Problem], attempt: int) -> Triples:
             at = wp.where(ahead, end, 1 - end)
             if (problem.touch[k] & wp.where(at == 0, PLUS, MINUS)) != 0:
                 r[3 * k + 1 + at] = fastest * (real(0.5) + real(dice) / real(65537.0))
-    return r
+
+
+@wp.func(inline=False)
+def find_line(
+    problem: wp.ref[Problem], f: wp.ref[Factors], contacts: wp.ref[Contacts], r: wp.ref[Triples],
+    line: wp.ref[Line],
+):  # fmt: skip
+    """Sets the line of a state with the factors f, along r.
+
+    Value and rate follow one another interface by interface, so that the processor works on both.
+    """
+    for k in range(BLOCKS):
+        impulses_below(problem.couplings, f, contacts, problem.free, line.impulse, wp.static(k))
+        impulses_below(problem.couplings, f, contacts, r, line.impulse_rate, k)
+    for step in range(1, BLOCKS):
+        k = wp.static(BLOCKS - 1 - step)
+        impulses_above(f, line.impulse, k)
+        impulses_above(f, line.impulse_rate, k)
+    for k in range(BLOCKS):
+        u = velocity_after(problem.couplings, problem.free, line.impulse, wp.static(k))
+        w = velocity_after(problem.couplings, r, line.impulse_rate, k)
+        for i in range(3):
+            line.velocity[3 * k + i] = u[i]
+            line.velocity_rate[3 * k + i] = w[i]
 
 
 @wp.func(inline=False)
 def next_switch(
-    problem: wp.ref[Problem], contacts: Contacts, line: wp.ref[Line], sense: real, at: int,
+    problem: wp.ref[Problem], contacts: wp.ref[Contacts], line: wp.ref[Line], sense: real, at: int,
     code: int,
 ):  # fmt: skip
     """The first condition of all contacts whose margin is used up as t goes on.
@@ -266,26 +293,18 @@ def next_switch(
 
 @wp.func(inline=False)
 def follow_path(
-    problem: wp.ref[Problem], start: Contacts, f: wp.ref[Factors], p: Triples, u: Triples,
-    r: Triples,
-):  # fmt: skip
-    """The state at the end of a path.
+    problem: wp.ref[Problem], contacts: wp.ref[Contacts], f: wp.ref[Factors], r: wp.ref[Triples],
+    line: wp.ref[Line],
+) -> bool:  # fmt: skip
+    """Follows a path; whether it has reached t = 0.
 
     Args:
         problem: What the law is asked for.
-        start: State in which the path starts.
-        f: Its factors; those of the last state after.
-        p: Its impulses [N s].
-        u: Its relative velocities [m/s].
+        contacts: State in which the path starts; that at its end after.
+        f: Factors of that state, likewise.
         r: How the relative velocities without contact are moved [m/s].
-
-    Returns:
-        Impulses; relative velocities; the state; whether the path has reached t = 0.
+        line: The line of the last state after.
     """
-    contacts = start
-    line = Line()
-    line.impulse = p
-    line.velocity = u
     sense = real(-1.0)
     at = int(0)
     code = int(0)
@@ -295,10 +314,7 @@ def follow_path(
         tries -= 1
         if code != 0:
             eliminate(problem.couplings, contacts, at, f)
-            line.impulse = find_impulses(problem.couplings, f, contacts, problem.free)
-            line.velocity = respond(problem.couplings, problem.free, line.impulse)
-        line.impulse_rate = find_impulses(problem.couplings, f, contacts, r)
-        line.velocity_rate = respond(problem.couplings, r, line.impulse_rate)
+        find_line(problem, f, contacts, r, line)
         if code != 0:
             contact = contact_of(problem, contacts, at)
             rate = margin(
@@ -317,4 +333,4 @@ def follow_path(
             contacts.hold[at] = hold
             contacts.slip[at] = slip
             code = other
-    return line.impulse, line.velocity, contacts, arrived
+    return arrived

@@ -163,7 +163,7 @@ def factorize(chain: wp.ref[Chain], pose: wp.ref[Pose], touch: Counts) -> Square
     return m
 
 
-@wp.func(inline=False)
+@wp.func
 def accelerate(m: wp.ref[Square], touch: Counts, moments: Values) -> Values:
     """Angular accelerations, or coefficients of them, from moments of all blocks [N m]."""
     b = moments

@@ -29,7 +29,7 @@ below `rest_rotation`. The impacts that this leaves out take no time.
 
 The kernel is scalar on purpose, one lane a thread on a CPU too: which contacts act differs from
 lane to lane, and packs of lanes would run all branches of all. Functions take large structs as
-`wp.ref`, a pointer: copies of them took up to a quarter of the time.
+`wp.ref`, a pointer, and fill what they find likewise: copies took up to a quarter of the time.
 """
 
 import warp as wp
@@ -62,9 +62,10 @@ from warprock.kernels.shape.stack import (
     Blocks,
     Counts,
     Jacobian,
+    Pose,
     Triples,
     Values,
-    jacobian_of,
+    fill_jacobian,
     lower_face,
     slide_place,
     three_of,
@@ -81,16 +82,16 @@ TOUCHING = by_precision(1.0e-8, 1.0e-5)
 
 
 @wp.func
-def search_switch(limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]) -> State:
-    """The state with its search for the moment at which a contact lets go, see `Search`.
+def search_switch(
+    limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial], n: wp.ref[State]
+):  # fmt: skip
+    """Sets the search of a state n for the moment at which a contact lets go, see `Search`.
 
     The first trial in which a contact lets go tells the lack of force in its middle. A probe of
     next to no length tells the margin at its start. The next step ends where a line between the two
     is zero. A moment within `SOON` is not searched for.
     """
-    n = s
     soon = SOON * limits.longest_step
-    n.taken = False
     if s.search.stage == SEEKING:
         n.search.stage = FOUND
         n.cap = NEVER
@@ -100,7 +101,6 @@ def search_switch(limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]) ->
     elif s.search.stage == STEADY and t.switches and t.d > soon and t.spare < real(0.0):
         n.search = Search(SEEKING, t.spare, t.d)
         n.cap = soon
-    return n
 
 
 @wp.func
@@ -213,34 +213,35 @@ def take_step(s: wp.ref[State], t: wp.ref[Trial], n: wp.ref[State]):
 @wp.func
 def collide(
     blocks: wp.ref[Blocks], limits: wp.ref[Limits], t: wp.ref[Trial], g: wp.ref[Jacobian],
-    contacts: Contacts, free: Triples,
-) -> Solution:  # fmt: skip
-    """The impact at the end of a step.
+    free: wp.ref[Triples], found: wp.ref[Solution],
+):  # fmt: skip
+    """Finds the impact at the end of a step.
 
     Args:
         blocks: The blocks.
         limits: The lane's limits.
         t: The step.
         g: wp.ref[Jacobian] at its end.
-        contacts: Ends that touch then, and directions of sliding before.
         free: Velocities without contact.
+        found: The impact; with ends that touch then, and directions of sliding before it.
     """
     if t.struck:
         speed, _spin = largest_speeds(free)
         grain = DUST * (speed + limits.gravity * limits.longest_step)
-        guess = Contacts(guess_held(t.pose.touch, contacts.hold), contacts.slip)
         dust = RoundOff(grain, grain * limits.mass)
+        touch = found.contacts.hold
+        found.contacts.hold = guess_held(t.pose.touch, touch)
         if BOUNCES:
-            return bounce(blocks, g, limits.rebound, contacts.hold, guess, free, dust)
-        return solve(blocks, g, contacts.hold, Counts(), guess, free, dust, Triples())
-    # An end that closes without an impact has no friction, so that it adds no energy.
-    smooth = blocks
-    smooth.friction = Values()
-    found = Solution()
-    found.contacts = contacts
-    found.solved = True
-    found.velocity = constrain(smooth, g, contacts, free)
-    return found
+            bounce(blocks, g, limits.rebound, touch, free, dust, found)
+        else:
+            solve(blocks, g, touch, Counts(), free, dust, Triples(), found)
+    else:
+        # An end that closes without an impact has no friction, so that it adds no energy.
+        smooth = blocks
+        smooth.friction = Values()
+        found.solved = True
+        found.velocity = free
+        constrain(smooth, g, found.contacts, found.velocity)
 
 
 @wp.func
@@ -261,19 +262,19 @@ def project(
     """
     v = t.velocity
     if not t.rocks:
-        v = constrain(blocks, g, Contacts(t.pose.touch, n.slip), t.velocity)
-    contacts = Contacts(n.pose.touch, n.slip)
-    settled = bool(True)
+        before = Contacts(t.pose.touch, n.slip)
+        constrain(blocks, g, before, v)
+    impact = Solution()
+    impact.contacts = Contacts(n.pose.touch, n.slip)
+    impact.solved = True
     if t.struck or t.resting:
         free = kick_base(t, v)
-        impact = collide(blocks, limits, t, g, contacts, free)
+        collide(blocks, limits, t, g, free, impact)
         v = impact.velocity
-        contacts = impact.contacts
-        settled = impact.solved
         n.lost = s.lost + lost_in_impact(blocks, t, free, v)
-    n.pose.touch = keep_touching(blocks, limits, t, g, n.pose.touch, contacts.hold, v)
+    n.pose.touch = keep_touching(blocks, limits, t, g, n.pose.touch, impact.contacts.hold, v)
     for k in range(BLOCKS):
-        n.slip[k] = wp.where(n.pose.touch[k] == OPEN, 0, contacts.slip[k])
+        n.slip[k] = wp.where(n.pose.touch[k] == OPEN, 0, impact.contacts.slip[k])
     n.velocity = glue(blocks, n.pose, n.slip, v)
     for k in range(BLOCKS):
         u = relative_velocity(g, n.velocity, k)
@@ -284,28 +285,26 @@ def project(
     n.mode = mode_of(blocks, n, NEARLY * limits.longest_step)
     for k in range(BLOCKS):
         n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
-    if n.mode != BROKEN and not (settled and t.settled):
+    if n.mode != BROKEN and not (impact.solved and t.settled):
         n.mode = UNSOLVED
 
 
 @wp.func
-def cut_short(limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial], cut: real) -> State:
-    """The old state, whose next step ends at the first event inside this one, after `cut` [s]."""
+def cut_short(limits: wp.ref[Limits], t: wp.ref[Trial], cut: real, n: wp.ref[State]):
+    """Makes the next step from n end at the first event inside this one, after `cut` [s]."""
     # Not shorter than `near`: with less than that left to go, the event is reached. An event at
     # the very end of the step would be met there for ever.
     near = NEARLY * limits.longest_step
-    n = s
     n.cap = larger(wp.where(cut > t.d - near, HALF * t.d, cut), HALF * near)
-    n.taken = False
-    n.mode = wp.where(t.settled, s.mode, UNSOLVED)
-    return n
+    n.mode = wp.where(t.settled, n.mode, UNSOLVED)
 
 
 @wp.func
 def end_step(
-    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]
-) -> State:
-    """The state after a trial step and its impacts, or the old one if an event lay inside."""
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial],
+    n: wp.ref[State],
+):  # fmt: skip
+    """Ends a trial step with its impacts, unless an event lies inside; arguments as below."""
     falls = t.falls
     hits = int(0)
     for k in range(BLOCKS):
@@ -314,11 +313,10 @@ def end_step(
         elif t.struck and t.pose.touch[k] != OPEN and t.pose.touch[k] != CLOSED:
             other = opening(t.pose, t.velocity, k, t.pose.touch[k])
             falls[k] = wp.where(other.angle <= TOUCHING, CLOSED, OPEN)
-    n = s
-    n.curve = t.curve
-    n.pose = lay_down(blocks, t.pose, falls)
-    g = jacobian_of(blocks, n.pose)
-    n.slip = t.slip
+    pose, g = Pose(), Jacobian()
+    slip = t.slip
+    lay_down(blocks, t.pose, falls, pose)
+    fill_jacobian(blocks, pose, g)
     cut = t.cut
     for k in range(BLOCKS):
         u = relative_velocity(g, t.velocity, k)
@@ -327,20 +325,23 @@ def end_step(
         if not CHAINS:
             leaves = find_departure(blocks, s, t, k, NEARLY * limits.longest_step)
             cut = smaller(cut, leaves)
-        n.slip[k] = after
-        n.swing[k] = t.velocity[3 * k + 2]
+        slip[k] = after
     if cut < NEVER:
-        return cut_short(limits, s, t, cut)
-    n.impacts = s.impacts + hits
-    n.deepest = larger(t.deep, s.deepest)
-    project(blocks, limits, s, t, g, n)
-    return n
+        cut_short(limits, t, cut, n)
+    else:
+        n.pose = pose
+        n.slip = slip
+        n.curve = t.curve
+        for k in range(BLOCKS):
+            n.swing[k] = t.velocity[3 * k + 2]
+        n.impacts = s.impacts + hits
+        n.deepest = larger(t.deep, s.deepest)
+        project(blocks, limits, s, t, g, n)
 
 
 @wp.func
-def rock_on(s: wp.ref[State], t: wp.ref[Trial]) -> State:
-    """The state after a step without events of a stack that sticks at all its contacts."""
-    n = s
+def rock_on(s: wp.ref[State], t: wp.ref[Trial], n: wp.ref[State]):
+    """Ends a step without events of a stack that sticks at all its contacts."""
     n.pose = t.pose
     n.velocity = t.velocity
     n.rate = Triples()
@@ -350,25 +351,36 @@ def rock_on(s: wp.ref[State], t: wp.ref[Trial]) -> State:
         n.swing[k] = t.velocity[3 * k + 2]
     take_step(s, t, n)
     n.mode = sound_mode(n, RUNNING)
-    return n
 
 
 @wp.func(inline=False)
 def meet_events(
-    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]
-) -> State:
-    """The state after a trial step, or the old one with an event to search for or to end at."""
-    n = search_switch(limits, s, t)
-    if n.search.stage != s.search.stage and not t.resting:
-        return n
-    return end_step(blocks, limits, s, t)
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial],
+    n: wp.ref[State],
+):  # fmt: skip
+    """Ends a trial step, or sets the event that is searched for or at which the next one ends."""
+    n.taken = False
+    if not t.resting:
+        search_switch(limits, s, t, n)
+    if n.search.stage == s.search.stage:
+        end_step(blocks, limits, s, t, n)
 
 
 @wp.func
 def finish_step(
-    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial]
-) -> State:
-    """The state after a trial step; the old one, but for `cap` and `search`, if it is not taken."""
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial],
+    n: wp.ref[State],
+):  # fmt: skip
+    """Ends a trial step; changes of the state only `cap`, `search` and `mode` if it is not taken.
+
+    Args:
+        blocks: The blocks.
+        limits: The lane's limits.
+        s: State before the step.
+        t: The step.
+        n: The same state; that after the step afterwards.
+    """
     if t.plain:
-        return rock_on(s, t)
-    return meet_events(blocks, limits, s, t)
+        rock_on(s, t, n)
+    else:
+        meet_events(blocks, limits, s, t, n)

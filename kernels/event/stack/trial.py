@@ -5,7 +5,7 @@ import warp as wp
 from warprock.kernels.event.block_begin import base_change, first_root
 from warprock.kernels.event.body_weight import Weight, kicks, weight_in
 from warprock.kernels.event.stack.chain import Contacts, relative_velocity
-from warprock.kernels.event.stack.contact import RoundOff, solve
+from warprock.kernels.event.stack.contact import RoundOff, Solution, solve
 from warprock.kernels.event.stack.moves import find_closing, find_landing, move, opening, settles
 from warprock.kernels.event.stack.rest import look_ahead
 from warprock.kernels.event.stack.rocking import Terms, predict_rocking
@@ -19,9 +19,11 @@ from warprock.kernels.shape.stack import (
     PLUS,
     Blocks,
     Counts,
+    Jacobian,
+    Pose,
     Triples,
     Values,
-    jacobian_of,
+    fill_jacobian,
     lower_face,
     side_of,
 )
@@ -142,10 +144,10 @@ def find_events(blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State]
 
 @wp.func(inline=False)
 def move_base(
-    limits: wp.ref[Limits], shaking: wp.ref[Shaking], target: real, s: wp.ref[State], d: real
-) -> Trial:
-    """A trial of a length d [s], at most to a time `target` [s], with the base's motion in it."""
-    t = Trial()
+    limits: wp.ref[Limits], shaking: wp.ref[Shaking], target: real, s: wp.ref[State], d: real,
+    t: wp.ref[Trial],
+):  # fmt: skip
+    """Sets a trial's length d [s], at most to a time `target` [s], and the base's motion in it."""
     t.cut = NEVER
     room = larger(target - s.time, real(0.0))
     t.d = d
@@ -160,7 +162,6 @@ def move_base(
     if VERTICAL:
         t.weight = weight_in(limits.gravity, shaking.above, t.time, d, s.rising)
         t.struck = kicks(t.weight, t.kick)
-    return t
 
 
 @wp.func
@@ -190,11 +191,11 @@ def stays_put(touch: Counts, rate: Triples, grain: real) -> bool:
 @wp.func(inline=False)
 def try_rocking(
     blocks: wp.ref[Blocks], limits: wp.ref[Limits], shaking: wp.ref[Shaking], target: real,
-    s: wp.ref[State], touch: Counts, d: real,
-) -> Trial:  # fmt: skip
-    """The trial of at most a length d [s] in which all ends that touch stick.
+    s: wp.ref[State], touch: Counts, d: real, t: wp.ref[Trial],
+):  # fmt: skip
+    """Makes a trial one of at most a length d [s] in which all ends that touch stick.
 
-    If they do not, `rocks` of it is False.
+    If they do not, it stays as it is.
     """
     a = expand(shaking.motion, s.segment, s.time, shaking.value, shaking.slope)
     along = Terms(a.a0, a.a1, a.a2, a.a3, a.a4)
@@ -207,8 +208,11 @@ def try_rocking(
     r = predict_rocking(blocks, s.pose, touch, s.velocity, along, up)
     d1, found, lands = find_end(blocks, limits, s.pose, touch, r, d)
     if found == LACKS:
-        return Trial()
-    t = move_base(limits, shaking, target, s, d1)
+        return
+    move_base(limits, shaking, target, s, d1, t)
+    t.slip = Counts()
+    t.lost = real(0.0)
+    t.switches = False
     t.rocks = True
     t.spends = found == SPENT
     t.curve = r.theta
@@ -216,7 +220,8 @@ def try_rocking(
     per = real(1.0) / larger(d1, SLOWEST)
     for k in range(BLOCKS):
         mean[3 * k + 2] = (value_of(r.theta[k], d1) - s.pose.theta[k]) * per
-    t.pose = move(blocks, s.pose, touch, mean, Values(), d1)
+    still = Values()
+    move(blocks, s.pose, touch, mean, still, d1, t.pose)
     t.velocity = velocity_at(r.chain, t.pose, r.theta, d1)
     t.plain = not lands and not t.struck
     if CHAINS:
@@ -226,7 +231,6 @@ def try_rocking(
         left = HALF_PI - size(t.pose.theta[k])
         t.plain = t.plain and left > NEARLY * limits.longest_step * size(t.velocity[3 * k + 2])
     t.settled = True
-    return t
 
 
 @wp.func
@@ -250,9 +254,9 @@ def still_upwards(above: Above) -> bool:
 @wp.func
 def try_step(
     blocks: wp.ref[Blocks], limits: wp.ref[Limits], shaking: wp.ref[Shaking], end: real,
-    s: wp.ref[State],
-) -> Trial:  # fmt: skip
-    """One trial step, at most to the next knot of the motion or to `end`."""
+    s: wp.ref[State], t: wp.ref[Trial],
+):  # fmt: skip
+    """Makes an empty trial one step, at most to the next knot of the motion or to `end`."""
     knot = knot_time(shaking.motion, s.segment)
     target = smaller(knot, end)
     calm = s.calm and (s.segment == 0 or knot >= NEVER)
@@ -272,34 +276,22 @@ def try_step(
     held = bool(False)
     if rests:
         held, d = look_ahead(blocks, limits, shaking, s, d)
-    # Warp copies a struct that is set under a condition; it does not copy one that is returned.
     if stuck and not rests and s.search.stage == STEADY:
-        first = try_rocking(blocks, limits, shaking, target, s, s.pose.touch, d)
-        if first.plain:
-            return first
-        if first.rocks:
-            find_events(blocks, limits, s, first)
-            return first
-    t = move_base(limits, shaking, target, s, d)
-    if not held:
-        try_sliding(blocks, limits, s, speed, t)
-        held = rests and at_rest(t.pose.touch, t.slip)
-    if held:
-        rest(s, t)
-        if not t.plain:
-            find_events(blocks, limits, s, t)
-        return t
-    # If the force is lacking from the start there is no moment to search for.
-    t.switches = t.switches and not (stuck and s.search.stage == STEADY)
-    if stuck and s.search.stage != SEEKING and sticks(t.pose.touch, t.slip):
-        other = try_rocking(blocks, limits, shaking, target, s, t.pose.touch, d)
-        if other.plain:
-            return other
-        if other.rocks:
-            find_events(blocks, limits, s, other)
-            return other
-    find_events(blocks, limits, s, t)
-    return t
+        try_rocking(blocks, limits, shaking, target, s, s.pose.touch, d, t)
+    if not t.rocks:
+        move_base(limits, shaking, target, s, d, t)
+        if not held:
+            try_sliding(blocks, limits, s, speed, t)
+            held = rests and at_rest(t.pose.touch, t.slip)
+        if held:
+            rest(s, t)
+        else:
+            # If the force is lacking from the start there is no moment to search for.
+            t.switches = t.switches and not (stuck and s.search.stage == STEADY)
+            if stuck and s.search.stage != SEEKING and sticks(t.pose.touch, t.slip):
+                try_rocking(blocks, limits, shaking, target, s, t.pose.touch, d, t)
+    if not t.plain:
+        find_events(blocks, limits, s, t)
 
 
 @wp.func(inline=False)
@@ -326,12 +318,14 @@ def try_sliding(
         free[3 * k + 1] = free[3 * k + 1] - HALF * d * limits.gravity
     if VERTICAL:
         free = as_base_rises(free, HALF * t.weight.gained)
-    middle = move(blocks, s.pose, s.pose.touch, s.velocity, slide, HALF * d)
-    g = jacobian_of(blocks, middle)
+    middle, g, mean = Pose(), Jacobian(), Solution()
+    move(blocks, s.pose, s.pose.touch, s.velocity, slide, HALF * d, middle)
+    fill_jacobian(blocks, middle, g)
     grain = DUST * (speed + limits.gravity * limits.longest_step)
     touch = s.pose.touch
     dust = RoundOff(grain, grain * limits.mass)
-    mean = solve(blocks, g, touch, glide, Contacts(touch, s.slip), free, dust, Triples())
+    mean.contacts = Contacts(touch, s.slip)
+    solve(blocks, g, touch, glide, free, dust, Triples(), mean)
     hold = mean.contacts.hold
     t.slip = mean.contacts.slip
     t.settled = mean.solved
@@ -345,7 +339,7 @@ def try_sliding(
             slide[k] = u[0]
             t.lost = t.lost - TWO * u[0] * mean.impulse[3 * k]
         t.slip[k] = wp.where(hold[k] == OPEN, 0, t.slip[k])
-    t.pose = move(blocks, s.pose, hold, mean.velocity, slide, d)
+    move(blocks, s.pose, hold, mean.velocity, slide, d, t.pose)
     for k in range(BLOCKS):
         bend = t.pose.theta[k] - s.pose.theta[k] - d * s.velocity[3 * k + 2]
         t.curve[k, 2] = wp.where(d > real(0.0), bend / (d * d), real(0.0))
