@@ -11,9 +11,6 @@ import warnings
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from warprock.figures.png import png_file
 from warprock.figures.sheet import style
 from warprock.running.files import replacing
 
@@ -22,6 +19,9 @@ if TYPE_CHECKING:
 
 _IDENTIFIER = re.compile(r'(\bid="|\bhref="#|url\(#)')
 """Where SVG names a part of itself, or refers to one."""
+
+PACKED = 3
+"""How hard a PNG is packed, 0 to 9: 6 % larger than at Pillow's 6, in 0.6 of the time."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class Drawing:
 
     def png(self) -> bytes:
         """The figure as a PNG file, its title and its alternative text in the metadata."""
-        return self._saved("png", {"Title": self.title, "Description": self.alt})
+        return self._saved("png", {"Title": self.title, "Description": self.alt, "Software": None})
 
     def svg(self) -> str:
         """The figure as an element `<svg>`, to stand in a page beside others.
@@ -83,12 +83,8 @@ class Drawing:
                     figure.set_layout_engine("none")
                 # `savefig` draws twice, first for the layout alone, which Agg makes as it draws.
                 own: Any = FigureCanvasAgg(figure) if form == "png" else FigureCanvasSVG(figure)
-                if form == "png":
-                    own.draw()
-                    pixels = np.asarray(own.buffer_rgba())[:, :, :3]
-                    file.write(png_file(pixels, figure.dpi, metadata))
-                else:
-                    own.print_svg(file, metadata=metadata)
+                packed = {"pil_kwargs": {"compress_level": PACKED}} if form == "png" else {}
+                getattr(own, f"print_{form}")(file, metadata=metadata, **packed)
                 figure.set_canvas(canvas)
             figure.set_layout_engine(layout)
             figure.stale = False
