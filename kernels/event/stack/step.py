@@ -117,7 +117,7 @@ def keep_touching(
         blocks: The blocks.
         limits: The lane's limits.
         t: The step.
-        g: wp.ref[Jacobian] at its end.
+        g: The Jacobian at its end.
         touch: Ends that touched in the impact.
         hold: Ends held after it.
         v: Velocities after it.
@@ -221,7 +221,7 @@ def collide(
         blocks: The blocks.
         limits: The lane's limits.
         t: The step.
-        g: wp.ref[Jacobian] at its end.
+        g: The Jacobian at its end.
         free: Velocities without contact.
         found: The impact; with ends that touch then, and directions of sliding before it.
     """
