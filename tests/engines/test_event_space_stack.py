@@ -192,19 +192,20 @@ def test_a_pair_that_slides_hard_converges_and_takes_no_more_steps_than_it_has()
     assert fine["step_count"][0] < 1.2 * 0.8 / 1.25e-3
 
 
-def test_where_a_corner_of_an_overlap_comes_and_goes_the_step_is_halved() -> None:
-    """Its gap jumps, so that no trial ends at the event: without that the lane takes 55,000."""
+def test_stacks_of_three_take_few_steps_also_where_a_corner_of_an_overlap_comes_and_goes() -> None:
+    """There a gap jumps and no trial ends at the event: unless the step is halved it takes 55,000."""
     rng, count = np.random.default_rng(5), 32
     three = spatial_stack([0.2] * 3, [0.6] * 3, depth=0.4, friction=0.7)
     parts = {name: np.repeat(each, count, axis=0) for name, each in three.arrays.items()}
     parts["yaw_start"] = rng.uniform(-0.01, 0.01, (count, 3))
     parts["offset"] = rng.uniform(-0.001, 0.001, (count, 3)) * np.array([0.0, 1.0, 1.0])
-    pick = np.array([12])
-    motions = two_ways(np.linspace(0.35, 0.6, count)).take(pick)
-    found = respond(SpatialLanes(**parts).take(pick), motions, SampleTimes(1.0))
-    assert found["status"][0] == Status.OK
-    # The 200 steps of a run without events, and a few of each impact.
-    assert found["step_count"][0] < 1000
+    motions = two_ways(np.linspace(0.35, 0.6, count))
+    found = respond(SpatialLanes(**parts), motions, SampleTimes(1.0))
+    assert (found["status"] == Status.OK).all()
+    # The 200 steps of a run without events, and a few of each impact: as many again in half of the
+    # lanes. Where each landing was sought by up to 60 trials the median was 540.
+    assert found["step_count"].max() < 1000
+    assert np.median(found["step_count"]) < 400
 
 
 def test_a_block_that_slides_over_the_edge_below_it_and_tips_takes_no_more_steps_than_it_has() -> (
