@@ -244,7 +244,7 @@ def run_lanes(
         while solve.goes > 0:
             for i in range(WIDTH):
                 rest[i] = Rest()
-            beta = real(solve.beta)
+            beta, eased = real(solve.beta), real(solve.eased)
             for pack in range(step.packs):
                 meets = laid.packs[lane, pack]
                 for i in range(WIDTH):
@@ -339,7 +339,7 @@ def run_lanes(
                         bears = one[i]
                         moves = apart[i]
                         gets = given[i]
-                        sweep_contact(left, beta, own, contact, bears, moves, gets)
+                        sweep_contact(left, beta, eased, own, contact, bears, moves, gets)
                         rest[i] = left
                         one[i] = bears
                         apart[i] = moves

@@ -36,6 +36,9 @@ import warp as wp
 
 from warprock.kernels.algebra.vectors import Matrix, Vector
 
+STEEP = real(1.0)
+"""Friction coefficient above which late sweeps take a part of each change of (T, S), see pace.py."""
+
 
 @wp.struct
 class Heft:
@@ -523,7 +526,7 @@ else:
 
 @wp.func
 def sweep_contact(
-    rest: wp.ref[Rest], beta: real, own: Couple, at: Row, held: wp.ref[Impulse],
+    rest: wp.ref[Rest], beta: real, eased: real, own: Couple, at: Row, held: wp.ref[Impulse],
     apart: wp.ref[Apart], given: wp.ref[Given],
 ):  # fmt: skip
     """Takes one contact in a sweep; the velocities have gone on along p already.
@@ -531,6 +534,7 @@ def sweep_contact(
     Args:
         rest: What the sweep leaves.
         beta: Part of the last change by which impulses go on.
+        eased: The part of a change of (T, S) that is taken where friction is above `STEEP`.
         own: The blocks of the contact.
         at: The contact; one of zeros changes nothing.
         held: Its impulses.
@@ -551,15 +555,18 @@ def sweep_contact(
     length = wp.sqrt(fused(s2, s2, t2 * t2))
     kept = smaller(bound / larger(length, TINY), real(1.0))
     sticks = fused(s1, s1, t1 * t1) <= bound * bound
-    dt, ds = wp.where(sticks, t1, kept * t2) - t0, wp.where(sticks, s1, kept * s2) - s0
+    all_t, all_s = wp.where(sticks, t1, kept * t2) - t0, wp.where(sticks, s1, kept * s2) - s0
+    part = wp.where(own.friction > STEEP, eased, real(1.0))
+    dt, ds = part * all_t, part * all_s
     held.n = n
     held.t = t0 + dt
     held.s = s0 + ds
+    pt, ps = fused(beta, held.pt, all_t), fused(beta, held.ps, all_s)
     held.pn = fused(beta, held.pn, dn)
     held.pt = fused(beta, held.pt, dt)
     held.ps = fused(beta, held.ps, ds)
     square = fused(ds, ds, dt * dt)
     rest.square = rest.square + fused(at.kn * dn, dn, at.kt * square)
-    un, drag = at.kn * held.pn, fused(held.ps, held.ps, held.pt * held.pt)
+    un, drag = at.kn * held.pn, fused(ps, ps, pt * pt)
     rest.worst = larger(larger(un * un, at.kt * at.kt * drag), rest.worst)
     push(own, at, dn, dt, ds, apart, given)

@@ -15,7 +15,10 @@ grows for a while wherever going on does any good: with 1 in place of 10 a wall 
 Whether a step is settled is told by p: where impulses go on evenly, d may be a fiftieth of it.
 
 A solve that is not settled after `LATE` sweeps goes on by plain sweeps, for as many, and so on in
-turn: where friction is above 1 and blocks wedge one another in, long ways may lead in circles.
+turn: where friction is above 1 and blocks wedge one another in, long ways may lead in circles. In a
+lane that moves, these take a part of each change of (T, S) where friction is above 1: 1 / 2 after
+EASY of them, 1 / 3 after twice as many, and so on (under-relaxation, see assembly/solve.py). What
+is left is the whole change in either case.
 """
 
 import warp as wp
@@ -26,8 +29,9 @@ GROWN = real(10.0)
 MOST_KEPT = real(0.98)
 """The largest beta."""
 
-LATE = 200
-"""Sweeps after which a solve goes on by plain sweeps."""
+LATE, EASY = 200, real(20.0)
+"""Sweeps after which a solve goes on by plain sweeps, and those of them that halve what is taken of
+a change of (T, S)."""
 
 LONG, LOOSE, SHARE = 50, real(10.0), real(1.0e-2)
 """Sweeps after which a step of the run may leave so many times its bound, or this share of the
@@ -46,6 +50,7 @@ class Solve:
         sweeps: Sweeps of this step.
         age: Sweeps since impulses started again.
         beta: Part of p by which they go on.
+        eased: Part of a change of (T, S) that is taken where friction is above 1.
         worst: Largest change of the velocity of a contact since the last sweep [m/s].
         square: |d|^2 of this sweep [J].
         least: Its least in this step.
@@ -57,6 +62,7 @@ class Solve:
     sweeps: int
     age: int
     beta: real
+    eased: real
     worst: real
     square: real
     least: real
@@ -75,6 +81,7 @@ def start_solve(live: int, bound: real, speed: real) -> Solve:
     """
     solve = Solve()
     solve.goes = 1
+    solve.eased = real(1.0)
     solve.loose = wp.where(live > 0, larger(LOOSE * bound, SHARE * speed), bound)
     return solve
 
@@ -96,7 +103,9 @@ def decide(bound: real, most: int, solve: wp.ref[Solve]):
     solve.age = wp.where(grown or solve.sweeps == 0, 0, solve.age + 1)
     age = real(solve.age)
     kept = smaller(age / (age + real(3.0)), MOST_KEPT)
-    plain = (solve.sweeps / LATE) % 2 == 1
+    turn = solve.sweeps % (2 * LATE) - LATE
+    plain = turn >= 0
+    solve.eased = EASY / (EASY + real(wp.where(plain and solve.loose > bound, turn, 0)))
     solve.beta = wp.where(goes and not plain, kept, zero)
     solve.goes = wp.where(goes, 1, 0)
     solve.sweeps += 1
