@@ -37,7 +37,7 @@ import warp as wp
 from warprock.kernels.algebra.vectors import Matrix, Vector
 
 STEEP = real(1.0)
-"""Friction coefficient above which late sweeps take a part of each change of (T, S), see pace.py."""
+"""Friction above which late sweeps take a part of each change of (T, S), see pace.py."""
 
 
 @wp.struct
