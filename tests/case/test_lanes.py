@@ -405,7 +405,7 @@ def test_a_record_is_scaled_to_a_target():
     ("overrides", "words"),
     [
         (["motion.target_sa=0.2 g"], "motion.sa_period: got nothing, must be given with"),
-        (["motion.target_pga=200 g"], "-s: motion.target_pga: got '200 g', must be the peak"),
+        (["motion.target_pga=200 g"], "-s: motion.target_pga: got '200 g', must be more than 0 g"),
     ],
 )
 def test_a_target_that_cannot_be_met_is_refused(overrides: list[str], words: str):

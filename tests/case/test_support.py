@@ -64,8 +64,8 @@ def test_engines_follow_a_support_alike(write):
 @pytest.mark.parametrize(
     ("override", "said"),
     [
-        ("support.frequency=0 Hz", "support.frequency: got '0 Hz', must be the natural frequency"),
-        ("support.damping=1", "support.damping: got 1, must be the damping ratio"),
+        ("support.frequency=0 Hz", "support.frequency: got '0 Hz', must be at least 1e-2 Hz"),
+        ("support.damping=1", "support.damping: got 1, must be at least 0 and at most 0.99"),
         ("motion.control=velocity", None),
     ],
 )

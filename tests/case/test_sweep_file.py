@@ -104,7 +104,7 @@ def test_columns_are_left_out_by_name_or_key(case_of):
         ("heigth_m\n1.8\n", "heigth_m: got the column, must be a key"),
         ("height_m,height_m\n1.8,1.9\n", "height_m: got 'block.height', must be there once"),
         ("height_m,\n1.8,1.9\n", "column 2: got no name, must have a name in the header"),
-        ("height_m\n", "got '0 rows', must have at least one row"),
+        ("height_m\n", "got 0 rows, must have at least one row"),
         ("", "got nothing, must have a header and rows"),
         ("rotation_start_deg\n1\n80\n", "start.rotation, row 2: got 80 deg, must be less than"),
     ],

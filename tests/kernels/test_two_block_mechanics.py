@@ -48,14 +48,15 @@ def known(
 
 def test_the_known_accelerations_and_the_known_impact() -> None:
     # Worked out by hand from the closed equations, to nine digits.
-    lower, upper, stack = mechanics.Block(), mechanics.Block(), mechanics.Stack()
+    lower, upper, lane = mechanics.Block(), mechanics.Block(), mechanics.Lane()
     for block, place in ((lower, 0), (upper, 1)):
         block.mass = PAIR.mass[place]
         block.inertia = block.mass * (PAIR.width[place] ** 2 + PAIR.height[place] ** 2) / 12.0
         block.half_height = 0.5 * PAIR.height[place]
-    stack.lower, stack.upper = lower, upper
-    stack.gravity, stack.reach, stack.upper_narrower = GRAVITY, 1.2, 1
-    stack.ground, stack.interface = 0.1, 0.075
+    lane.gravity, lane.reach, lane.upper_narrower = GRAVITY, 1.2, 1
+    lane.ground, lane.interface = 0.1, 0.075
+    stack = mechanics.Stack()
+    stack.lower, stack.upper, stack.lane = lower, upper, lane
     found = wp.zeros(3, dtype=mechanics.Pair, device="cpu")
     wp.launch(known, dim=1, inputs=[stack, found], device="cpu")
     np.testing.assert_allclose(found.numpy()[0], (-4.00917638, -0.77064208), atol=5e-9)

@@ -98,7 +98,10 @@ def test_what_needs_one_duration_refuses_several():
     ("changes", "said"),
     [
         ({"sweep": {"run.duration": ["2 s", "20 ms"]}}, "got 0.02 s, must be at least run.sample_"),
-        ({"sweep": {"run.duration": ["1 s", "0 s"]}}, r"run.duration\[1\]: got '0 s', must be the"),
+        (
+            {"sweep": {"run.duration": ["1 s", "0 s"]}},
+            r"run.duration\[1\]: got '0 s', must be more",
+        ),
     ],
 )
 def test_a_duration_that_cannot_be_used_is_refused(changes, said):

@@ -100,7 +100,7 @@ def test_what_was_measured_may_be_of_one_block_of_a_stack():
         {"peak_rotation_2": np.pi / 2.0, "peak_slide_1": 5e-3, "peak_rotation": 3e-3}
     )
     for heading, words in (
-        ("peak_rotation_3_deg", "got 'block 3', must be from 1, the lowest block, to 2"),
+        ("peak_rotation_3_deg", "got block 3, must be from 1, the lowest block, to 2"),
         ("peak_displacement_mm", "must be peak_rotation or peak_slide"),
         ("peak_rotation_2_rad", "must be there once"),
     ):
