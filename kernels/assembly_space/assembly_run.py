@@ -64,6 +64,7 @@ from warprock.kernels.assembly_space.finding import find_joint, find_pairs, list
 from warprock.kernels.assembly_space.meeting import Laid, Sides, Step, has_left, slip_of_joint
 from warprock.kernels.assembly_space.pace import decide, start_solve
 from warprock.kernels.assembly_space.packing import (
+    CONTACT,
     COUPLE,
     NUMBERS,
     WIDTH,
@@ -256,29 +257,9 @@ def run_lanes(
                     shape=(COUPLE * WIDTH,),
                     dtype=real,
                 )
+                couple = rows(Couple, within=couples, lanes=WIDTH)
                 for i in range(WIDTH):
-                    own = Couple(
-                        couples[i], couples[i + 1 * WIDTH], couples[i + 2 * WIDTH],
-                        couples[i + 3 * WIDTH], couples[i + 4 * WIDTH], couples[i + 5 * WIDTH],
-                        couples[i + 6 * WIDTH], couples[i + 7 * WIDTH], couples[i + 8 * WIDTH],
-                        couples[i + 9 * WIDTH], couples[i + 10 * WIDTH], couples[i + 11 * WIDTH],
-                        couples[i + 12 * WIDTH], couples[i + 13 * WIDTH], couples[i + 14 * WIDTH],
-                        couples[i + 15 * WIDTH], couples[i + 16 * WIDTH], couples[i + 17 * WIDTH],
-                        couples[i + 18 * WIDTH], couples[i + 19 * WIDTH], couples[i + 20 * WIDTH],
-                        couples[i + 21 * WIDTH], couples[i + 22 * WIDTH], couples[i + 23 * WIDTH],
-                        couples[i + 24 * WIDTH], couples[i + 25 * WIDTH], couples[i + 26 * WIDTH],
-                        couples[i + 27 * WIDTH], couples[i + 28 * WIDTH], couples[i + 29 * WIDTH],
-                        couples[i + 30 * WIDTH], couples[i + 31 * WIDTH], couples[i + 32 * WIDTH],
-                        couples[i + 33 * WIDTH], couples[i + 34 * WIDTH], couples[i + 35 * WIDTH],
-                        couples[i + 36 * WIDTH], couples[i + 37 * WIDTH], couples[i + 38 * WIDTH],
-                        couples[i + 39 * WIDTH], couples[i + 40 * WIDTH], couples[i + 41 * WIDTH],
-                        couples[i + 42 * WIDTH], couples[i + 43 * WIDTH], couples[i + 44 * WIDTH],
-                        couples[i + 45 * WIDTH], couples[i + 46 * WIDTH], couples[i + 47 * WIDTH],
-                        couples[i + 48 * WIDTH], couples[i + 49 * WIDTH], couples[i + 50 * WIDTH],
-                        couples[i + 51 * WIDTH], couples[i + 52 * WIDTH], couples[i + 53 * WIDTH],
-                        couples[i + 54 * WIDTH], couples[i + 55 * WIDTH], couples[i + 56 * WIDTH],
-                        couples[i + 57 * WIDTH], couples[i + 58 * WIDTH], couples[i + 59 * WIDTH],
-                    )  # fmt: skip
+                    own = couple[i]
                     apart[i] = apart_of(own, ya[i], yb[i])
                     given[i] = Given()
                 for turn in range(meets.depth):
@@ -287,54 +268,18 @@ def run_lanes(
                         shape=(NUMBERS,),
                         dtype=real,
                     )
+                    row = rows(Row, within=held, lanes=WIDTH)
+                    borne = rows(Impulse, within=held, first=CONTACT, lanes=WIDTH)
                     if solve.sweeps == 0:
                         for i in range(WIDTH):
-                            held[i + 16 * WIDTH] = zero
-                            held[i + 17 * WIDTH] = zero
-                            held[i + 18 * WIDTH] = zero
+                            borne[i].pn = zero
+                            borne[i].pt = zero
+                            borne[i].ps = zero
                     for i in range(WIDTH):
-                        one[i] = Impulse(
-                            held[i + 13 * WIDTH], held[i + 14 * WIDTH], held[i + 15 * WIDTH],
-                            held[i + 16 * WIDTH], held[i + 17 * WIDTH], held[i + 18 * WIDTH],
-                        )  # fmt: skip
+                        one[i] = borne[i]
                     for i in range(WIDTH):
-                        own = Couple(
-                            couples[i], couples[i + 1 * WIDTH], couples[i + 2 * WIDTH],
-                            couples[i + 3 * WIDTH], couples[i + 4 * WIDTH], couples[i + 5 * WIDTH],
-                            couples[i + 6 * WIDTH], couples[i + 7 * WIDTH], couples[i + 8 * WIDTH],
-                            couples[i + 9 * WIDTH], couples[i + 10 * WIDTH],
-                            couples[i + 11 * WIDTH], couples[i + 12 * WIDTH],
-                            couples[i + 13 * WIDTH], couples[i + 14 * WIDTH],
-                            couples[i + 15 * WIDTH], couples[i + 16 * WIDTH],
-                            couples[i + 17 * WIDTH], couples[i + 18 * WIDTH],
-                            couples[i + 19 * WIDTH], couples[i + 20 * WIDTH],
-                            couples[i + 21 * WIDTH], couples[i + 22 * WIDTH],
-                            couples[i + 23 * WIDTH], couples[i + 24 * WIDTH],
-                            couples[i + 25 * WIDTH], couples[i + 26 * WIDTH],
-                            couples[i + 27 * WIDTH], couples[i + 28 * WIDTH],
-                            couples[i + 29 * WIDTH], couples[i + 30 * WIDTH],
-                            couples[i + 31 * WIDTH], couples[i + 32 * WIDTH],
-                            couples[i + 33 * WIDTH], couples[i + 34 * WIDTH],
-                            couples[i + 35 * WIDTH], couples[i + 36 * WIDTH],
-                            couples[i + 37 * WIDTH], couples[i + 38 * WIDTH],
-                            couples[i + 39 * WIDTH], couples[i + 40 * WIDTH],
-                            couples[i + 41 * WIDTH], couples[i + 42 * WIDTH],
-                            couples[i + 43 * WIDTH], couples[i + 44 * WIDTH],
-                            couples[i + 45 * WIDTH], couples[i + 46 * WIDTH],
-                            couples[i + 47 * WIDTH], couples[i + 48 * WIDTH],
-                            couples[i + 49 * WIDTH], couples[i + 50 * WIDTH],
-                            couples[i + 51 * WIDTH], couples[i + 52 * WIDTH],
-                            couples[i + 53 * WIDTH], couples[i + 54 * WIDTH],
-                            couples[i + 55 * WIDTH], couples[i + 56 * WIDTH],
-                            couples[i + 57 * WIDTH], couples[i + 58 * WIDTH],
-                            couples[i + 59 * WIDTH],
-                        )  # fmt: skip
-                        contact = Row(
-                            held[i], held[i + 1 * WIDTH], held[i + 2 * WIDTH], held[i + 3 * WIDTH],
-                            held[i + 4 * WIDTH], held[i + 5 * WIDTH], held[i + 6 * WIDTH],
-                            held[i + 7 * WIDTH], held[i + 8 * WIDTH], held[i + 9 * WIDTH],
-                            held[i + 10 * WIDTH], held[i + 11 * WIDTH], held[i + 12 * WIDTH],
-                        )  # fmt: skip
+                        own = couple[i]
+                        contact = row[i]
                         left = rest[i]
                         bears = one[i]
                         moves = apart[i]
@@ -345,35 +290,9 @@ def run_lanes(
                         apart[i] = moves
                         given[i] = gets
                     for i in range(WIDTH):
-                        held[i + 13 * WIDTH] = one[i].n
-                        held[i + 14 * WIDTH] = one[i].t
-                        held[i + 15 * WIDTH] = one[i].s
-                        held[i + 16 * WIDTH] = one[i].pn
-                        held[i + 17 * WIDTH] = one[i].pt
-                        held[i + 18 * WIDTH] = one[i].ps
+                        borne[i] = one[i]
                 for i in range(WIDTH):
-                    own = Couple(
-                        couples[i], couples[i + 1 * WIDTH], couples[i + 2 * WIDTH],
-                        couples[i + 3 * WIDTH], couples[i + 4 * WIDTH], couples[i + 5 * WIDTH],
-                        couples[i + 6 * WIDTH], couples[i + 7 * WIDTH], couples[i + 8 * WIDTH],
-                        couples[i + 9 * WIDTH], couples[i + 10 * WIDTH], couples[i + 11 * WIDTH],
-                        couples[i + 12 * WIDTH], couples[i + 13 * WIDTH], couples[i + 14 * WIDTH],
-                        couples[i + 15 * WIDTH], couples[i + 16 * WIDTH], couples[i + 17 * WIDTH],
-                        couples[i + 18 * WIDTH], couples[i + 19 * WIDTH], couples[i + 20 * WIDTH],
-                        couples[i + 21 * WIDTH], couples[i + 22 * WIDTH], couples[i + 23 * WIDTH],
-                        couples[i + 24 * WIDTH], couples[i + 25 * WIDTH], couples[i + 26 * WIDTH],
-                        couples[i + 27 * WIDTH], couples[i + 28 * WIDTH], couples[i + 29 * WIDTH],
-                        couples[i + 30 * WIDTH], couples[i + 31 * WIDTH], couples[i + 32 * WIDTH],
-                        couples[i + 33 * WIDTH], couples[i + 34 * WIDTH], couples[i + 35 * WIDTH],
-                        couples[i + 36 * WIDTH], couples[i + 37 * WIDTH], couples[i + 38 * WIDTH],
-                        couples[i + 39 * WIDTH], couples[i + 40 * WIDTH], couples[i + 41 * WIDTH],
-                        couples[i + 42 * WIDTH], couples[i + 43 * WIDTH], couples[i + 44 * WIDTH],
-                        couples[i + 45 * WIDTH], couples[i + 46 * WIDTH], couples[i + 47 * WIDTH],
-                        couples[i + 48 * WIDTH], couples[i + 49 * WIDTH], couples[i + 50 * WIDTH],
-                        couples[i + 51 * WIDTH], couples[i + 52 * WIDTH], couples[i + 53 * WIDTH],
-                        couples[i + 54 * WIDTH], couples[i + 55 * WIDTH], couples[i + 56 * WIDTH],
-                        couples[i + 57 * WIDTH], couples[i + 58 * WIDTH], couples[i + 59 * WIDTH],
-                    )  # fmt: skip
+                    own = couple[i]
                     first_y = ya[i]
                     second_y = yb[i]
                     give(own, given[i], first_y, second_y)

@@ -3,6 +3,8 @@
     state = rows(State)               LANES structs, one local vector a field
     slab = rows(Slab, BLOCKS + 1)     so many times LANES structs, one local matrix a field
     state = rows(State, lanes=PLACES) PLACES structs instead of LANES
+    state = rows(State, within=numbers, first=3)
+                                      LANES structs in an array of numbers, after three other fields
     state[i], slab[k, i]              the struct of a lane
     state[i].theta                    a field of it: to read, to set, or as a `wp.ref`
     state[i] = after                  sets all fields
@@ -12,6 +14,8 @@ A field that is a vector has one local variable a component: `state[i].place` re
 them, `state[i].place[2]` one, whose index must be a literal. A field that is a bool is kept as an
 integer. Of an `if` on a parameter that is true or false, such as CHAINS, only the branch that
 is taken is written: the other one may mention structs that its instance does not have.
+What lies within an array, which a kernel may set anew, has a row of `lanes` numbers a field:
+`state[i].theta` becomes `numbers[i + 3 * lanes]`. All fields are numbers there.
 
 The compiler makes vector code of a loop over lanes only if every field is a local variable of its
 own. An array of structs takes nine times as long, a struct of vectors up to 3.6 times. So `@kernel`
@@ -39,8 +43,23 @@ TEXTS: dict[str, str] = {}
 """The text of every kernel as Warp reads it, by the name of its module."""
 
 
-def rows(struct: Any, count: int | None = None, *, lanes: int | None = None) -> Any:
-    """Declares LANES structs, or `lanes`, or `count` times as many; only inside `@kernel`."""
+def rows(
+    struct: Any,
+    count: int | None = None,
+    *,
+    lanes: int | None = None,
+    within: Any = None,
+    first: int = 0,
+) -> Any:
+    """Declares LANES structs, or `lanes`, or `count` times as many; only inside `@kernel`.
+
+    Args:
+        struct: The struct.
+        count: How many times as many.
+        lanes: Lanes, in place of LANES.
+        within: The array of numbers in which they lie, shape [field * lanes]; local without it.
+        first: Fields of other structs that come before there.
+    """
     raise TypeError("rows() stands for local variables of a kernel that @kernel writes out")
 
 
@@ -87,6 +106,8 @@ class _WriteOut(ast.NodeTransformer):
         self.names = names
         self.structs: dict[str, tuple[str, dict[str, Any]]] = {}
         """The name of the struct of each row, and its fields with their types."""
+        self.within: dict[str, tuple[str, int, int]] = {}
+        """Of rows in an array: its name, the fields that come before, and the lanes."""
 
     def _is_row(self, node: ast.AST) -> bool:
         return (
@@ -96,8 +117,13 @@ class _WriteOut(ast.NodeTransformer):
         )
 
     def _entry(self, row: ast.Subscript, field: str) -> ast.Subscript:
-        """`state_theta[i]` of `state[i]` and theta."""
+        """`state_theta[i]` of `state[i]` and theta, or its number in an array."""
         assert isinstance(row.value, ast.Name)
+        if row.value.id in self.within:
+            array, first, lanes = self.within[row.value.id]
+            number = first + list(self.structs[row.value.id][1]).index(field)
+            place = ast.BinOp(row.slice, ast.Add(), ast.Constant(number * lanes))
+            return ast.Subscript(ast.Name(array), place if number else row.slice, ast.Load())
         name = ast.Name(f"{row.value.id}_{field}", ast.Load())
         return ast.Subscript(name, row.slice, ast.Load())
 
@@ -186,6 +212,16 @@ class _WriteOut(ast.NodeTransformer):
         lanes = next((self._number(k.value) for k in value.keywords if k.arg == "lanes"), None)
         struct = value.args[0].id
         fields = self.names[struct].vars
+        given = {each.arg: each.value for each in value.keywords}
+        if "within" in given:
+            kinds = {variable.type for variable in fields.values()}
+            if count is not None or kinds != {self.names["real"]}:
+                raise SyntaxError(f"line {value.lineno}: all fields within an array are numbers")
+            self.structs[target.id] = struct, {name: each.type for name, each in fields.items()}
+            first = self._number(given["first"]) if "first" in given else 0
+            array = ast.unparse(given["within"])
+            self.within[target.id] = array, first, lanes or self._number(ast.Name("LANES"))
+            return []
         columns = {
             column: variable.type
             for field, variable in fields.items()
