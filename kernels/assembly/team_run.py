@@ -317,6 +317,8 @@ def run_lanes(
                 weights = wp.array(
                     ptr=address_of(scene.masses.ptr, p, MASS), shape=(MASS,), dtype=real
                 )
+                mass_a = rows(Mass, within=weights)
+                mass_b = rows(Mass, within=weights, first=2)
                 for i in range(LANES):
                     pair[i] = scene.pairs[p * LANES + i]
                     edges[i] = scene.joints[p * LANES + i]
@@ -330,18 +332,18 @@ def run_lanes(
                         shape=(CONTACT,),
                         dtype=real,
                     )
+                    contact = rows(Contact, within=held)
                     force = wp.array(
                         ptr=address_of(store.force.ptr, 2 * p + side, FORCE),
                         shape=(FORCE,),
                         dtype=real,
                     )
+                    borne = rows(Impulse, within=force)
+                    kept = rows(Way, within=force, first=2)
                     for i in range(LANES):
                         track[i] = store.track[2 * p + side, i]
                     for i in range(LANES):
-                        ma, mb = (
-                            Mass(weights[i], weights[i + LANES]),
-                            Mass(weights[i + 2 * LANES], weights[i + 3 * LANES]),
-                        )
+                        ma, mb = mass_a[i], mass_b[i]
                         at, gap = find_contact(
                             edges[i], real(side), rate, pose_a[i], pose_b[i], ma, mb
                         )
@@ -352,7 +354,7 @@ def run_lanes(
                         limit = slack(dt, knobs.gravity, reach, turning, real(0.0))
                         sees = seen[i]
                         tracks = track[i]
-                        carried = Impulse(force[i], force[i + LANES])
+                        carried = borne[i]
                         live = acts and pair[i].a < scene.count
                         observe_gap(live, time, gap, limit, carried, tracks, sees)
                         seen[i] = sees
@@ -362,30 +364,15 @@ def run_lanes(
                         push(at, n, t, ma, mb, va, vb)
                         new_a[i] = va
                         new_b[i] = vb
-                        force[i] = n
-                        force[i + LANES] = t
-                        force[i + 2 * LANES] = real(0.0)
-                        force[i + 3 * LANES] = real(0.0)
-                        force[i + 4 * LANES] = real(0.0)
-                        force[i + 5 * LANES] = real(0.0)
-                        held[i] = at.nx
-                        held[i + LANES] = at.nz
-                        held[i + 2 * LANES] = at.aa
-                        held[i + 3 * LANES] = at.ab
-                        held[i + 4 * LANES] = at.ba
-                        held[i + 5 * LANES] = at.bb
-                        held[i + 6 * LANES] = at.kn
-                        held[i + 7 * LANES] = at.kt
-                        held[i + 8 * LANES] = at.wn
-                        held[i + 9 * LANES] = at.wt
-                        held[i + 10 * LANES] = at.b
-                        held[i + 11 * LANES] = at.friction
+                        borne[i] = Impulse(n, t)
+                        kept[i] = Way()
+                        contact[i] = at
                     for i in range(LANES):
                         store.track[2 * p + side, i] = track[i]
                 for i in range(LANES):
-                    if pair[i].a < scene.count and weights[i] > real(0.0):
+                    if pair[i].a < scene.count and mass_a[i].m > real(0.0):
                         store.now[pair[i].a] = new_a[i]
-                    if pair[i].b < scene.count and weights[i + 2 * LANES] > real(0.0):
+                    if pair[i].b < scene.count and mass_b[i].m > real(0.0):
                         store.now[pair[i].b] = new_b[i]
             meet(crew)
         if touching > 0:
@@ -400,11 +387,12 @@ def run_lanes(
             meet(crew)
         for p in range(share(crew, rank, block_packs), share(crew, next_rank, block_packs)):
             trails = wp.array(ptr=address_of(store.trail.ptr, p, TRAIL), shape=(TRAIL,), dtype=real)
+            trail = rows(Trail, within=trails)
             for i in range(LANES):
                 v = store.now[p * LANES + i]
-                trails[i + 3 * LANES] = v.x
-                trails[i + 4 * LANES] = v.z
-                trails[i + 5 * LANES] = v.omega
+                trail[i].x = v.x
+                trail[i].z = v.z
+                trail[i].omega = v.omega
         meet(crew)
         # The sweeps.
         solve[0] = start_solve(real(1.0), knobs.settled, lane[0].speed)
@@ -423,6 +411,8 @@ def run_lanes(
                         weights = wp.array(
                             ptr=address_of(scene.masses.ptr, p, MASS), shape=(MASS,), dtype=real
                         )
+                        mass_a = rows(Mass, within=weights)
+                        mass_b = rows(Mass, within=weights, first=2)
                         for i in range(LANES):
                             pair[i] = scene.pairs[p * LANES + i]
                             new_a[i] = store.now[pair[i].a]
@@ -433,28 +423,21 @@ def run_lanes(
                                 shape=(CONTACT,),
                                 dtype=real,
                             )
+                            contact = rows(Contact, within=held)
                             force = wp.array(
                                 ptr=address_of(store.force.ptr, 2 * p + side, FORCE),
                                 shape=(FORCE,),
                                 dtype=real,
                             )
+                            borne = rows(Impulse, within=force)
+                            kept = rows(Way, within=force, first=2)
                             for i in range(LANES):
-                                one[i] = Impulse(force[i], force[i + LANES])
-                                way[i] = Way(
-                                    force[i + 2 * LANES],
-                                    force[i + 3 * LANES],
-                                    force[i + 4 * LANES],
-                                    force[i + 5 * LANES],
-                                )
+                                one[i] = borne[i]
+                                way[i] = kept[i]
                             for i in range(LANES):
-                                at = Contact(
-                                    held[i], held[i + LANES], held[i + 2 * LANES],
-                                    held[i + 3 * LANES], held[i + 4 * LANES], held[i + 5 * LANES],
-                                    held[i + 6 * LANES], held[i + 7 * LANES], held[i + 8 * LANES],
-                                    held[i + 9 * LANES], held[i + 10 * LANES], held[i + 11 * LANES],
-                                )  # fmt: skip
-                                ma = Mass(weights[i], weights[i + LANES])
-                                mb = Mass(weights[i + 2 * LANES], weights[i + 3 * LANES])
+                                at = contact[i]
+                                ma = mass_a[i]
+                                mb = mass_b[i]
                                 va = new_a[i]
                                 vb = new_b[i]
                                 own = sweep[i]
@@ -467,16 +450,12 @@ def run_lanes(
                                 one[i] = pushes
                                 way[i] = goes_on
                             for i in range(LANES):
-                                force[i] = one[i].n
-                                force[i + LANES] = one[i].t
-                                force[i + 2 * LANES] = way[i].pn
-                                force[i + 3 * LANES] = way[i].pt
-                                force[i + 4 * LANES] = way[i].dn
-                                force[i + 5 * LANES] = way[i].dt
+                                borne[i] = one[i]
+                                kept[i] = way[i]
                         for i in range(LANES):
-                            if pair[i].a < scene.count and weights[i] > real(0.0):
+                            if pair[i].a < scene.count and mass_a[i].m > real(0.0):
                                 store.now[pair[i].a] = new_a[i]
-                            if pair[i].b < scene.count and weights[i + 2 * LANES] > real(0.0):
+                            if pair[i].b < scene.count and mass_b[i].m > real(0.0):
                                 store.now[pair[i].b] = new_b[i]
                     total = Sums()
                     for i in range(LANES):
@@ -522,22 +501,15 @@ def run_lanes(
                 trails = wp.array(
                     ptr=address_of(store.trail.ptr, p, TRAIL), shape=(TRAIL,), dtype=real
                 )
+                trail = rows(Trail, within=trails)
                 for i in range(LANES):
                     new_a[i] = store.now[p * LANES + i]
                 for i in range(LANES):
                     v = new_a[i]
-                    past = Trail(
-                        trails[i], trails[i + LANES], trails[i + 2 * LANES],
-                        trails[i + 3 * LANES], trails[i + 4 * LANES], trails[i + 5 * LANES],
-                    )  # fmt: skip
+                    past = trail[i]
                     extrapolate(solve[0].beta, v, past)
                     new_a[i] = v
-                    trails[i] = past.px
-                    trails[i + LANES] = past.pz
-                    trails[i + 2 * LANES] = past.po
-                    trails[i + 3 * LANES] = past.x
-                    trails[i + 4 * LANES] = past.z
-                    trails[i + 5 * LANES] = past.omega
+                    trail[i] = past
                 for i in range(LANES):
                     store.now[p * LANES + i] = new_a[i]
             meet(crew)
@@ -565,21 +537,18 @@ def run_lanes(
                     shape=(CONTACT,),
                     dtype=real,
                 )
+                contact = rows(Contact, within=held)
                 force = wp.array(
                     ptr=address_of(store.force.ptr, 2 * p + side, FORCE), shape=(FORCE,), dtype=real
                 )
+                borne = rows(Impulse, within=force)
                 for i in range(LANES):
                     track[i] = store.track[2 * p + side, i]
                 for i in range(LANES):
-                    at = Contact(
-                        held[i], held[i + LANES], held[i + 2 * LANES],
-                        held[i + 3 * LANES], held[i + 4 * LANES], held[i + 5 * LANES],
-                        held[i + 6 * LANES], held[i + 7 * LANES], held[i + 8 * LANES],
-                        held[i + 9 * LANES], held[i + 10 * LANES], held[i + 11 * LANES],
-                    )  # fmt: skip
+                    at = contact[i]
                     tracks = track[i]
                     glides = sliding_speed(at, new_a[i], new_b[i])
-                    observe_slide(keeps, dt, glides, force[i], tracks)
+                    observe_slide(keeps, dt, glides, borne[i].n, tracks)
                     track[i] = tracks
                 for i in range(LANES):
                     length = smaller(

@@ -140,6 +140,43 @@ def test_vectors_have_the_numbers_of_their_components(tmp_path):
     np.testing.assert_array_equal(found.numpy(), expected)
 
 
+WITHIN = """
+@wp.struct
+class Mass:
+    m: real
+    j: real
+
+@kernel
+def weigh(held: wp.array(dtype=wp.float64)):
+    mass_a = rows(Mass, within=held)
+    mass_b = rows(Mass, within=held, first=2)
+    for i in range(LANES):
+        at = mass_a[i]
+        mass_b[i] = Mass(at.j, real(2.0) * mass_a[i].m)
+"""
+
+
+def test_rows_within_an_array_are_its_numbers(tmp_path):
+    module_of(tmp_path, "rows_within", WITHIN)
+    text = rows_module.TEXTS["rows_within"]
+    assert "at = Mass(held[i], held[i + 4])" in text
+    assert "held[i + 12] = mass_b_after.j" in text
+
+
+@pytest.mark.thorough
+def test_rows_within_an_array_hold_a_struct_a_lane(tmp_path):
+    module = module_of(tmp_path, "numbers_within", WITHIN)
+    held = wp.array(np.arange(16.0), dtype=wp.float64, device="cpu")
+    wp.launch(module.weigh, 1, [held], device="cpu")
+    expected = [*range(8), 4.0, 5.0, 6.0, 7.0, 0.0, 2.0, 4.0, 6.0]
+    np.testing.assert_array_equal(held.numpy(), expected)
+
+
+def test_what_lies_within_an_array_has_numbers_alone(tmp_path):
+    with pytest.raises(SyntaxError, match="all fields within an array are numbers"):
+        module_of(tmp_path, "no_numbers", WITHIN.replace("j: real", "j: int"))
+
+
 BRANCHES = """
 ROUND = False
 
