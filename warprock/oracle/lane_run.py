@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -52,7 +53,7 @@ def looks_in(found: Any) -> Array:
     return np.unique(found.t[:-1, None] + LOOKS * np.diff(found.t)[:, None])
 
 
-class LaneRun:
+class LaneRun(abc.ABC):
     """One lane's run: the clock and what has happened so far.
 
     Attributes:
@@ -122,9 +123,9 @@ class LaneRun:
             )
             self._need(-float(top.fun))
 
+    @abc.abstractmethod
     def _derivative(self, time: float, state: npt.NDArray[Any]) -> Any:
         """Rates of the state."""
-        raise NotImplementedError
 
     def _solved(self, state: Any, stop: float, longest: float, events: Any = None) -> Any:
         """SciPy's DOP853 from a state at the present time, with steps up to a longest one [s]."""
