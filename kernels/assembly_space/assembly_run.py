@@ -99,13 +99,6 @@ class BlockResult:
 
 
 @wp.struct
-class Joint:
-    """A joint as a launch gives it: its friction coefficient; the rest is in `Laid`."""
-
-    friction: real
-
-
-@wp.struct
 class Kept:
     """What a lane keeps of its blocks from step to step, shape [lane, block] each.
 
