@@ -37,6 +37,7 @@ from warprock.kernels.event_space.stack_contact import (
     Ints,
     Own,
     Pose,
+    Touches,
     block_of,
     pose_of,
     solve_by_sweeps,
@@ -93,6 +94,20 @@ class Mean:
 
 
 @wp.func
+def forces_after(t: Touches, pose: Pose, p: Points, gravity: real) -> Kept:
+    """A guess of the forces after an impact [N]: its impulses, as large as carry the weight."""
+    found, push, weight = Kept(), real(0.0), real(0.0)
+    bodies = int(BLOCKS + 1)
+    for k in range(1, bodies):
+        weight += gravity / pose.light[k]
+    for i in range(t.total):
+        push += wp.where(t.body[i] == 1, p[i][2], real(0.0))
+    for i in range(t.total):
+        found[16 * (t.body[i] - 1) + t.slot[i]] = p[i] * (weight / larger(push, TINY))
+    return found
+
+
+@wp.func
 def end_step(
     own: Own, limits: Limits, reached: State, pose: Pose, seen: Look, b: Base, held: Ints,
     stuck: Ints,
@@ -127,7 +142,8 @@ def end_step(
                 look.touch[k] = look.touch[k] & ~left[k]
                 look.closed = look.closed and left[k] == 0
         else:
-            v1, w1, fits = solve_impact(t, pose, v, w)
+            p, v1, w1, fits = solve_impact(t, pose, v, w)
+            n.force = forces_after(t, pose, p, gravity)
         n.lost = n.lost + before - energy(own, gravity, n.x, n.q, v1, w1)
         # The base's work on the blocks is at the mean of both velocities: see account.py.
         for k in range(1, bodies):
@@ -231,7 +247,9 @@ def integrate(
         n.turn[k] = d * wm[k]
     look = look_at_step(own, limits, s, n, pose0, last, held, d)
     if look.cut < NEVER:
-        return retry_step(s, look.cut, d, NEARLY * limits.longest_step)
+        again = retry_step(s, look.cut, d, NEARLY * limits.longest_step)
+        again.force = n.force
+        return again
     n.lost = s.lost + energy_before + work
     n.deepest = larger(s.deepest, look.deepest)
     n = end_step(own, limits, n, last, look, b, held, stuck)

@@ -54,7 +54,7 @@ def bounce(rebound: Rebound, closing: Touches, pose: Pose, v: Bodies, w: Bodies)
         Velocities, angular velocities, bits of slots that leave, and whether it is solved.
     """
     t = closing
-    v0, w0, fits = solve_impact(t, pose, v, w)
+    _p, v0, w0, fits = solve_impact(t, pose, v, w)
     left, some = Ints(), bool(False)
     for i in range(t.total):
         rise = rise_of(t, i, pose, v, w)
@@ -63,7 +63,7 @@ def bounce(rebound: Rebound, closing: Touches, pose: Pose, v: Bodies, w: Bodies)
             some = True
     if not some:
         return v0, w0, left, fits
-    v1, w1, bounces = solve_impact(t, pose, v, w)
+    _q, v1, w1, bounces = solve_impact(t, pose, v, w)
     more_v, more_w = v1 - v0, w1 - w0
     room = HALF * (product(pose, v, w, v, w) - product(pose, v0, w0, v0, w0))
     square = HALF * product(pose, more_v, more_w, more_v, more_w)

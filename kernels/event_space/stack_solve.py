@@ -890,14 +890,14 @@ def solve(
 
 @wp.func
 def solve_impact(t: Touches, pose: Pose, v: Bodies, w: Bodies):
-    """Velocities after an impact of contacts that obey CONE, and whether it is solved.
+    """Impulses of an impact of contacts that obey CONE, velocities after it, and whether it is solved.
 
     Args:
         t: The contacts.
         pose: Where the bodies are.
         v, w: Velocity [m/s] and angular velocity [rad/s] of each body before.
     """
-    _p, v1, w1, fits = solve(ROUNDS, t, pose, Points(), v, w, v, w)
+    p, v1, w1, fits = solve(ROUNDS, t, pose, Points(), v, w, v, w)
     if not fits:
-        _p, v1, w1, fits = solve_by_sweeps(SWEEPS, t, pose, Points(), v, w)
-    return v1, w1, fits
+        p, v1, w1, fits = solve_by_sweeps(SWEEPS, t, pose, Points(), v, w)
+    return p, v1, w1, fits
