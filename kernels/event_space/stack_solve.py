@@ -52,20 +52,17 @@ STIFF = by_precision(1.0e4, 1.0e2)
 """Stiffness c of a contact over its effective mass, in Newton's method..."""
 FIRM = by_precision(1.0e7, 1.0e5)
 """...and on given pieces. A change of l leaves about 1/FIRM of it: two come to round-off."""
-PLIANT = by_precision(1.0e5, 1.0e3)
-"""...and where contacts slip."""
-BEFORE = FIRM if BOX else PLIANT
-"""Stiffness of what comes before Newton's method with a convex function."""
-SLIP_TURNS = 30
+EVEN = by_precision(3.0e-4, 3.0e-2)
+"""Stiffness that tells where contacts slip, over STIFF: a few effective masses..."""
+FAST = by_precision(1.0e3, 1.0e3)
+"""...and that with which they then stick."""
+SLIP_TURNS = 12
 """Largest number of Newton steps there..."""
-LOST = 6
-"""...and of those before the velocities settle, else they seldom do."""
-FAIR = by_precision(1.0e-4, 1.0e-2)
-"""Relative change of the velocities in a step from which they have settled..."""
-CLOSE = by_precision(1.0e-9, 1.0e-4)
-"""...and after which only round-off is left: the next change is about its square."""
-LEAST_GRIP = real(0.01)
-"""Least stiffness of a contact along its face, over that across it."""
+SLIP_ROUNDS = 8
+SLIP_HALVINGS = 4
+"""...of times that one which does not come nearer to the law is halved..."""
+DESCENDS = real(0.2)
+"""...and the part of a whole step by which it comes nearer at least."""
 TURNS = 12
 """Largest number of changes of l or of linear pieces."""
 ROUNDS = 200
@@ -517,35 +514,107 @@ def project_on_disc(piece: int, law: int, mu: real, z: Vector) -> Vector:
 
 
 @wp.func
-def slope_on_disc(piece: int, mu: real, push: real, c: Vector, z: Vector) -> Matrix:
+def turning_of(piece: int, mu: real, c: real, even: real, z: Vector) -> real:
+    """Stiffness of the friction of a contact that slips against a turn of its slip [kg].
+
+    `c` is the largest one, `even` that of the argument z [kg].
+    """
+    most = mu * z[2]
+    spare = wp.sqrt(z[0] * z[0] + z[1] * z[1]) - most
+    return wp.where(even * most < c * spare, even * most / spare, c)
+
+
+@wp.func
+def push_on_disc(
+    piece: int, mu: real, c: real, even: real, z: Vector, ask: Vector, u: Vector
+) -> Vector:
+    """The impulse of a contact on a piece at a velocity u, linear in u; see `slope_on_disc`."""
+    f = project_on_disc(piece, CONE, mu, ask - c * u)
+    if piece == CURVED:
+        pull = wp.sqrt(z[0] * z[0] + z[1] * z[1])
+        x, y, push = z[0] / pull, z[1] / pull, ask[2] - c * u[2]
+        aside = turning_of(piece, mu, c, even, z) * (x * u[1] - y * u[0])
+        f = Vector(mu * push * x + aside * y, mu * push * y - aside * x, push)
+    return f
+
+
+@wp.func
+def slope_on_disc(piece: int, mu: real, c: real, even: real, z: Vector) -> Matrix:
     """How an impulse on a piece shrinks with the velocity of its contact [kg].
 
-    `push` is its normal impulse [N s], c the stiffness along each direction [kg].
+    Friction at its bound is along the argument z, which the stiffness `even` makes; its turn with
+    the slip is that of Newton's method for z. All else holds with the stiffness c.
     """
     zero = real(0.0)
     if piece == CURVED:
         pull = wp.sqrt(z[0] * z[0] + z[1] * z[1])
-        x, y, turns = z[0] / pull, z[1] / pull, c[0] * mu * larger(push, zero) / pull
+        x, y, turns = z[0] / pull, z[1] / pull, turning_of(piece, mu, c, even, z)
         return Matrix(
-            turns * y * y, -turns * x * y, mu * x * c[2],
-            -turns * x * y, turns * x * x, mu * y * c[2],
-            zero, zero, c[2],
+            turns * y * y, -turns * x * y, mu * x * c,
+            -turns * x * y, turns * x * x, mu * y * c,
+            zero, zero, c,
         )  # fmt: skip
-    x = wp.where(piece == NORMAL or piece == NO_X, zero, c[0])  # noqa: SIM109
-    y = wp.where(piece == NORMAL or piece == NO_Y, zero, c[1])  # noqa: SIM109
-    return wp.diag(Vector(x, y, c[2]))
+    x = wp.where(piece == NORMAL or piece == NO_X, zero, c)  # noqa: SIM109
+    y = wp.where(piece == NORMAL or piece == NO_Y, zero, c)  # noqa: SIM109
+    return wp.diag(Vector(x, y, c))
 
 
 @wp.func(inline=False)
-def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bool):
-    """The system of a Newton step, and whether all contacts stayed on their pieces.
-
-    At the beginning the impulses tell the pieces. A contact that stays on its piece gets l = f, its
-    friction only once the velocities have `settled`; then all contacts do.
-    """
+def break_of_law(s: wp.ref[System], g: wp.ref[Guess]) -> real:
+    """How far a guess is from the law, as an energy [J]; it gets its pieces."""
+    total, pieces = real(0.0), PointInts()
     body = s.t.body
     slot = s.t.slot
-    laws = s.t.law
+    law = s.t.law
+    gap = s.t.gap
+    ru = s.t.ru
+    rl = s.t.rl
+    axes = s.pose.axes
+    friction = s.pose.friction
+    stiff = s.stiff
+    asks = g.asks
+    v = g.v
+    w = g.w
+    for i in range(s.t.total):
+        k, even = body[i], EVEN * stiff[i]
+        mu, e = friction[k], directions(axes, k, slot[i])
+        u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
+        z = asks[i] - even * Vector(u[0], u[1], u[2] + gap[i])
+        piece = piece_on_disc(law[i], mu, z)
+        total += wp.length_sq(asks[i] - project_on_disc(piece, law[i], mu, z)) / even
+        pieces[i] = piece
+    g.pieces = pieces
+    return total
+
+
+@wp.func(inline=False)
+def follow_slips(s: wp.ref[System], g: wp.ref[Guess], dv: Bodies, dw: Bodies) -> Points:
+    """The impulses at the end of a whole Newton step."""
+    body = s.t.body
+    slot = s.t.slot
+    ru = s.t.ru
+    rl = s.t.rl
+    stiff = s.stiff
+    asks = g.asks
+    pieces = g.pieces
+    v = g.v
+    w = g.w
+    for i in range(s.t.total):
+        k, even, c = body[i], EVEN * stiff[i], FAST * stiff[i]
+        low, lift = k - 1, Vector(real(0.0), real(0.0), s.t.gap[i])
+        e = directions(s.pose.axes, k, slot[i])
+        u = e * relative_velocity(v[k], w[k], ru[i], v[low], w[low], rl[i]) + lift
+        du = e * relative_velocity(dv[k], dw[k], ru[i], dv[low], dw[low], rl[i])
+        z = asks[i] - even * u
+        asks[i] = push_on_disc(pieces[i], s.pose.friction[k], c, even, z, asks[i], u + du)
+    return asks
+
+
+@wp.func(inline=False)
+def look_at_slips(s: wp.ref[System], g: wp.ref[Guess]) -> Linear:
+    """The system of a Newton step on the pieces of a guess."""
+    body = s.t.body
+    slot = s.t.slot
     gap = s.t.gap
     ru = s.t.ru
     rl = s.t.rl
@@ -560,7 +629,6 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bo
     w = g.w
     force, spin = Bodies(), Bodies()
     own, below, above = SixRows(), SixRows(), SixRows()
-    same, zero, load = bool(True), real(0.0), real(0.0)
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
         dv, dw = v[k] - s.v[k], w[k] - s.w[k]
@@ -571,40 +639,15 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bo
             for j in range(3):
                 own[6 * k - 3 + i, 3 + j] = inertia[3 * k + i, j]
     for q in range(s.t.total):
-        load += larger(asks[q, 2], zero) / real(s.t.total)
-    for q in range(s.t.total):
-        k, law, ask = body[q], laws[q], asks[q]
-        mu, e = friction[k], directions(axes, k, slot[q])
-        u = e * relative_velocity(v[k], w[k], ru[q], v[k - 1], w[k - 1], rl[q])
-        c = stiff[q] * Vector(real(1.0), real(1.0), real(1.0))
-        if law == CONE and load > zero:
-            # Contacts of a face share its friction as they share its load.
-            grip = smaller(larger(ask[2] / load, LEAST_GRIP), real(1.0))
-            c = Vector(grip * c[0], grip * c[1], c[2])
-        off = wp.cw_mul(c, Vector(u[0], u[1], u[2] + gap[q]))
-        was = pieces[q]
-        piece = piece_on_disc(law, mu, ask - off)
-        guessed = begins and law == CONE and ask[2] > zero
-        if guessed:
-            piece = wp.where(sticking_bits(0, mu, ask) == 0, CURVED, ALL)
-            if piece == ALL:
-                ask = Vector(zero, zero, ask[2])
-        elif piece == CURVED and was == CURVED:
-            # Where a slip turns round the contact sticks first.
-            turned = (ask[0] - off[0]) * ask[0] + (ask[1] - off[1]) * ask[1] < zero
-            piece = wp.where(turned, ALL, CURVED)
-        same = same and piece == was
-        if settled or (piece == was and not begins):
-            f = project_on_disc(piece, law, mu, ask - off)
-            if law == CONE and piece == ALL and not settled:
-                f = Vector(ask[0], ask[1], f[2])
-            ask = f
-        asks[q] = ask
-        pieces[q] = piece
+        piece = pieces[q]
         if piece != NONE:
-            z = ask - off
-            m = slope_on_disc(piece, mu, wp.where(guessed, ask[2], z[2]), c, z)
-            push = wp.transpose(e) * project_on_disc(piece, law, mu, z)
+            k, even, c = body[q], EVEN * stiff[q], FAST * stiff[q]
+            mu, e = friction[k], directions(axes, k, slot[q])
+            u = e * relative_velocity(v[k], w[k], ru[q], v[k - 1], w[k - 1], rl[q])
+            u[2] = u[2] + gap[q]
+            z = asks[q] - even * u
+            m = slope_on_disc(piece, mu, c, even, z)
+            push = wp.transpose(e) * push_on_disc(piece, mu, c, even, z, asks[q], u)
             force[k] = force[k] - push
             spin[k] = spin[k] - wp.cross(ru[q], push)
             force[k - 1] = force[k - 1] + push
@@ -637,9 +680,7 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bo
                         above[row + i, 3 + j] = above[row + i, 3 + j] + right[i, j]
                         above[row + 3 + i, j] = above[row + 3 + i, j] - back[i, j]
                         above[row + 3 + i, 3 + j] = above[row + 3 + i, 3 + j] + cross[i, j]
-    g.asks = asks
-    g.pieces = pieces
-    return Linear(force, spin, own, below, above), same
+    return Linear(force, spin, own, below, above)
 
 
 @wp.func(inline=False)
@@ -703,23 +744,27 @@ def eliminate(s: wp.ref[Linear]):
 @wp.func(inline=False)
 def solve_with_slips(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
     """Whether a guess becomes the solution by Newton's method with discs of friction."""
-    reach, near, settled = wp.length_sq(s.t.ru[0]), bool(False), bool(False)
-    bodies = int(BLOCKS + 1)
-    for turn in range(SLIP_TURNS):
-        system, same = look_at_slips(s, g, turn == 0, settled)
-        if near and same:
-            return True
+    far = break_of_law(s, g)
+    for _turn in range(SLIP_TURNS):
+        system = look_at_slips(s, g)
         dv, dw = eliminate(system)
-        g.v = g.v + dv
-        g.w = g.w + dw
-        change = real(0.0)
-        for k in range(1, bodies):
-            change += (wp.length_sq(dv[k]) + reach * wp.length_sq(dw[k])) / s.pose.light[k]
-        norm_sq = size_of(s, g)
-        near = change <= CLOSE * CLOSE * norm_sq
-        settled = change <= FAIR * FAIR * norm_sq
-        if not (change < NEVER) or (turn >= LOST and not settled):
-            return False
+        asks = g.asks
+        v = g.v
+        w = g.w
+        more = follow_slips(s, g, dv, dw) - asks
+        before, part, fits = far, real(1.0), bool(False)
+        for _again in range(SLIP_HALVINGS):
+            g.asks = asks + part * more
+            g.v = v + part * dv
+            g.w = w + part * dw
+            far = break_of_law(s, g)
+            fits = far <= (real(1.0) - DESCENDS * part) * before
+            if fits:
+                break
+            part = HALF * part
+        enough = far <= ENOUGH * ENOUGH * size_of(s, g)
+        if not fits or enough:
+            return enough
     return False
 
 
@@ -868,22 +913,24 @@ def solve(
     asks, u, o, good = solve_by_sweeps(FIRST, t, pose, first, v, w)
     if good:
         return asks, u, o, True
-    if not BOX:
-        for i in range(t.total):
-            s.stiff[i] = s.stiff[i] * (PLIANT / FIRM)
-        g = Guess(asks, t.gap, PointInts(), u, o)
-        good = solve_with_slips(s, g)
-        if good:
-            return g.asks, g.v, g.w, True
     for i in range(t.total):
         k = t.body[i]
         e = directions(pose.axes, k, t.slot[i])
         at = e * relative_velocity(u[k], o[k], t.ru[i], u[k - 1], o[k - 1], t.rl[i])
         g.lift[i] = lift_of(t.law[i], pose.friction[k], t.gap[i], at)
-        s.stiff[i] = s.stiff[i] * (STIFF / BEFORE)
+        s.stiff[i] = s.stiff[i] * (STIFF / FIRM)
     g.asks = asks
     g.v = u
     g.w = o
+    if BOX:
+        good = solve_by_newton(rounds, s, g)
+        return g.asks, g.v, g.w, good
+    for _turn in range(SLIP_ROUNDS):
+        near = g
+        good = solve_with_slips(s, near)
+        if good:
+            return near.asks, near.v, near.w, True
+        good = solve_by_newton(1, s, g)
     good = solve_by_newton(rounds, s, g)
     return g.asks, g.v, g.w, good
 
