@@ -95,15 +95,16 @@ class Mean:
 
 @wp.func
 def forces_after(t: Touches, pose: Pose, p: Points, gravity: real) -> Kept:
-    """A guess of the forces after an impact [N]: its impulses, as large as carry the weight."""
-    found, push, weight = Kept(), real(0.0), real(0.0)
+    """A guess of the forces after an impact [N]: its impulses, in sum as large as at rest."""
+    found, push, load = Kept(), real(0.0), real(0.0)
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
-        weight += gravity / pose.light[k]
+        # All interfaces below a block carry it.
+        load += real(k) * gravity / pose.light[k]
     for i in range(t.total):
-        push += wp.where(t.body[i] == 1, p[i][2], real(0.0))
+        push += p[i][2]
     for i in range(t.total):
-        found[16 * (t.body[i] - 1) + t.slot[i]] = p[i] * (weight / larger(push, TINY))
+        found[16 * (t.body[i] - 1) + t.slot[i]] = p[i] * (load / larger(push, TINY))
     return found
 
 

@@ -52,10 +52,10 @@ STIFF = by_precision(1.0e4, 1.0e2)
 """Stiffness c of a contact over its effective mass, in Newton's method..."""
 FIRM = by_precision(1.0e7, 1.0e5)
 """...and on given pieces. A change of l leaves about 1/FIRM of it: two come to round-off."""
-EVEN = by_precision(3.0e-4, 3.0e-2)
-"""Stiffness that tells where contacts slip, over STIFF: a few effective masses..."""
-FAST = by_precision(1.0e3, 1.0e3)
-"""...and that with which they then stick."""
+EVEN = real(3.0)
+"""...that tells where contacts slip..."""
+SOFT = real(100.0)
+"""...and in the first round of Newton's method, ten times as stiff in each one..."""
 SLIP_TURNS = 12
 """Largest number of Newton steps there..."""
 SLIP_ROUNDS = 8
@@ -77,6 +77,7 @@ HALVINGS = 8
 """Largest number of times that a step which does not descend is halved."""
 FIRST = 4
 """Gauss-Seidel sweeps for the first guess of the impulses."""
+ROUGH = by_precision(1.0e-6, 1.0e-3)
 ALIKE = by_precision(1.0e-13, 1.0e-5)
 """Relative change of the velocities in a Newton step that ends a round."""
 
@@ -121,13 +122,15 @@ class System:
     Attributes:
         t: The contacts.
         pose: Where the bodies are.
-        stiff: Stiffness c of each contact [kg].
+        mass: Effective mass of each contact across its face [kg].
+        firm: Stiffness c of a contact over that mass.
         v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
     """
 
     t: Touches
     pose: Pose
-    stiff: PointNumbers
+    mass: PointNumbers
+    firm: real
     v: Bodies
     w: Bodies
 
@@ -323,7 +326,8 @@ def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
     rl = s.t.rl
     axes = s.pose.axes
     friction = s.pose.friction
-    stiff = s.stiff
+    mass = s.mass
+    firm = s.firm
     asks = g.asks
     lifts = g.lift
     pieces = g.pieces
@@ -333,7 +337,7 @@ def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
     same, straight = bool(True), bool(True)
     bodies = int(BLOCKS + 1)
     for i in range(s.t.total):
-        k, c, piece, lift = body[i], stiff[i], pieces[i], lifts[i]
+        k, c, piece, lift = body[i], firm * mass[i], pieces[i], lifts[i]
         mu, e = friction[k], directions(axes, k, slot[i])
         u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
         if mode == RENEW:
@@ -384,13 +388,13 @@ def stiffness_of(s: wp.ref[System], g: wp.ref[Guess], i: int) -> Matrix:
         m = wp.outer(e[2], e[2])
     elif piece == CURVED:
         u = e * relative_velocity(g.v[k], g.w[k], s.t.ru[i], g.v[k - 1], g.w[k - 1], s.t.rl[i])
-        z = g.asks[i] - s.stiff[i] * Vector(u[0], u[1], u[2] + g.lift[i])
+        z = g.asks[i] - s.firm * s.mass[i] * Vector(u[0], u[1], u[2] + g.lift[i])
         _f, slope = project_on_law(s.t.law[i], s.pose.friction[k], z)
         m = wp.transpose(e) * (slope * e)
     elif piece != NONE:
         m = wp.outer(e[2], e[2])
         m += wp.where(piece == NO_Y, wp.outer(e[0], e[0]), wp.outer(e[1], e[1]))
-    return s.stiff[i] * m
+    return s.firm * s.mass[i] * m
 
 
 @wp.func(inline=False)
@@ -571,12 +575,12 @@ def break_of_law(s: wp.ref[System], g: wp.ref[Guess]) -> real:
     rl = s.t.rl
     axes = s.pose.axes
     friction = s.pose.friction
-    stiff = s.stiff
+    mass = s.mass
     asks = g.asks
     v = g.v
     w = g.w
     for i in range(s.t.total):
-        k, even = body[i], EVEN * stiff[i]
+        k, even = body[i], EVEN * mass[i]
         mu, e = friction[k], directions(axes, k, slot[i])
         u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
         z = asks[i] - even * Vector(u[0], u[1], u[2] + gap[i])
@@ -594,13 +598,13 @@ def follow_slips(s: wp.ref[System], g: wp.ref[Guess], dv: Bodies, dw: Bodies) ->
     slot = s.t.slot
     ru = s.t.ru
     rl = s.t.rl
-    stiff = s.stiff
+    mass = s.mass
     asks = g.asks
     pieces = g.pieces
     v = g.v
     w = g.w
     for i in range(s.t.total):
-        k, even, c = body[i], EVEN * stiff[i], FAST * stiff[i]
+        k, even, c = body[i], EVEN * mass[i], FIRM * mass[i]
         low, lift = k - 1, Vector(real(0.0), real(0.0), s.t.gap[i])
         e = directions(s.pose.axes, k, slot[i])
         u = e * relative_velocity(v[k], w[k], ru[i], v[low], w[low], rl[i]) + lift
@@ -622,7 +626,7 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess]) -> Linear:
     friction = s.pose.friction
     light = s.pose.light
     inertia = s.pose.inertia
-    stiff = s.stiff
+    mass = s.mass
     asks = g.asks
     pieces = g.pieces
     v = g.v
@@ -641,7 +645,7 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess]) -> Linear:
     for q in range(s.t.total):
         piece = pieces[q]
         if piece != NONE:
-            k, even, c = body[q], EVEN * stiff[q], FAST * stiff[q]
+            k, even, c = body[q], EVEN * mass[q], FIRM * mass[q]
             mu, e = friction[k], directions(axes, k, slot[q])
             u = e * relative_velocity(v[k], w[k], ru[q], v[k - 1], w[k - 1], rl[q])
             u[2] = u[2] + gap[q]
@@ -762,7 +766,8 @@ def solve_with_slips(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
             if fits:
                 break
             part = HALF * part
-        enough = far <= ENOUGH * ENOUGH * size_of(s, g)
+        # Only a whole step makes velocities those of the impulses.
+        enough = part == real(1.0) and far <= ENOUGH * ENOUGH * size_of(s, g)
         if not fits or enough:
             return enough
     return False
@@ -796,7 +801,7 @@ def continue_pieces(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
             mu, e = s.pose.friction[k], directions(s.pose.axes, k, s.t.slot[i])
             u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
             lift = lift_of(law, mu, s.t.gap[i], u)
-            z = z - s.stiff[i] * Vector(u[0], u[1], u[2] + lift)
+            z = z - s.firm * s.mass[i] * Vector(u[0], u[1], u[2] + lift)
             g.lift[i] = lift
         piece = piece_of(law, s.pose.friction[k], z)
         if piece == CURVED:
@@ -826,7 +831,7 @@ def continue_pieces(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
 
 
 @wp.func(inline=False)
-def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
+def solve_by_newton(rounds: int, alike: real, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
     """Whether as many rounds at most make a guess the solution."""
     done, norm_sq, ready = bool(False), real(0.0), bool(False)
     factored, on, before, reach = Factor(), PointInts(), PointNumbers(), wp.length_sq(s.t.ru[0])
@@ -863,7 +868,7 @@ def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
                 turns = reach * wp.length_sq(part * dw[k])
                 change += (wp.length_sq(part * dv[k]) + turns) / s.pose.light[k]
             norm_sq = size_of(s, g)
-            if exact or change <= ALIKE * ALIKE * norm_sq:
+            if exact or change <= alike * alike * norm_sq:
                 fits = True
                 break
         last = g.lift
@@ -898,7 +903,7 @@ def solve(
     """
     if t.total == 0:
         return first, v, w, True
-    s = System(t, pose, PointNumbers(), v, w)
+    s = System(t, pose, PointNumbers(), FIRM, v, w)
     g = Guess(first, t.gap, PointInts(), near_v, near_w)
     for i in range(t.total):
         k = t.body[i]
@@ -906,7 +911,7 @@ def solve(
         up, low = wp.cross(t.ru[i], n), wp.cross(t.rl[i], n)
         turns = wp.dot(up, rows_of(pose.ease, k) * up)
         turns += wp.dot(low, rows_of(pose.ease, k - 1) * low)
-        s.stiff[i] = FIRM / (pose.light[k] + pose.light[k - 1] + turns)
+        s.mass[i] = real(1.0) / (pose.light[k] + pose.light[k - 1] + turns)
     good = continue_pieces(s, g)
     if good:
         return g.asks, g.v, g.w, True
@@ -918,20 +923,20 @@ def solve(
         e = directions(pose.axes, k, t.slot[i])
         at = e * relative_velocity(u[k], o[k], t.ru[i], u[k - 1], o[k - 1], t.rl[i])
         g.lift[i] = lift_of(t.law[i], pose.friction[k], t.gap[i], at)
-        s.stiff[i] = s.stiff[i] * (STIFF / FIRM)
     g.asks = asks
     g.v = u
     g.w = o
-    if BOX:
-        good = solve_by_newton(rounds, s, g)
-        return g.asks, g.v, g.w, good
-    for _turn in range(SLIP_ROUNDS):
-        near = g
-        good = solve_with_slips(s, near)
-        if good:
-            return near.asks, near.v, near.w, True
-        good = solve_by_newton(1, s, g)
-    good = solve_by_newton(rounds, s, g)
+    if not BOX and rounds == ROUNDS:
+        s.firm = SOFT
+        for _turn in range(SLIP_ROUNDS):
+            near = g
+            good = solve_with_slips(s, near)
+            if good:
+                return near.asks, near.v, near.w, True
+            good = solve_by_newton(1, ROUGH, s, g)
+            s.firm = smaller(real(10.0) * s.firm, STIFF)
+    s.firm = STIFF
+    good = solve_by_newton(rounds, ALIKE, s, g)
     return g.asks, g.v, g.w, good
 
 
