@@ -252,7 +252,7 @@ def find_stop(
         vm, wm: Its mean motion [m/s], [rad/s].
         slow: Slip up to which none counts [m/s].
     """
-    found, zero = real(NEVER), real(0.0)
+    found, zero = TWO * NEVER, real(0.0)
     for i in range(t.total):
         k = t.body[i]
         low, slot = k - 1, t.slot[i]

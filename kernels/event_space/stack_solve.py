@@ -912,8 +912,9 @@ def solve_impact(t: Touches, pose: Pose, v: Bodies, w: Bodies, kick: real):
     """
     bodies = int(BLOCKS + 1)
     v1, w1, fits = Bodies(), Bodies(), bool(False)
-    lighter = real(LIGHTER)
-    for _ramp in range(2):
+    for again in range(2):
+        # If a ramp was not solved, in smaller parts.
+        lighter = wp.where(again == 0, LIGHTER, HALF)
         p, weight = Points(), real(kick)
         while weight > LIGHTEST * kick and not fits:
             pressed = Bodies()
@@ -922,8 +923,6 @@ def solve_impact(t: Touches, pose: Pose, v: Bodies, w: Bodies, kick: real):
             p, v1, w1, good = solve(ROUNDS, t, pose, p, pressed, w, v1, w1)
             weight = lighter * weight
             fits = good and weight <= LIGHTEST * kick
-        # If that was not solved, in smaller parts.
-        lighter = HALF
     if not fits:
         _p, v1, w1, fits = solve(ROUNDS, t, pose, Points(), v, w, v, w)
     if not fits:
