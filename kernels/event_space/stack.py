@@ -8,9 +8,9 @@ one clock a lane. One step of length d:
        I_m w_m = L + sum r x p / 2, such that v_m and w_m obey the contact law at all interfaces;
     2. attitudes turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L. A block
        without contacts flies, see `turn_freely` in shape_space/block.py;
-    3. if inside the step a corner lands, hops by more than `rest_gap`, or slides to a stop, the step
-       is not taken: the next one ends there. A corner has landed within `rest_gap` of the face. A
-       contact that leaves or slides back slowly does neither, see `LEFT_OUT` in
+    3. if inside the step a corner lands, hops by more than `rest_gap`, or slides to a stop, the
+       step is not taken: the next one ends there. A corner has landed within `rest_gap` of the
+       face. A contact that leaves or slides back slowly does neither, see `LEFT_OUT` in
        event_space/stack_look.py;
     4. the gaps of contacts that pushed are closed, which removes the drift. v and w are projected
        on these contacts: one that stuck does not move, one that slid neither leaves nor approaches.
