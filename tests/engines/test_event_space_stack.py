@@ -186,7 +186,9 @@ def test_a_velocity_step_of_the_base_is_that_of_the_plane_to_second_order() -> N
     errors = [np.abs(each["rotation"] - plane["rotation"]).max(axis=(1, 2)) for each in found]
     assert np.all(errors[0] <= 2e-5)
     # A quarter of the step leaves a sixteenth of the error. At .7 slides begin, too: first order.
-    assert np.all(errors[1] <= errors[0] / [8.0, 1.0, 8.0, 8.0])
+    second = friction != 0.7
+    assert np.all(errors[1][second] <= errors[0][second] / 8.0)
+    assert np.all(errors[1] <= 2e-5)
     np.testing.assert_allclose(found[1]["energy_lost"], plane["energy_lost"], rtol=1e-3)
 
 

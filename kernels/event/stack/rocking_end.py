@@ -6,7 +6,7 @@ interface is about to open, or a contact to slide.
 
 import warp as wp
 
-from warprock.kernels.event.block_begin import first_root
+from warprock.kernels.event.block.begin import first_root
 from warprock.kernels.event.stack.moves import Opening, settles
 from warprock.kernels.event.stack.rocking import DEGREE, ORDERS, Chain, Curve, Curves, Rocking
 from warprock.kernels.event.stack.state import GRAIN, NEARLY, SOON, Limits
