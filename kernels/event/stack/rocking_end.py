@@ -6,7 +6,7 @@ interface is about to open, or a contact to slide.
 
 import warp as wp
 
-from warprock.kernels.event.block_begin import first_root
+from warprock.kernels.event.block.begin import first_root
 from warprock.kernels.event.stack.curves import Curve, Curves, load_of, rate_of, value_of
 from warprock.kernels.event.stack.rocking import Chain, Rocking
 from warprock.kernels.event.stack.state import GRAIN, NEARLY, SOON, Limits

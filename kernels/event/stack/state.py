@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warprock.kernels.event.body_weight import Weight
+from warprock.kernels.event.body.weight import Weight
 from warprock.kernels.event.stack.curves import Curves
 from warprock.kernels.motion.kinds import Motion
 from warprock.kernels.shape.above import Above

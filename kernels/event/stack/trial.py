@@ -2,8 +2,8 @@
 
 import warp as wp
 
-from warprock.kernels.event.block_begin import base_change, first_root
-from warprock.kernels.event.body_weight import Weight, kicks, weight_in
+from warprock.kernels.event.block.begin import base_change, first_root
+from warprock.kernels.event.body.weight import Weight, kicks, weight_in
 from warprock.kernels.event.stack.chain import Contacts, relative_velocity
 from warprock.kernels.event.stack.contact import RoundOff, Solution, solve
 from warprock.kernels.event.stack.curves import value_of
