@@ -17,17 +17,14 @@ smaller by about that factor. Contacts that turn out to be on other linear piece
 comes to the curved piece, this ends without a solution.
 
 With a cone, `solve_with_slips` comes next. It bounds the friction of a contact by the disc that its
-own push allows: f is the point of that disc nearest to f - e u_t, and its push is that of f - e u,
-with a stiffness e of a few effective masses (Alart and Curnier 1991). Newton's method takes
-velocities and impulses for its unknowns. Contacts that do not slip stick with the stiffness FIRM. A
-step is halved until it comes nearer to the law, and velocities stay those of the impulses. Where
-contacts start on other pieces this may stop far from a solution.
+own push allows (Alart and Curnier 1991), so that stiffnesses along a face and across it may differ:
+contacts share the friction of a face as they share its load. The Newton steps of this system, which
+is not symmetric, converge fast where contacts slip, but not from everywhere.
 
-So rounds of the next method come in between: for given l and lift the velocities minimise a convex
-function. Newton's method finds its least value; a step that does not descend is halved, and one
-within linear pieces is exact. Then l is set to f and lift to that of u. The first rounds are soft,
-so that l and not u tells the pieces. If some rounds bring no solution with slips, rounds go on
-alone until only round-off changes. Redundant contacts of a face do no harm.
+Else, for given l and lift the velocities minimise a convex function. Newton's method finds its
+least value; a step that does not descend is halved, and one within linear pieces is exact. Then l
+is set to f and lift to that of u. This repeats until only round-off changes. Redundant contacts of
+a face do no harm.
 """
 
 import warp as wp
@@ -46,28 +43,41 @@ from warprock.kernels.event_space.stack.contact import (
     Touches,
     directions,
     solve_by_sweeps,
+    sticking_bits,
 )
 from warprock.kernels.shape_space.frame import relative_velocity
 from warprock.kernels.shape_space.stack import Bodies, PointInts, PointNumbers, Points, rows_of
 
 STIFF = by_precision(1.0e4, 1.0e2)
 """Stiffness c of a contact over its effective mass, in Newton's method..."""
-SOFT = real(100.0)
-"""...in its first round with a cone..."""
-STIFFER = real(10.0)
-"""...times this in each one after it..."""
 FIRM = by_precision(1.0e7, 1.0e5)
 """...and on given pieces. A change of l leaves about 1/FIRM of it: two come to round-off."""
+PLIANT = by_precision(1.0e5, 1.0e3)
+"""...and where contacts slip."""
+SOFT = real(100.0)
+"""...and in the first of rounds before which contacts may slip..."""
+STIFFER = real(10.0)
+"""...times this in each one after it, up to STIFF."""
 EVEN = real(3.0)
-"""Stiffness that tells which contacts slip and where to, over the effective mass."""
+"""Stiffness that tells which contacts slip and where to."""
 SLIP_ROUNDS = 8
-"""Largest number of rounds with slips."""
+"""Largest number of such rounds."""
 SLIP_TURNS = 12
-"""Largest number of Newton steps with slips in a round..."""
+"""Largest number of Newton steps with slips after each..."""
 SLIP_HALVINGS = 4
-"""...of trials of each, half as long as the one before..."""
+"""...of trials of each step, half as long as the one before..."""
 DESCENDS = real(0.2)
 """...and by what part a whole one comes nearer to the law at least."""
+TRIED = 30
+"""Largest number of Newton steps with slips where none is halved..."""
+LOST = 6
+"""...and of those before the velocities settle, else they seldom do."""
+FAIR = by_precision(1.0e-4, 1.0e-2)
+"""Relative change of the velocities in a step from which they have settled..."""
+CLOSE = by_precision(1.0e-9, 1.0e-4)
+"""...and after which only round-off is left: the next change is about its square."""
+LEAST_GRIP = real(0.01)
+"""Least stiffness of a contact along its face, over that across it."""
 TURNS = 12
 """Largest number of changes of l or of linear pieces."""
 ROUNDS = 200
@@ -83,7 +93,7 @@ HALVINGS = 8
 FIRST = 4
 """Gauss-Seidel sweeps for the first guess of the impulses."""
 ROUGH = by_precision(1.0e-6, 1.0e-3)
-"""Relative change of the velocities in a Newton step that ends a round between slips..."""
+"""Relative change of the velocities in a Newton step that ends a round before slips..."""
 ALIKE = by_precision(1.0e-13, 1.0e-5)
 """...and any other."""
 
@@ -553,82 +563,37 @@ def push_on_disc(
 
 
 @wp.func
-def slope_on_disc(piece: int, mu: real, c: real, even: real, z: Vector) -> Matrix:
+def slope_on_disc(piece: int, mu: real, turns: real, c: Vector, z: Vector) -> Matrix:
     """How an impulse on a piece shrinks with the velocity of its contact [kg].
 
-    Friction at its bound is along the argument z, which the stiffness `even` makes; its turn with
-    the slip is that of Newton's method for z. All else holds with the stiffness c.
+    `c` is the stiffness along each direction, `turns` that of friction at its bound, which is along
+    the argument z, against a turn of the slip [kg].
     """
     zero = real(0.0)
     if piece == CURVED:
         pull = wp.sqrt(z[0] * z[0] + z[1] * z[1])
-        x, y, turns = z[0] / pull, z[1] / pull, turning_of(mu, c, even, z)
+        x, y = z[0] / pull, z[1] / pull
         return Matrix(
-            turns * y * y, -turns * x * y, mu * x * c,
-            -turns * x * y, turns * x * x, mu * y * c,
-            zero, zero, c,
+            turns * y * y, -turns * x * y, mu * x * c[2],
+            -turns * x * y, turns * x * x, mu * y * c[2],
+            zero, zero, c[2],
         )  # fmt: skip
-    x = wp.where(piece == NORMAL or piece == NO_X, zero, c)  # noqa: SIM109
-    y = wp.where(piece == NORMAL or piece == NO_Y, zero, c)  # noqa: SIM109
-    return wp.diag(Vector(x, y, c))
+    x = wp.where(piece == NORMAL or piece == NO_X, zero, c[0])  # noqa: SIM109
+    y = wp.where(piece == NORMAL or piece == NO_Y, zero, c[1])  # noqa: SIM109
+    return wp.diag(Vector(x, y, c[2]))
 
 
 @wp.func(inline=False)
-def break_of_law(s: wp.ref[System], g: wp.ref[Guess]) -> real:
-    """How far a guess is from the law, as an energy [J]; it gets its pieces."""
-    total, pieces = real(0.0), PointInts()
+def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bool, given: bool):
+    """The system of a Newton step, and whether all contacts stayed on their pieces.
+
+    At the beginning the impulses tell the pieces. A contact that stays on its piece gets l = f, its
+    friction only once the velocities have `settled`; then all contacts do. On pieces that are
+    `given` l is the impulse.
+    """
     body = s.t.body
     slot = s.t.slot
-    law = s.t.law
-    gap = s.t.gap
-    ru = s.t.ru
-    rl = s.t.rl
-    axes = s.pose.axes
-    friction = s.pose.friction
-    mass = s.mass
-    asks = g.asks
-    v = g.v
-    w = g.w
-    for i in range(s.t.total):
-        k, even = body[i], EVEN * mass[i]
-        mu, e = friction[k], directions(axes, k, slot[i])
-        u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
-        z = asks[i] - even * Vector(u[0], u[1], u[2] + gap[i])
-        piece = piece_on_disc(law[i], mu, z)
-        total += wp.length_sq(asks[i] - project_on_disc(piece, law[i], mu, z)) / even
-        pieces[i] = piece
-    g.pieces = pieces
-    return total
-
-
-@wp.func(inline=False)
-def follow_slips(s: wp.ref[System], g: wp.ref[Guess], dv: Bodies, dw: Bodies) -> Points:
-    """The impulses at the end of a whole Newton step."""
-    body = s.t.body
-    slot = s.t.slot
-    ru = s.t.ru
-    rl = s.t.rl
-    mass = s.mass
-    asks = g.asks
-    pieces = g.pieces
-    v = g.v
-    w = g.w
-    for i in range(s.t.total):
-        k, even, c = body[i], EVEN * mass[i], FIRM * mass[i]
-        low, lift = k - 1, Vector(real(0.0), real(0.0), s.t.gap[i])
-        e = directions(s.pose.axes, k, slot[i])
-        u = e * relative_velocity(v[k], w[k], ru[i], v[low], w[low], rl[i]) + lift
-        du = e * relative_velocity(dv[k], dw[k], ru[i], dv[low], dw[low], rl[i])
-        z = asks[i] - even * u
-        asks[i] = push_on_disc(pieces[i], s.pose.friction[k], c, even, z, asks[i], u + du)
-    return asks
-
-
-@wp.func(inline=False)
-def look_at_slips(s: wp.ref[System], g: wp.ref[Guess]) -> Linear:
-    """The system of a Newton step on the pieces of a guess."""
-    body = s.t.body
-    slot = s.t.slot
+    laws = s.t.law
     gap = s.t.gap
     ru = s.t.ru
     rl = s.t.rl
@@ -643,6 +608,7 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess]) -> Linear:
     w = g.w
     force, spin = Bodies(), Bodies()
     own, below, above = SixRows(), SixRows(), SixRows()
+    same, zero, load = bool(True), real(0.0), real(0.0)
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
         dv, dw = v[k] - s.v[k], w[k] - s.w[k]
@@ -653,15 +619,53 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess]) -> Linear:
             for j in range(3):
                 own[6 * k - 3 + i, 3 + j] = inertia[3 * k + i, j]
     for q in range(s.t.total):
-        piece = pieces[q]
+        load += larger(asks[q, 2], zero) / real(s.t.total)
+    for q in range(s.t.total):
+        k, law, ask = body[q], laws[q], asks[q]
+        mu, e = friction[k], directions(axes, k, slot[q])
+        u = e * relative_velocity(v[k], w[k], ru[q], v[k - 1], w[k - 1], rl[q])
+        c = (PLIANT * mass[q]) * Vector(real(1.0), real(1.0), real(1.0))
+        if law == CONE and load > zero and not given:
+            # Contacts of a face share its friction as they share its load.
+            grip = smaller(larger(ask[2] / load, LEAST_GRIP), real(1.0))
+            c = Vector(grip * c[0], grip * c[1], c[2])
+        at = Vector(u[0], u[1], u[2] + gap[q])
+        off = wp.cw_mul(c, at)
+        was = pieces[q]
+        piece = piece_on_disc(law, mu, ask - off)
+        guessed = begins and law == CONE and ask[2] > zero
+        if given:
+            piece = was
+        elif guessed:
+            piece = wp.where(sticking_bits(0, mu, ask) == 0, CURVED, ALL)
+            if piece == ALL:
+                ask = Vector(zero, zero, ask[2])
+        elif piece == CURVED and was == CURVED:
+            # Where a slip turns round the contact sticks first.
+            turned = (ask[0] - off[0]) * ask[0] + (ask[1] - off[1]) * ask[1] < zero
+            piece = wp.where(turned, ALL, CURVED)
+        same = same and piece == was
+        if settled or (piece == was and not begins and not given):
+            stays = project_on_disc(piece, law, mu, ask - off)
+            if law == CONE and piece == ALL and not settled:
+                stays = Vector(ask[0], ask[1], stays[2])
+            ask = stays
+        asks[q] = ask
+        pieces[q] = piece
         if piece != NONE:
-            k, even, c = body[q], EVEN * mass[q], FIRM * mass[q]
-            mu, e = friction[k], directions(axes, k, slot[q])
-            u = e * relative_velocity(v[k], w[k], ru[q], v[k - 1], w[k - 1], rl[q])
-            u[2] = u[2] + gap[q]
-            z = asks[q] - even * u
-            m = slope_on_disc(piece, mu, c, even, z)
-            push = wp.transpose(e) * push_on_disc(piece, mu, c, even, z, asks[q], u)
+            z = ask - off
+            aside, f = zero, Vector()
+            if given:
+                even = EVEN * mass[q]
+                z = ask - even * at
+                aside = turning_of(mu, c[2], even, z)
+                f = push_on_disc(piece, mu, c[2], even, z, ask, at)
+            else:
+                pull = wp.sqrt(z[0] * z[0] + z[1] * z[1])
+                aside = c[0] * mu * larger(wp.where(guessed, ask[2], z[2]), zero) / pull
+                f = project_on_disc(piece, law, mu, z)
+            m = slope_on_disc(piece, mu, aside, c, z)
+            push = wp.transpose(e) * f
             force[k] = force[k] - push
             spin[k] = spin[k] - wp.cross(ru[q], push)
             force[k - 1] = force[k - 1] + push
@@ -694,7 +698,9 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess]) -> Linear:
                         above[row + i, 3 + j] = above[row + i, 3 + j] + right[i, j]
                         above[row + 3 + i, j] = above[row + 3 + i, j] - back[i, j]
                         above[row + 3 + i, 3 + j] = above[row + 3 + i, 3 + j] + cross[i, j]
-    return Linear(force, spin, own, below, above)
+    g.asks = asks
+    g.pieces = pieces
+    return Linear(force, spin, own, below, above), same
 
 
 @wp.func(inline=False)
@@ -758,9 +764,83 @@ def eliminate(s: wp.ref[Linear]):
 @wp.func(inline=False)
 def solve_with_slips(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
     """Whether a guess becomes the solution by Newton's method with discs of friction."""
+    reach, near, settled = wp.length_sq(s.t.ru[0]), bool(False), bool(False)
+    bodies = int(BLOCKS + 1)
+    for turn in range(TRIED):
+        system, same = look_at_slips(s, g, turn == 0, settled, False)
+        if near and same:
+            return True
+        dv, dw = eliminate(system)
+        g.v = g.v + dv
+        g.w = g.w + dw
+        change = real(0.0)
+        for k in range(1, bodies):
+            change += (wp.length_sq(dv[k]) + reach * wp.length_sq(dw[k])) / s.pose.light[k]
+        norm_sq = size_of(s, g)
+        near = change <= CLOSE * CLOSE * norm_sq
+        settled = change <= FAIR * FAIR * norm_sq
+        if not (change < NEVER) or (turn >= LOST and not settled):
+            return False
+    return False
+
+
+@wp.func(inline=False)
+def break_of_law(s: wp.ref[System], g: wp.ref[Guess]) -> real:
+    """How far a guess is from the law, as an energy [J]; it gets its pieces."""
+    total, pieces = real(0.0), PointInts()
+    body = s.t.body
+    slot = s.t.slot
+    law = s.t.law
+    gap = s.t.gap
+    ru = s.t.ru
+    rl = s.t.rl
+    axes = s.pose.axes
+    friction = s.pose.friction
+    mass = s.mass
+    asks = g.asks
+    v = g.v
+    w = g.w
+    for i in range(s.t.total):
+        k, even = body[i], EVEN * mass[i]
+        mu, e = friction[k], directions(axes, k, slot[i])
+        u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
+        z = asks[i] - even * Vector(u[0], u[1], u[2] + gap[i])
+        piece = piece_on_disc(law[i], mu, z)
+        total += wp.length_sq(asks[i] - project_on_disc(piece, law[i], mu, z)) / even
+        pieces[i] = piece
+    g.pieces = pieces
+    return total
+
+
+@wp.func(inline=False)
+def follow_slips(s: wp.ref[System], g: wp.ref[Guess], dv: Bodies, dw: Bodies) -> Points:
+    """The impulses at the end of a whole Newton step."""
+    body = s.t.body
+    slot = s.t.slot
+    ru = s.t.ru
+    rl = s.t.rl
+    mass = s.mass
+    asks = g.asks
+    pieces = g.pieces
+    v = g.v
+    w = g.w
+    for i in range(s.t.total):
+        k, even, c = body[i], EVEN * mass[i], PLIANT * mass[i]
+        low, lift = k - 1, Vector(real(0.0), real(0.0), s.t.gap[i])
+        e = directions(s.pose.axes, k, slot[i])
+        u = e * relative_velocity(v[k], w[k], ru[i], v[low], w[low], rl[i]) + lift
+        du = e * relative_velocity(dv[k], dw[k], ru[i], dv[low], dw[low], rl[i])
+        z = asks[i] - even * u
+        asks[i] = push_on_disc(pieces[i], s.pose.friction[k], c, even, z, asks[i], u + du)
+    return asks
+
+
+@wp.func(inline=False)
+def descend_to_slips(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
+    """Whether a guess becomes the solution by such steps that come nearer to the law."""
     far = break_of_law(s, g)
     for _turn in range(SLIP_TURNS):
-        system = look_at_slips(s, g)
+        system, _same = look_at_slips(s, g, False, False, True)
         dv, dw = eliminate(system)
         asks = g.asks
         v = g.v
@@ -928,6 +1008,11 @@ def solve(
     asks, u, o, good = solve_by_sweeps(FIRST, t, pose, first, v, w)
     if good:
         return asks, u, o, True
+    if not BOX:
+        g = Guess(asks, t.gap, PointInts(), u, o)
+        good = solve_with_slips(s, g)
+        if good:
+            return g.asks, g.v, g.w, True
     for i in range(t.total):
         k = t.body[i]
         e = directions(pose.axes, k, t.slot[i])
@@ -939,11 +1024,11 @@ def solve(
     if not BOX and rounds == ROUNDS:
         s.firm = SOFT
         for _round in range(SLIP_ROUNDS):
+            good = solve_by_newton(1, ROUGH, s, g)
             near = g
-            good = solve_with_slips(s, near)
+            good = descend_to_slips(s, near)
             if good:
                 return near.asks, near.v, near.w, True
-            good = solve_by_newton(1, ROUGH, s, g)
             s.firm = smaller(STIFFER * s.firm, STIFF)
     s.firm = STIFF
     good = solve_by_newton(rounds, ALIKE, s, g)

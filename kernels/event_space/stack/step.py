@@ -148,7 +148,8 @@ def end_step(
                 look.closed = look.closed and left[k] == 0
         else:
             p, v1, w1, fits = solve_impact(t, pose, v, w, wp.length(b.kick))
-            n.force = forces_after(t, pose, p, gravity)
+            if look.landed:
+                n.force = forces_after(t, pose, p, gravity)
         n.lost = n.lost + before - energy(own, gravity, n.x, n.q, v1, w1)
         # The base's work on the blocks is at the mean of both velocities: see account.py.
         for k in range(1, bodies):
