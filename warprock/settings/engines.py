@@ -434,11 +434,14 @@ def judged_settings(
     """Validated settings, as `build_settings` does it, of any dataclass of settings.
 
     Args:
-        settings_type: The dataclass, each of whose fields has a `SettingKey` in its annotation.
+        settings_type: The dataclass, each of whose fields has a `SettingKey` in its annotation, and
+            a default, which is not judged.
         place: Dotted key of the table, for the error text.
         table: Values by field name.
         source: File or option, for the error text.
     """
+    if not table:
+        return settings_type()
     import pydantic
 
     known = declared_settings(settings_type)

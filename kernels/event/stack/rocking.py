@@ -19,6 +19,8 @@ these equations are linear in that coefficient of theta'', all with the matrix o
 
 import warp as wp
 
+from warprock.kernels.event.stack.curves import ORDERS, Curves
+from warprock.kernels.event.stack.moves import opening, settles
 from warprock.kernels.shape.stack import (
     CLOSED,
     Blocks,
@@ -32,14 +34,6 @@ from warprock.kernels.shape.stack import (
     side_of,
 )
 
-DEGREE = 6
-ORDERS = DEGREE - 1
-"""Coefficients of an acceleration."""
-
-Curves = wp.types.matrix(shape=(BLOCKS, DEGREE + 1), dtype=real)
-"""A polynomial in time a block or an interface, its constant term first."""
-Curve = wp.types.vector(length=DEGREE + 1, dtype=real)
-"""One polynomial."""
 Terms = wp.types.vector(length=ORDERS, dtype=real)
 """Coefficients of an acceleration of the base."""
 Square = wp.types.matrix(shape=(BLOCKS, BLOCKS), dtype=real)
@@ -69,12 +63,16 @@ class Rocking:
     """Polynomials of a stack whose contacts stick.
 
     Attributes:
+        waits: Whether interfaces fall flat at once. Then nothing else is found but
+        rests: which of them do: CLOSED there.
         chain: Its levers.
         theta: Rotations [rad].
         fx, fz: Forces on the interfaces [N].
         moment: Moments on the interfaces about their pivots [N m].
     """
 
+    waits: bool
+    rests: Counts
     chain: Chain
     theta: Curves
     fx: Curves
@@ -258,10 +256,38 @@ def first_terms(pose: wp.ref[Pose], velocity: Triples):
     return theta, s, c
 
 
+@wp.func
+def find_rests(
+    pose: wp.ref[Pose], touch: Counts, velocity: Triples, bend: Values, rest: Values
+):  # fmt: skip
+    """Interfaces that fall flat again at once, see `settles`: CLOSED there; whether any does.
+
+    Args:
+        pose: The pose, with the ends that touched before.
+        touch: Ends that touch and stick.
+        velocity: Velocities.
+        bend: Angular accelerations [rad/s^2].
+        rest: Swings below which a block rests [rad].
+    """
+    rests = Counts()
+    waits = bool(False)
+    for k in range(BLOCKS):
+        if touch[k] != CLOSED and pose.touch[k] == touch[k]:
+            more = bend[k]
+            if k > 0:
+                more = more - bend[k - 1]
+            more = side_of(touch[k]) * more
+            start = opening(pose, velocity, k, touch[k])
+            if more < real(0.0) and settles(start, HALF * more, rest[k]):
+                rests[k] = CLOSED
+                waits = True
+    return rests, waits
+
+
 @wp.func(inline=False)
 def predict_rocking(
-    blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts, velocity: Triples, ax: Terms,
-    az: Terms,
+    blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts, velocity: Triples, rest: Values,
+    ax: Terms, az: Terms,
 ) -> Rocking:  # fmt: skip
     """Taylor polynomials of a stack that sticks where its ends touch.
 
@@ -270,6 +296,7 @@ def predict_rocking(
         pose: The pose.
         touch: Ends that touch and stick.
         velocity: Velocities; the angular ones count.
+        rest: Swings below which a block rests [rad].
         ax, az: Taylor coefficients of the acceleration of the base, upwards with gravity [m/s^2].
     """
     r = Rocking()
@@ -300,6 +327,12 @@ def predict_rocking(
         gx, gz = inertia_forces(chain, s2, c2, ax[n], az[n])
         _fx, _fz, u, w = interface_forces(chain, gx, gz)
         bend = accelerate(m, touch, missing_moments(load, pose, u, w))
+        if n == 0:
+            rests, waits = find_rests(pose, touch, velocity, bend, rest)
+            if waits:
+                r.waits = True
+                r.rests = rests
+                return r
         s2 = s2 + wp.cw_mul(bend, pose.cosine)
         c2 = c2 - wp.cw_mul(bend, pose.sine)
         gx, gz = inertia_forces(chain, s2, c2, ax[n], az[n])

@@ -6,9 +6,9 @@ interface is about to open, or a contact to slide.
 
 import warp as wp
 
-from warprock.kernels.event.block_begin import first_root
-from warprock.kernels.event.stack.moves import Opening, settles
-from warprock.kernels.event.stack.rocking import DEGREE, ORDERS, Chain, Curve, Curves, Rocking
+from warprock.kernels.event.block.begin import first_root
+from warprock.kernels.event.stack.curves import Curve, Curves, load_of, rate_of, value_of
+from warprock.kernels.event.stack.rocking import Chain, Rocking
 from warprock.kernels.event.stack.state import GRAIN, NEARLY, SOON, Limits
 from warprock.kernels.shape.stack import (
     CLOSED,
@@ -52,46 +52,6 @@ class Loads:
     moment: Values
     sine: Values
     cosine: Values
-
-
-@wp.func
-def value_of(p: Curve, tau: real) -> real:
-    """Value of a polynomial."""
-    found = p[DEGREE]
-    for i in range(DEGREE):
-        found = fused(found, tau, p[wp.static(DEGREE - 1 - i)])
-    return found
-
-
-@wp.func
-def rate_of(p: Curve, tau: real) -> real:
-    """Derivative of a polynomial."""
-    found = real(0.0)
-    for i in range(DEGREE):
-        found = fused(found, tau, real(DEGREE - i) * p[wp.static(DEGREE - i)])
-    return found
-
-
-@wp.func
-def load_of(p: Curve, tau: real) -> real:
-    """Value of a polynomial of the degree to which loads are known."""
-    found = p[ORDERS - 1]
-    for i in range(wp.static(ORDERS - 1)):
-        found = fused(found, tau, p[wp.static(ORDERS - 2 - i)])
-    return found
-
-
-@wp.func
-def turning_time(p: Curve, first: real, last: real, d: real) -> real:
-    """Time at which a rotation turns back in a step of length d, from its rates at both ends."""
-    at = d * first / (first - last)
-    rate = rate_of(p, at)
-    # The secant again, in the part in which the sign of the rate changes.
-    if rate * first > real(0.0):
-        at = at + (d - at) * rate / (rate - last)
-    else:
-        at = at * first / (first - rate)
-    return at
 
 
 @wp.func
@@ -220,12 +180,11 @@ def find_impact(
     """The first impact in a step; arguments as of `find_end`, and the rotations.
 
     Returns:
-        Length of the step to there, d if there is none; whether there is one; whether a block rests
-        at once (`settles` in event/stack/moves.py); whether a contact that was to open has not.
+        Length of the step to there, d if there is none; whether there is one; whether a contact
+        that was to open has not.
     """
     zero = real(0.0)
     d1 = real(d)
-    waits = bool(False)
     fails = bool(False)
     lands = bool(False)
     near = NEARLY * limits.longest_step
@@ -248,8 +207,6 @@ def find_impact(
             if pose.touch[k] == CLOSED:
                 fails = fails or e1 <= zero
             elif e1 < -reach:
-                quiet = settles(Opening(e0, r0), curve[2], limits.rest_rotation[k])
-                waits = waits or (end >= d and quiet)
                 guess = first_root(e0, r0, e1, end)
                 d1 = smaller(d1, landing_time(curve, zero, guess, end))
             if CHAINS:
@@ -260,8 +217,7 @@ def find_impact(
                 if within and e0 < room and e1 > room + reach:
                     guess = first_root(room - e0, -r0, room - e1, end)
                     d1 = smaller(d1, landing_time(curve, room, guess, end))
-    # The end of the whole step tells whether a block rests.
-    return wp.where(waits, d, d1), lands, waits, fails
+    return d1, lands, fails
 
 
 @wp.func(inline=False)
@@ -280,14 +236,14 @@ def find_end(
         d: Longest length of the step [s].
 
     Returns:
-        Length of the step; LACKS, ROLLS or SPENT; whether a block falls flat or rests.
+        Length of the step; LACKS, ROLLS or SPENT; whether a block falls flat.
     """
     weight = limits.mass * limits.gravity
-    d1, lands, waits, fails = find_impact(blocks, limits, pose, touch, r.theta, d)
+    d1, lands, fails = find_impact(blocks, limits, pose, touch, r.theta, d)
     found = int(ROLLS)
     if fails:
         found = LACKS
-    elif not waits:
+    else:
         slack = SLIGHT * weight
         low = real(0.0)
         at_low = spare_first(blocks, pose, touch, r) + slack

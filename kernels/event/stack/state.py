@@ -2,8 +2,8 @@
 
 import warp as wp
 
-from warprock.kernels.event.body_weight import Weight
-from warprock.kernels.event.stack.rocking import Curves
+from warprock.kernels.event.body.weight import Weight
+from warprock.kernels.event.stack.curves import Curves
 from warprock.kernels.motion.kinds import Motion
 from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.stack import CLOSED, Blocks, Counts, Pose, Triples, Values, three_of
