@@ -116,7 +116,10 @@ def chain_of(blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts) -> Chain
 
 @wp.func
 def factorize(chain: wp.ref[Chain], pose: wp.ref[Pose], touch: Counts) -> Square:
-    """Gauss's factors of the matrix of theta''; a block that lies flat turns with the one below."""
+    """Factors of the matrix of theta''; a block that lies flat turns with the one below.
+
+    The lower half has those below the diagonal of L, the diagonal the inverse of D, in L D L^T.
+    """
     m = Square()
     carried = real(0.0)
     for step in range(BLOCKS):
@@ -131,11 +134,11 @@ def factorize(chain: wp.ref[Chain], pose: wp.ref[Pose], touch: Counts) -> Square
         px = carried * cx - mass * bx
         pz = carried * cz - mass * bz
         for j in range(wp.static(k)):
-            sd = pose.sine[k] * pose.cosine[j] - pose.cosine[k] * pose.sine[j]
-            cd = pose.cosine[k] * pose.cosine[j] + pose.sine[k] * pose.sine[j]
+            sd = fused_less(pose.cosine[k], pose.sine[j], pose.sine[k] * pose.cosine[j])
+            cd = dot(pose.cosine[k], pose.sine[k], pose.cosine[j], pose.sine[j])
             qx = chain.cx[j]
             qz = chain.cz[j]
-            mixed = (px * qx + pz * qz) * cd + (pz * qx - px * qz) * sd
+            mixed = fused(dot(px, pz, qx, qz), cd, fused_less(px, qz, pz * qx) * sd)
             m[j, k] = mixed
             m[k, j] = mixed
         carried = carried + mass
@@ -154,10 +157,10 @@ def factorize(chain: wp.ref[Chain], pose: wp.ref[Pose], touch: Counts) -> Square
     for k in range(BLOCKS):
         m[k, k] = real(1.0) / m[k, k]
         for i in range(wp.static(k + 1), BLOCKS):
-            part = m[i, k] * m[k, k]
-            for j in range(wp.static(k + 1), BLOCKS):
-                m[i, j] = m[i, j] - part * m[k, j]
-            m[i, k] = part
+            m[k, i] = m[i, k]
+            m[i, k] = m[i, k] * m[k, k]
+            for j in range(wp.static(k + 1), wp.static(i + 1)):
+                m[i, j] = fused_less(m[i, k], m[k, j], m[i, j])
     return m
 
 
@@ -174,11 +177,14 @@ def accelerate(m: wp.ref[Square], touch: Counts, moments: Values) -> Values:
     for k in range(BLOCKS):
         for j in range(wp.static(k)):
             b[k] = fused_less(m[k, j], b[j], b[k])
+    for k in range(BLOCKS):
+        b[k] = b[k] * m[k, k]
     for step in range(BLOCKS):
         k = wp.static(BLOCKS - 1 - step)
-        for j in range(wp.static(k + 1), BLOCKS):
-            b[k] = fused_less(m[k, j], b[j], b[k])
-        b[k] = b[k] * m[k, k]
+        # What is known last comes last, so that the processor waits for one product a block.
+        for after in range(wp.static(step)):
+            j = wp.static(BLOCKS - 1 - after)
+            b[k] = fused_less(m[j, k], b[j], b[k])
     for k in range(1, BLOCKS):
         if touch[wp.static(k)] == CLOSED:
             b[k] = b[k - 1]
@@ -238,7 +244,10 @@ def interface_forces(chain: wp.ref[Chain], gx: Values, gz: Values):
 @wp.func
 def missing_moments(load: Values, pose: wp.ref[Pose], u: Values, w: Values) -> Values:
     """Moments that the angular accelerations must balance [N m], see `interface_forces`."""
-    return -load - wp.cw_mul(pose.cosine, u) + wp.cw_mul(pose.sine, w)
+    missing = Values()
+    for k in range(BLOCKS):
+        missing[k] = fused(pose.sine[k], w[k], fused_less(pose.cosine[k], u[k], -load[k]))
+    return missing
 
 
 @wp.func
@@ -333,16 +342,17 @@ def predict_rocking(
                 r.waits = True
                 r.rests = rests
                 return r
-        s2 = s2 + wp.cw_mul(bend, pose.cosine)
-        c2 = c2 - wp.cw_mul(bend, pose.sine)
+        for k in range(BLOCKS):
+            s2[k] = fused(bend[k], pose.cosine[k], s2[k])
+            c2[k] = fused_less(bend[k], pose.sine[k], c2[k])
         gx, gz = inertia_forces(chain, s2, c2, ax[n], az[n])
         fx, fz, u, w = interface_forces(chain, gx, gz)
-        moments = wp.cw_mul(bend, chain.inertia) - missing_moments(load, pose, u, w)
+        missing = missing_moments(load, pose, u, w)
         over = real(1.0) / real((n + 1) * (n + 2))
         above = real(0.0)
         for step in range(BLOCKS):
             k = wp.static(BLOCKS - 1 - step)
-            above = above + moments[k]
+            above = above + fused(bend[k], chain.inertia[k], -missing[k])
             r.moment[k, n] = above
             r.fx[k, n] = fx[k]
             r.fz[k, n] = fz[k]
