@@ -12,6 +12,9 @@ from warprock.kernels.event_space.lane import Knots, Limits
 from warprock.kernels.event_space.stack.contact import (
     AWAIT,
     CONE,
+    HOLD,
+    HOLD_X,
+    HOLD_Y,
     KEEP,
     PUSH,
     Attitudes,
@@ -24,11 +27,12 @@ from warprock.kernels.event_space.stack.contact import (
     directions,
     find_corners,
     height_of,
+    sticking_bits,
     sticking_law,
 )
 from warprock.kernels.shape.faces import SLOTS
 from warprock.kernels.shape_space.frame import frame, relative_velocity, rotate_diagonal
-from warprock.kernels.shape_space.stack import CONTACTS, Bodies, PointNumbers, rows_of
+from warprock.kernels.shape_space.stack import CONTACTS, Bodies, PointNumbers, Points, rows_of
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
 """Tolerance of the time of an event, as a part of the longest step."""
@@ -37,9 +41,9 @@ GRAIN = by_precision(1.0e-14, 1.0e-6)
 HOP = real(4.0)
 """A hop that lasts one step rises by its first velocity times the step over this number."""
 LEFT_OUT = real(0.0625)
-"""Velocity up to which a contact does not hop, over what gravity gives in the longest step: a free
-corner would be back within an eighth of that step. Errors of this are of the step's second order,
-as those of bounces that are left out."""
+"""Velocity up to which a contact does not hop, nor slides back, over what gravity gives in the
+longest step: a free corner would be back within an eighth of that step. Errors of this are of the
+step's second order, as those of bounces that are left out."""
 
 Kept = wp.types.matrix(shape=(16 * BLOCKS, 3), dtype=real)
 
@@ -232,6 +236,39 @@ def look_at_step(
         n.lands[k] = lands
         n.landed = n.landed or lands != 0
     return n
+
+
+@wp.func(inline=False)
+def find_stop(
+    t: Touches, pose: Pose, p: Points, s: State, vm: Bodies, wm: Bodies, slow: real
+) -> real:
+    """Part of a step after which the first contact has slid to a stop; above 1 if none has inside.
+
+    Friction does not turn a slide back. Where it would, the contact stops on the way.
+
+    Args:
+        t, pose, p: The contacts in the mean of the step, and their impulses [N s].
+        s: The state at its start.
+        vm, wm: Its mean motion [m/s], [rad/s].
+        slow: Slip up to which none counts [m/s].
+    """
+    found, zero = TWO * NEVER, real(0.0)
+    for i in range(t.total):
+        k = t.body[i]
+        low, slot = k - 1, t.slot[i]
+        law = sticking_law(slot, sticking_bits(slot, pose.friction[k], p[i]), CONE)
+        if p[i][2] > zero and law != HOLD:
+            e = directions(pose.axes, k, slot)
+            first = e * relative_velocity(s.v[k], s.w[k], t.ru[i], s.v[low], s.w[low], t.rl[i])
+            mean = e * relative_velocity(vm[k], wm[k], t.ru[i], vm[low], wm[low], t.rl[i])
+            # Along the directions in which it slides.
+            x = wp.where(law == HOLD_X, zero, first[0])
+            y = wp.where(law == HOLD_Y, zero, first[1])
+            square = x * x + y * y
+            back = square - TWO * (x * mean[0] + y * mean[1])
+            if square > slow * slow and back > slow * wp.sqrt(square):
+                found = smaller(found, square / (square + back))
+    return found
 
 
 @wp.func(inline=False)

@@ -91,6 +91,11 @@ SOUND = by_precision(1.0e-6, 1.0e-4)
 DUST = by_precision(1.0e-13, 1.0e-5)
 """Round-off of the convex function."""
 
+LIGHTER = real(0.125)
+"""Weight of a ramp of the base's velocity over the one before; all are velocities..."""
+LIGHTEST = by_precision(1.0e-6, 1.0e-4)
+"""...and the least of them is at least this over the velocity step."""
+
 NONE = 0
 """The piece of a contact without impulse."""
 ALL = 1
@@ -888,16 +893,38 @@ def solve(
     return g.asks, g.v, g.w, good
 
 
-@wp.func
-def solve_impact(t: Touches, pose: Pose, v: Bodies, w: Bodies):
+@wp.func(inline=False)
+def solve_impact(t: Touches, pose: Pose, v: Bodies, w: Bodies, kick: real):
     """Velocities after an impact of contacts that obey CONE, and whether it is solved.
+
+    A velocity step of the base moves no contact up or down. So "no impulse, all slides" obeys the
+    law, also where friction presses a corner on what it slides on and stops it at once. Of these
+    solutions the limit of a steep ramp is wanted. In a ramp the weight acts, too. It is all there
+    is at first, and counts ever less beside the acceleration of the base. So the impact is solved
+    with weights that fall from the velocity step to next to nothing, each time from the impulses of
+    the one before.
 
     Args:
         t: The contacts.
         pose: Where the bodies are.
         v, w: Velocity [m/s] and angular velocity [rad/s] of each body before.
+        kick: Velocity step of the base [m/s], or 0.
     """
-    _p, v1, w1, fits = solve(ROUNDS, t, pose, Points(), v, w, v, w)
+    bodies = int(BLOCKS + 1)
+    v1, w1, fits = Bodies(), Bodies(), bool(False)
+    for again in range(2):
+        # If a ramp was not solved, in smaller parts.
+        lighter = wp.where(again == 0, LIGHTER, HALF)
+        p, weight = Points(), real(kick)
+        while weight > LIGHTEST * kick and not fits:
+            pressed = Bodies()
+            for k in range(1, bodies):
+                pressed[k] = v[k] - Vector(real(0.0), real(0.0), weight)
+            p, v1, w1, good = solve(ROUNDS, t, pose, p, pressed, w, v1, w1)
+            weight = lighter * weight
+            fits = good and weight <= LIGHTEST * kick
+    if not fits:
+        _p, v1, w1, fits = solve(ROUNDS, t, pose, Points(), v, w, v, w)
     if not fits:
         _p, v1, w1, fits = solve_by_sweeps(SWEEPS, t, pose, Points(), v, w)
     return v1, w1, fits
