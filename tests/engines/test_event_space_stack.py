@@ -370,11 +370,11 @@ def test_a_scene_that_is_turned_about_the_vertical_has_the_same_answer() -> None
     )
     assert found["impact_count"][0] >= 3
     for name in ("peak_tilt", "residual_yaw", "peak_slide", "energy_lost"):
-        # Round-off, which impacts magnify.
-        np.testing.assert_allclose(image[name], found[name], rtol=1e-8, atol=1e-8, err_msg=name)
+        # Times of events are known to 1e-7 of a step, and impacts magnify what that leaves.
+        np.testing.assert_allclose(image[name], found[name], rtol=1e-6, atol=1e-8, err_msg=name)
     way = np.array([found["residual_slide"][0], found["residual_slide_across"][0]])
     there = np.array([image["residual_slide"][0], image["residual_slide_across"][0]])
-    np.testing.assert_allclose(there, np.array([[c, -s], [s, c]]) @ way, rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(there, np.array([[c, -s], [s, c]]) @ way, rtol=0.0, atol=1e-7)
 
 
 def test_blocks_that_a_falling_base_leaves_behind_fly_freely() -> None:
