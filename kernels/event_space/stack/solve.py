@@ -340,7 +340,7 @@ def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
     """The gradient and the convex function at a guess; the guess gets what the mode says."""
     # A field of a struct is read as a whole wherever it is indexed: once is enough.
     body = s.t.body
-    slot = s.t.slot
+    way = s.t.way
     law = s.t.law
     gap = s.t.gap
     ru = s.t.ru
@@ -359,7 +359,7 @@ def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
     bodies = int(BLOCKS + 1)
     for i in range(s.t.total):
         k, c, piece, lift = body[i], firm * mass[i], pieces[i], lifts[i]
-        mu, e = friction[k], directions(axes, k, slot[i])
+        mu, e = friction[k], directions(axes, k, way[i])
         u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
         if mode == RENEW:
             now = lift_of(law[i], mu, gap[i], u)
@@ -400,7 +400,7 @@ def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
 def stiffness_of(s: wp.ref[System], g: wp.ref[Guess], i: int) -> Matrix:
     """Stiffness of a contact in the axes of the base, c E^T P' E with its directions E [kg]."""
     k = s.t.body[i]
-    e = directions(s.pose.axes, k, s.t.slot[i])
+    e = directions(s.pose.axes, k, s.t.way[i])
     m = Matrix()
     piece = g.pieces[i]
     if piece == ALL:
@@ -592,7 +592,7 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bo
     `given` l is the impulse.
     """
     body = s.t.body
-    slot = s.t.slot
+    way = s.t.way
     laws = s.t.law
     gap = s.t.gap
     ru = s.t.ru
@@ -622,7 +622,7 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bo
         load += larger(asks[q, 2], zero) / real(s.t.total)
     for q in range(s.t.total):
         k, law, ask = body[q], laws[q], asks[q]
-        mu, e = friction[k], directions(axes, k, slot[q])
+        mu, e = friction[k], directions(axes, k, way[q])
         u = e * relative_velocity(v[k], w[k], ru[q], v[k - 1], w[k - 1], rl[q])
         c = (PLIANT * mass[q]) * Vector(real(1.0), real(1.0), real(1.0))
         if law == CONE and load > zero and not given:
@@ -789,7 +789,7 @@ def break_of_law(s: wp.ref[System], g: wp.ref[Guess]) -> real:
     """How far a guess is from the law, as an energy [J]; it gets its pieces."""
     total, pieces = real(0.0), PointInts()
     body = s.t.body
-    slot = s.t.slot
+    way = s.t.way
     law = s.t.law
     gap = s.t.gap
     ru = s.t.ru
@@ -802,7 +802,7 @@ def break_of_law(s: wp.ref[System], g: wp.ref[Guess]) -> real:
     w = g.w
     for i in range(s.t.total):
         k, even = body[i], EVEN * mass[i]
-        mu, e = friction[k], directions(axes, k, slot[i])
+        mu, e = friction[k], directions(axes, k, way[i])
         u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
         z = asks[i] - even * Vector(u[0], u[1], u[2] + gap[i])
         piece = piece_on_disc(law[i], mu, z)
@@ -816,7 +816,7 @@ def break_of_law(s: wp.ref[System], g: wp.ref[Guess]) -> real:
 def follow_slips(s: wp.ref[System], g: wp.ref[Guess], dv: Bodies, dw: Bodies) -> Points:
     """The impulses at the end of a whole Newton step."""
     body = s.t.body
-    slot = s.t.slot
+    way = s.t.way
     ru = s.t.ru
     rl = s.t.rl
     mass = s.mass
@@ -827,7 +827,7 @@ def follow_slips(s: wp.ref[System], g: wp.ref[Guess], dv: Bodies, dw: Bodies) ->
     for i in range(s.t.total):
         k, even, c = body[i], EVEN * mass[i], PLIANT * mass[i]
         low, lift = k - 1, Vector(real(0.0), real(0.0), s.t.gap[i])
-        e = directions(s.pose.axes, k, slot[i])
+        e = directions(s.pose.axes, k, way[i])
         u = e * relative_velocity(v[k], w[k], ru[i], v[low], w[low], rl[i]) + lift
         du = e * relative_velocity(dv[k], dw[k], ru[i], dv[low], dw[low], rl[i])
         z = asks[i] - even * u
@@ -888,7 +888,7 @@ def continue_pieces(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
         z = g.asks[i]
         if law != CONE or z[2] <= zero:
             # No impulse tells: by the velocity.
-            mu, e = s.pose.friction[k], directions(s.pose.axes, k, s.t.slot[i])
+            mu, e = s.pose.friction[k], directions(s.pose.axes, k, s.t.way[i])
             u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
             lift = lift_of(law, mu, s.t.gap[i], u)
             z = z - s.firm * s.mass[i] * Vector(u[0], u[1], u[2] + lift)
@@ -997,7 +997,7 @@ def solve(
     g = Guess(first, t.gap, PointInts(), near_v, near_w)
     for i in range(t.total):
         k = t.body[i]
-        n = directions(pose.axes, k, t.slot[i])[2]
+        n = directions(pose.axes, k, t.way[i])[2]
         up, low = wp.cross(t.ru[i], n), wp.cross(t.rl[i], n)
         turns = wp.dot(up, rows_of(pose.ease, k) * up)
         turns += wp.dot(low, rows_of(pose.ease, k - 1) * low)
@@ -1015,7 +1015,7 @@ def solve(
             return g.asks, g.v, g.w, True
     for i in range(t.total):
         k = t.body[i]
-        e = directions(pose.axes, k, t.slot[i])
+        e = directions(pose.axes, k, t.way[i])
         at = e * relative_velocity(u[k], o[k], t.ru[i], u[k - 1], o[k - 1], t.rl[i])
         g.lift[i] = lift_of(t.law[i], pose.friction[k], t.gap[i], at)
     g.asks = asks
