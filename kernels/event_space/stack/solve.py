@@ -25,6 +25,12 @@ Else, for given l and lift the velocities minimise a convex function. Newton's m
 least value; a step that does not descend is halved, and one within linear pieces is exact. Then l
 is set to f and lift to that of u. This repeats until only round-off changes. Redundant contacts of
 a face do no harm.
+
+Lifts change slowly in these rounds. So after each of the first ones `descend_to_slips` goes on
+from there with discs of friction, l being the impulse. A stiffness of a few effective masses tells
+the pieces, and a step is halved until it comes nearer to the law. These rounds begin soft, so that
+l and not u tells the pieces. Where a contact slides fast at the start there may be a solution
+nearby that stops it. Rounds alone do not come to that one.
 """
 
 import warp as wp
@@ -50,20 +56,22 @@ from warprock.kernels.shape_space.stack import Bodies, PointInts, PointNumbers, 
 
 STIFF = by_precision(1.0e4, 1.0e2)
 """Stiffness c of a contact over its effective mass, in Newton's method..."""
+SOFT = real(100.0)
+"""...in its first round before slips..."""
+STIFFER = real(10.0)
+"""...times this in each one after it, up to STIFF..."""
 FIRM = by_precision(1.0e7, 1.0e5)
 """...and on given pieces. A change of l leaves about 1/FIRM of it: two come to round-off."""
 PLIANT = by_precision(1.0e5, 1.0e3)
 """...and where contacts slip."""
-SOFT = real(100.0)
-"""...and in the first of rounds before which contacts may slip..."""
-STIFFER = real(10.0)
-"""...times this in each one after it, up to STIFF."""
 EVEN = real(3.0)
 """Stiffness that tells which contacts slip and where to."""
+SLIDE = real(0.1)
+"""Velocity from which a contact slides fast, as a part of the velocities."""
 SLIP_ROUNDS = 8
-"""Largest number of such rounds."""
+"""Largest number of rounds before slips..."""
 SLIP_TURNS = 12
-"""Largest number of Newton steps with slips after each..."""
+"""...of Newton steps with slips after each..."""
 SLIP_HALVINGS = 4
 """...of trials of each step, half as long as the one before..."""
 DESCENDS = real(0.2)
@@ -837,7 +845,7 @@ def follow_slips(s: wp.ref[System], g: wp.ref[Guess], dv: Bodies, dw: Bodies) ->
 
 @wp.func(inline=False)
 def descend_to_slips(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
-    """Whether a guess becomes the solution by such steps that come nearer to the law."""
+    """Whether a guess becomes the solution by Newton steps that come nearer to the law."""
     far = break_of_law(s, g)
     for _turn in range(SLIP_TURNS):
         system, _same = look_at_slips(s, g, False, False, True)
@@ -982,6 +990,20 @@ def solve_by_newton(rounds: int, alike: real, s: wp.ref[System], g: wp.ref[Guess
 
 
 @wp.func(inline=False)
+def slides(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
+    """Whether a contact slides fast along its face at the velocities of a guess."""
+    found, least = bool(False), SLIDE * SLIDE * size_of(s, g)
+    for i in range(s.t.total):
+        k = s.t.body[i]
+        low = k - 1
+        e = directions(s.pose.axes, k, s.t.way[i])
+        u = e * relative_velocity(g.v[k], g.w[k], s.t.ru[i], g.v[low], g.w[low], s.t.rl[i])
+        along = u[0] * u[0] + u[1] * u[1]
+        found = found or (s.mass[i] * along > least and u[2] * u[2] < SLIDE * SLIDE * along)
+    return found
+
+
+@wp.func(inline=False)
 def solve(
     rounds: int, t: Touches, pose: Pose, first: Points, v: Bodies, w: Bodies, near_v: Bodies,
     near_w: Bodies,
@@ -1021,7 +1043,8 @@ def solve(
     g.asks = asks
     g.v = u
     g.w = o
-    if not BOX and rounds == ROUNDS:
+    near = Guess(first, t.gap, PointInts(), near_v, near_w)
+    if not BOX and rounds == ROUNDS and not slides(s, near):
         s.firm = SOFT
         for _round in range(SLIP_ROUNDS):
             good = solve_by_newton(1, ROUGH, s, g)
