@@ -18,7 +18,9 @@ from warprock.kernels.assembly_space.contact import (
     Given,
     couple_of,
     give,
+    inner,
     push,
+    relative,
     row_of,
 )
 from warprock.kernels.assembly_space.meeting import Laid, Pack, Sides, Step
@@ -32,6 +34,9 @@ COUPLE = 60
 
 CONTACT = 13
 """Numbers of a contact as a sweep takes it, the fields of `Row`."""
+
+CLOSING = CONTACT - 1
+"""Which of them is `closing`."""
 
 NUMBERS = (CONTACT + 6) * WIDTH
 """Numbers of a row: those of its contacts and of their impulses, the fields of `Impulse`."""
@@ -194,6 +199,26 @@ def fill_packs(laid: Laid, lane: int, near: Near, step: Step):
             at = (i // WIDTH) * NUMBERS + i % WIDTH
             for number in range(CONTACT + 6):
                 laid.rows[lane, at + number * WIDTH] = real(0.0)
+
+
+@wp.func
+def keep_contacts(laid: Laid, lane: int, step: Step):
+    """Lets the contacts of the last step go on: of blocks that hardly move only gaps change.
+
+    The error of a gap is of second order in what they have moved since contacts were found.
+    """
+    for i in range(step.rows * WIDTH):
+        listed = laid.order[lane, i]
+        if listed != NONE:
+            at = laid.contacts[lane, listed]
+            mark = laid.marks[lane, listed]
+            w = relative(at, laid.moves[lane, at.a], laid.moves[lane, at.b])
+            mark.gap = fused(step.dt, inner(at.n, w), mark.gap)
+            if laid.impulses[lane, listed].n > real(0.0):
+                mark.since = step.time
+            laid.marks[lane, listed] = mark
+            place = (i // WIDTH) * NUMBERS + CLOSING * WIDTH + i % WIDTH
+            laid.rows[lane, place] = larger(mark.gap, real(0.0)) / step.dt
 
 
 @wp.func
