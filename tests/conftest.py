@@ -46,6 +46,7 @@ LONGEST = (
     "engines/test_two_block.py",
     "engines/test_assembly.py",
     "engines/test_dem_space.py",
+    "engines/test_spatial_bodies.py",
 )
 """Files that take the longest, under `tests/`; such as compile the same kernels stand apart."""
 
