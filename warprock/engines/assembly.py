@@ -86,7 +86,7 @@ lane is unstable: heaps have some thousandths."""
 
 @dataclasses.dataclass(frozen=True)
 class Assembly(KernelEngine):
-    """Many blocks with dry joints: Coulomb friction, plastic impacts, conjugate gradients.
+    """Many blocks with dry joints: Coulomb friction, plastic impacts, accelerated sweeps.
 
     Steps of one length at the level of velocities (Moreau and Jean), first order in the step.
     Contacts are the two ends of what the edges of a joint share, in every step anew; and where

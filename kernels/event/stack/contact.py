@@ -73,6 +73,8 @@ class Solution:
     """What `solve` finds.
 
     Attributes:
+        ramps: Whether it has to lie on a path from the first guess, as at a velocity step of the
+            base: of the states that obey the law there, that is the limit of a steep ramp.
         velocity: Velocities of the blocks.
         impulse: Impulses at the interfaces [N s].
         contacts: State of the interfaces.
@@ -81,6 +83,7 @@ class Solution:
         spare: Margin of the weakest contact in the state of the first guess [N s], see `spare_of`.
     """
 
+    ramps: bool
     velocity: Triples
     impulse: Triples
     contacts: Contacts
@@ -204,7 +207,7 @@ def solve(
         free: Velocities without contact.
         dust: What counts as round-off.
         shift: What the law adds to relative velocities [m/s]: of impacts that bounce.
-        found: What is found; with the state that is tried first before.
+        found: What is found; with the state that is tried first, and `ramps`, before.
     """
     problem = Problem()
     couple(blocks, g, problem.couplings)
@@ -217,7 +220,7 @@ def solve(
     worst = try_state(problem, found.contacts, 0, dust, f, line)
     found.spare = spare_of(problem, found.contacts, line.impulse)
     found.guessed = not (worst > real(1.0))
-    left = int(CORRECTIONS)
+    left = wp.where(found.ramps, 0, CORRECTIONS)
     while worst > real(1.0) and left > 0:
         left -= 1
         first = correct(problem, line, dust, found.contacts)

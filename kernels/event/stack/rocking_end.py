@@ -194,13 +194,14 @@ def find_impact(
             curve = opening_curve(blocks, theta, k, side)
             e0 = larger(curve[0], zero)
             r0 = curve[1]
-            e1 = value_of(curve, d)
-            r1 = rate_of(curve, d)
+            # Where another block has fallen flat before, this one only counts up to there.
+            end = real(d1)
+            e1 = value_of(curve, end)
+            r1 = rate_of(curve, end)
             reach = near * size(r1) + GRAIN
-            end = real(d)
             if r0 < zero and r1 > zero and e1 >= -reach:
                 # It may have been below in between: look where it turns.
-                end = d * r0 / (r0 - r1)
+                end = end * r0 / (r0 - r1)
                 e1 = value_of(curve, end)
                 r1 = rate_of(curve, end)
             lands = lands or e1 <= reach
@@ -208,7 +209,7 @@ def find_impact(
                 fails = fails or e1 <= zero
             elif e1 < -reach:
                 guess = first_root(e0, r0, e1, end)
-                d1 = smaller(d1, landing_time(curve, zero, guess, end))
+                d1 = landing_time(curve, zero, guess, end)
             if CHAINS:
                 # The edge that a body comes to as it turns on.
                 room = room_of(blocks, k, side)

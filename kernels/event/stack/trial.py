@@ -196,14 +196,14 @@ def try_rocking(
         z = expand(above.motion, above.segment, s.time, above.value, above.slope)
         up = Terms(z.a0, z.a1, z.a2, z.a3, z.a4)
     up[0] = up[0] + limits.gravity
-    r = predict_rocking(blocks, s.pose, touch, s.velocity, limits.rest_rotation, along, up)
+    r = predict_rocking(blocks, limits, s.pose, touch, s.velocity, along, up)
     if r.waits:
         t.resting = True
         t.rocks = True
         t.settled = True
         close_at_start(s, r.rests, t)
         return
-    d1, found, lands = find_end(blocks, limits, s.pose, touch, r, d)
+    d1, found, lands = find_end(blocks, limits, s.pose, touch, r, smaller(d, r.reach))
     if found == LACKS:
         return
     move_base(limits, shaking, target, s, d1, t)

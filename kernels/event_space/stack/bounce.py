@@ -28,7 +28,7 @@ def rise_of(t: Touches, i: int, pose: Pose, v: Bodies, w: Bodies) -> real:
     """Velocity at which a contact opens [m/s]."""
     k = t.body[i]
     u = relative_velocity(v[k], w[k], t.ru[i], v[k - 1], w[k - 1], t.rl[i])
-    return wp.dot(directions(pose.axes, k, t.slot[i])[2], u)
+    return wp.dot(directions(pose.axes, k, t.way[i])[2], u)
 
 
 @wp.func

@@ -29,6 +29,7 @@ from warprock.kernels.event_space.stack.contact import (
     height_of,
     sticking_bits,
     sticking_law,
+    way_of,
 )
 from warprock.kernels.shape.faces import SLOTS
 from warprock.kernels.shape_space.frame import frame, relative_velocity, rotate_diagonal
@@ -148,7 +149,7 @@ def continue_contacts(own: Own, s: State, pose0: Pose, pose: Pose, rest: real) -
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
     for k in range(1, bodies):
-        places, _gaps, there = find_corners(own, pose, k)
+        places, _gaps, there, crossed = find_corners(own, pose, k)
         number = int(0)
         for i in range(slots):
             bit = 1 << i
@@ -160,7 +161,7 @@ def continue_contacts(own: Own, s: State, pose0: Pose, pose: Pose, rest: real) -
                     point = rows_of(pose.axes, k) * lever
                     touches = height_of(own, pose0, k, point) <= rest
                 if touches:
-                    t = add_contact(t, pose, k, i, CONE, real(0.0), places[i])
+                    t = add_contact(t, pose, k, way_of(i, crossed), CONE, real(0.0), places[i])
                     number += 1
     return t
 
@@ -183,8 +184,8 @@ def look_at_step(
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
     for k in range(1, bodies):
-        places, gaps, there = find_corners(own, pose, k)
-        places0, gaps0, there0 = find_corners(own, pose0, k)
+        places, gaps, there, crossed = find_corners(own, pose, k)
+        places0, gaps0, there0, crossed0 = find_corners(own, pose0, k)
         down, down0 = rows_of(pose.axes, k - 1), rows_of(pose0.axes, k - 1)
         n.there[k] = there
         n.closed = n.closed and there != 0
@@ -207,11 +208,11 @@ def look_at_step(
                     ru0 = wp.transpose(rows_of(pose0.axes, k)) * point
                     rl0 = ru0 + pose0.x[k] - pose0.x[k - 1]
                 rate = wp.dot(
-                    directions(pose.axes, k, i)[2],
+                    directions(pose.axes, k, way_of(i, crossed))[2],
                     relative_velocity(v[k], w[k], ru, v[k - 1], w[k - 1], rl),
                 )
                 rate0 = wp.dot(
-                    directions(pose0.axes, k, i)[2],
+                    directions(pose0.axes, k, way_of(i, crossed0))[2],
                     relative_velocity(s.v[k], s.w[k], ru0, s.v[k - 1], s.w[k - 1], rl0),
                 )
                 holds = (held[k] & bit) != 0
@@ -258,7 +259,7 @@ def find_stop(
         low, slot = k - 1, t.slot[i]
         law = sticking_law(slot, sticking_bits(slot, pose.friction[k], p[i]), CONE)
         if p[i][2] > zero and law != HOLD:
-            e = directions(pose.axes, k, slot)
+            e = directions(pose.axes, k, t.way[i])
             first = e * relative_velocity(s.v[k], s.w[k], t.ru[i], s.v[low], s.w[low], t.rl[i])
             mean = e * relative_velocity(vm[k], wm[k], t.ru[i], vm[low], wm[low], t.rl[i])
             # Along the directions in which it slides.
@@ -278,13 +279,13 @@ def contacts_at_end(own: Own, pose: Pose, look: Look, held: Ints) -> Touches:
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
     for k in range(1, bodies):
-        places, gaps, _there = find_corners(own, pose, k)
+        places, gaps, _there, crossed = find_corners(own, pose, k)
         number = int(0)
         for i in range(slots):
             bit = 1 << i
             if (look.touch[k] & bit) != 0 and number < CONTACTS:
                 law = wp.where((held[k] & bit) != 0, KEEP, PUSH)
-                t = add_contact(t, pose, k, i, law, gaps[i], places[i])
+                t = add_contact(t, pose, k, way_of(i, crossed), law, gaps[i], places[i])
                 number += 1
     return t
 

@@ -324,7 +324,7 @@ def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
     """The gradient and the convex function at a guess; the guess gets what the mode says."""
     # A field of a struct is read as a whole wherever it is indexed: once is enough.
     body = s.t.body
-    slot = s.t.slot
+    way = s.t.way
     law = s.t.law
     gap = s.t.gap
     ru = s.t.ru
@@ -342,7 +342,7 @@ def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
     bodies = int(BLOCKS + 1)
     for i in range(s.t.total):
         k, c, piece, lift = body[i], stiff[i], pieces[i], lifts[i]
-        mu, e = friction[k], directions(axes, k, slot[i])
+        mu, e = friction[k], directions(axes, k, way[i])
         u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
         if mode == RENEW:
             now = lift_of(law[i], mu, gap[i], u)
@@ -383,7 +383,7 @@ def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
 def stiffness_of(s: wp.ref[System], g: wp.ref[Guess], i: int) -> Matrix:
     """Stiffness of a contact in the axes of the base, c E^T P' E with its directions E [kg]."""
     k = s.t.body[i]
-    e = directions(s.pose.axes, k, s.t.slot[i])
+    e = directions(s.pose.axes, k, s.t.way[i])
     m = Matrix()
     piece = g.pieces[i]
     if piece == ALL:
@@ -549,7 +549,7 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bo
     friction only once the velocities have `settled`; then all contacts do.
     """
     body = s.t.body
-    slot = s.t.slot
+    way = s.t.way
     laws = s.t.law
     gap = s.t.gap
     ru = s.t.ru
@@ -579,7 +579,7 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bo
         load += larger(asks[q, 2], zero) / real(s.t.total)
     for q in range(s.t.total):
         k, law, ask = body[q], laws[q], asks[q]
-        mu, e = friction[k], directions(axes, k, slot[q])
+        mu, e = friction[k], directions(axes, k, way[q])
         u = e * relative_velocity(v[k], w[k], ru[q], v[k - 1], w[k - 1], rl[q])
         c = stiff[q] * Vector(real(1.0), real(1.0), real(1.0))
         if law == CONE and load > zero:
@@ -753,7 +753,7 @@ def continue_pieces(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
         z = g.asks[i]
         if law != CONE or z[2] <= zero:
             # No impulse tells: by the velocity.
-            mu, e = s.pose.friction[k], directions(s.pose.axes, k, s.t.slot[i])
+            mu, e = s.pose.friction[k], directions(s.pose.axes, k, s.t.way[i])
             u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
             lift = lift_of(law, mu, s.t.gap[i], u)
             z = z - s.stiff[i] * Vector(u[0], u[1], u[2] + lift)
@@ -862,7 +862,7 @@ def solve(
     g = Guess(first, t.gap, PointInts(), near_v, near_w)
     for i in range(t.total):
         k = t.body[i]
-        n = directions(pose.axes, k, t.slot[i])[2]
+        n = directions(pose.axes, k, t.way[i])[2]
         up, low = wp.cross(t.ru[i], n), wp.cross(t.rl[i], n)
         turns = wp.dot(up, rows_of(pose.ease, k) * up)
         turns += wp.dot(low, rows_of(pose.ease, k - 1) * low)
@@ -882,7 +882,7 @@ def solve(
             return g.asks, g.v, g.w, True
     for i in range(t.total):
         k = t.body[i]
-        e = directions(pose.axes, k, t.slot[i])
+        e = directions(pose.axes, k, t.way[i])
         at = e * relative_velocity(u[k], o[k], t.ru[i], u[k - 1], o[k - 1], t.rl[i])
         g.lift[i] = lift_of(t.law[i], pose.friction[k], t.gap[i], at)
         s.stiff[i] = s.stiff[i] * (STIFF / BEFORE)
