@@ -62,6 +62,9 @@ HOLD_Y = 6
 BOX = FRICTION == "box"
 """Whether friction is bound as a box along a contact's directions, else as a cone."""
 
+PARALLEL = by_precision(1.0e-4, 1.0e-3)
+"""Angle [rad] up to which faces count as parallel, and all of their contacts have one normal: a
+face that slides cannot keep contacts of several. A force is off by this part at most."""
 ALONG_DEPTH = 8
 """First of the slots on the upper face's edges along its depth, see shape/faces.py..."""
 LOWER = 12
@@ -181,8 +184,9 @@ def below_of(own: Own, k: int) -> Block:
 def find_corners(own: Own, pose: Pose, k: int):
     """Corners of the overlap of the faces of interface k, by slot: see `shared_corners`.
 
-    The fourth value is a mask of the slots at which edges cross that run in other directions. The
-    *way* of a contact is its slot, or SLOTS more at such a crossing.
+    The fourth value is a mask of the slots at which edges cross that run in other directions, of
+    faces that are not parallel. The *way* of a contact is its slot, or SLOTS more at such a
+    crossing.
     """
     one = real(1.0)
     down = rows_of(pose.axes, k - 1)
@@ -191,12 +195,14 @@ def find_corners(own: Own, pose: Pose, k: int):
     lean = Vector(one, one, one)
     below = below_of(own, k)
     places, gaps, there = shared_corners(block_of(own, k), below, m, c, lean)
+    tilted = size(m[2, 0]) + size(m[2, 1]) > PARALLEL
     crossed = int(0)
     for i in range(UPPER, LOWER):
         # Edges along the width are crossed by those at the ends of the lower width.
         wide = size(places[i, X] + below.centre_x) > below.half_width * (one + HALF * SAME)
         deep = size(places[i, Y] + below.centre_y) > below.half_depth * (one + HALF * SAME)
-        crossed = crossed | wp.where(wp.where(i < ALONG_DEPTH, wide, deep), 1 << i, 0)
+        crosses = tilted and wp.where(i < ALONG_DEPTH, wide, deep)
+        crossed = crossed | wp.where(crosses, 1 << i, 0)
     return places, gaps, there, crossed
 
 
