@@ -49,9 +49,6 @@ from warprock.kernels.assembly.joint import (
     Contact,
     Edges,
     Impulse,
-    Mass,
-    Pose,
-    Velocity,
     find_contact,
     opening_speed,
     push,
@@ -99,6 +96,7 @@ from warprock.kernels.lane.modes import RUNNING, STALLED, UNSOLVED
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import Motion, base_velocity
+from warprock.kernels.shape.interface import Mass, Pose, Velocity
 
 if BONDS:
     from warprock.kernels.assembly.bond import Bond, Breaks, after_break, is_torn

@@ -9,11 +9,10 @@ With one lane a thread the same text is the plain form.
 import warp as wp
 
 from warprock.kernels.algebra.vectors import ALONG, ONLY, UPWARDS
-from warprock.kernels.event.block import Knobs, look_ahead, step
-from warprock.kernels.event.block_contact import Block, lower_corner
-from warprock.kernels.event.block_rocking import Curve, value_after
-from warprock.kernels.event.block_roll import roll
-from warprock.kernels.event.block_state import (
+from warprock.kernels.event.block.contact import Block, lower_corner
+from warprock.kernels.event.block.rocking import Curve, value_after
+from warprock.kernels.event.block.roll import roll
+from warprock.kernels.event.block.state import (
     Seen,
     State,
     is_at_rest,
@@ -21,6 +20,7 @@ from warprock.kernels.event.block_state import (
     observe_peaks,
     start_seen,
 )
+from warprock.kernels.event.block.step import Knobs, look_ahead, step
 from warprock.kernels.event.found import Result, block_result, result_of
 from warprock.kernels.lane.modes import FLAT, FLYING, OVERTURNED, PIVOTING, STALLED
 from warprock.kernels.launch.instance import TWO_VECTORS

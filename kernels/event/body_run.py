@@ -9,12 +9,12 @@ With one lane a thread the same text is the plain form.
 import warp as wp
 
 from warprock.kernels.algebra.vectors import ALONG, ONLY, UPWARDS
-from warprock.kernels.event.block import Knobs
-from warprock.kernels.event.block_state import Seen, State, observe, start_seen
-from warprock.kernels.event.body import begin_step, look_ahead, step
-from warprock.kernels.event.body_contact import Body
-from warprock.kernels.event.body_view import View, edge_of, tips_about_second
-from warprock.kernels.event.body_weight import rise, weight_in
+from warprock.kernels.event.block.state import Seen, State, observe, start_seen
+from warprock.kernels.event.block.step import Knobs
+from warprock.kernels.event.body.contact import Body
+from warprock.kernels.event.body.step import begin_step, look_ahead, step
+from warprock.kernels.event.body.view import View, edge_of, tips_about_second
+from warprock.kernels.event.body.weight import rise, weight_in
 from warprock.kernels.event.found import Result, block_result, result_of
 from warprock.kernels.lane.modes import FLAT, OVERTURNED, PIVOTING
 from warprock.kernels.launch.instance import TWO_VECTORS
@@ -49,7 +49,7 @@ class Start:
 
 @wp.struct
 class Chain:
-    """Numbers of the corner of a lane's state (event/body.py) and of its last corner."""
+    """Numbers of the corner of a lane's state (event/body/step.py) and of its last corner."""
 
     corner: int
     last: int

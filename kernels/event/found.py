@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warprock.kernels.event.block_state import Seen
+from warprock.kernels.event.block.state import Seen
 from warprock.kernels.shape.stack_found import BlockResult
 
 

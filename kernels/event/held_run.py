@@ -8,10 +8,10 @@ import warp as wp
 
 from warprock.kernels.algebra.vectors import ALONG, ONLY, UPWARDS
 from warprock.kernels.contact.ties import BROKEN_TIE, YIELDING, YIELDING_BACK, Tie, TieState
-from warprock.kernels.event.held import start_lane, step
-from warprock.kernels.event.held_events import change_tie
-from warprock.kernels.event.held_path import Held, stretch_of, tie_of
-from warprock.kernels.event.held_state import Block, slide_of
+from warprock.kernels.event.held.events import change_tie
+from warprock.kernels.event.held.path import Held, stretch_of, tie_of
+from warprock.kernels.event.held.state import Block, slide_of
+from warprock.kernels.event.held.step import start_lane, step
 from warprock.kernels.lane.modes import OVERTURNED, STALLED
 from warprock.kernels.launch.instance import BRANCHES
 from warprock.kernels.launch.rows import kernel

@@ -15,7 +15,7 @@ So it ends where p is least or where p is zero again: the mean acceleration then
 
 import warp as wp
 
-from warprock.kernels.event.block_begin import first_root
+from warprock.kernels.event.block.begin import first_root
 from warprock.kernels.motion.kinds import LINEAR, Acceleration, acceleration_at
 
 NEWTON_STEPS = 4

@@ -1,6 +1,6 @@
 """Runs of the event step over blocks in space, LANES lanes side by side on the CPU.
 
-Steps without an event run as vector code, see event_space/block_pack.py; all other steps run one
+Steps without an event run as vector code, see event_space/block/pack.py; all other steps run one
 lane after the other. One thread runs all lanes of a launch: when a lane ends, another takes its
 place. Lanes do not wait for one another, since each has its own clock and sample.
 
@@ -11,12 +11,11 @@ a hinge is faster in float32 too, since it has a single case.
 import warp as wp
 
 from warprock.kernels.algebra.vectors import ONLY, Quaternion, Vector
-from warprock.kernels.event_space.block import TOGETHER, step
-from warprock.kernels.event_space.block_contact import FLYING
-from warprock.kernels.event_space.block_moves import rotate_unnormalised
-from warprock.kernels.event_space.block_pack import Hinge, Rolled, frame, hinge_of, roll
-from warprock.kernels.event_space.block_pack_lanes import Before, Place, keep_state, state_before
-from warprock.kernels.event_space.block_seen import (
+from warprock.kernels.event_space.block.contact import FLYING
+from warprock.kernels.event_space.block.moves import rotate_unnormalised
+from warprock.kernels.event_space.block.pack import Hinge, Rolled, frame, hinge_of, roll
+from warprock.kernels.event_space.block.pack_lanes import Before, Place, keep_state, state_before
+from warprock.kernels.event_space.block.seen import (
     Seen,
     attitude_at,
     block_result,
@@ -28,7 +27,8 @@ from warprock.kernels.event_space.block_seen import (
     start,
     turning_time,
 )
-from warprock.kernels.event_space.block_trial import Base, State, next_step
+from warprock.kernels.event_space.block.step import TOGETHER, step
+from warprock.kernels.event_space.block.trial import Base, State, next_step
 from warprock.kernels.event_space.lane import (
     BaseMotion,
     Knobs,
@@ -99,7 +99,7 @@ def runs_quietly(s: State, b: Base, n: Rolled):
 
 @wp.func(inline=False)
 def full_step(block: Block, limits: Limits, motion: BaseMotion, end: real, s: State, seen: Seen):
-    """One trial step of one lane by event_space/block.py, with any events."""
+    """One trial step of one lane by event_space/block/step.py, with any events."""
     n = step(block, limits, motion, end, s)
     after = seen
     if n.taken:

@@ -1,15 +1,14 @@
-"""Runs of the event step over blocks in space (event_space/block.py), one lane a thread.
+"""Runs of the event step over blocks in space (event_space/block/step.py), one lane a thread.
 
 Every lane has its own clock and ends its steps at its events. A sample inside a step is read off
 the parabola that the step follows, so that histories do not change the run. If THROWN is true,
-blocks start in motion, see event_space/block_thrown.py.
+blocks start in motion, see event_space/block/thrown.py.
 """
 
 import warp as wp
 
 from warprock.kernels.algebra.vectors import ONLY, Quaternion
-from warprock.kernels.event_space.block import TOGETHER, step
-from warprock.kernels.event_space.block_seen import (
+from warprock.kernels.event_space.block.seen import (
     attitude_at,
     block_result,
     lane_result,
@@ -18,6 +17,7 @@ from warprock.kernels.event_space.block_seen import (
     place_at,
     start,
 )
+from warprock.kernels.event_space.block.step import TOGETHER, step
 from warprock.kernels.event_space.lane import Knobs, Lane, Limits, base_motion, read_samples
 from warprock.kernels.lane.modes import RUNNING, STALLED
 from warprock.kernels.launch.instance import BRANCHES
@@ -33,7 +33,7 @@ from warprock.kernels.shape_space.thrown import (
 )
 
 if THROWN:
-    from warprock.kernels.event_space.block_thrown import (
+    from warprock.kernels.event_space.block.thrown import (
         observe_tumbling,
         own_axes,
         rename_axes,

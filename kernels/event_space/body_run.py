@@ -7,10 +7,9 @@ the parabola that the step follows, so that histories do not change the run.
 import warp as wp
 
 from warprock.kernels.algebra.vectors import ONLY, Quaternion, Vector, W, X, Y, Z
-from warprock.kernels.event_space.block_moves import rotate_attitude, rotate_freely
-from warprock.kernels.event_space.block_seen import turning_time
-from warprock.kernels.event_space.body import State, step
-from warprock.kernels.event_space.body_contact import (
+from warprock.kernels.event_space.block.moves import rotate_attitude, rotate_freely
+from warprock.kernels.event_space.block.seen import Seen, turning_time
+from warprock.kernels.event_space.body.contact import (
     Shape,
     bit_of,
     is_among,
@@ -18,8 +17,9 @@ from warprock.kernels.event_space.body_contact import (
     pose_of,
     shape_of,
 )
-from warprock.kernels.event_space.body_quiet import Support, support_of
-from warprock.kernels.event_space.body_start import keep_running, observe_tumbling, start_thrown
+from warprock.kernels.event_space.body.quiet import Support, support_of
+from warprock.kernels.event_space.body.start import keep_running, observe_tumbling, start_thrown
+from warprock.kernels.event_space.body.step import State, step
 from warprock.kernels.event_space.lane import Knobs, Limits, base_motion, read_samples
 from warprock.kernels.lane.modes import RUNNING, STALLED
 from warprock.kernels.launch.instance import BRANCHES
@@ -54,15 +54,6 @@ class Lane:
     slow: real
     step_limit: int
     frame: Frame
-
-
-@wp.struct
-class Seen:
-    """Observed response of a lane up to its time."""
-
-    leaf: BlockResult
-    uplift_time: real
-    rest_time: real
 
 
 @wp.func

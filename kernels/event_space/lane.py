@@ -20,7 +20,7 @@ class Knobs:
 class Lane:
     """One lane: longest step [s]; rise below which a corner closes [m]; largest number of steps.
 
-    rebound, slow: of a stack, see `Rebound` in event_space/stack_contact.py.
+    rebound, slow: of a stack, see `Rebound` in event_space/stack/contact.py.
     """
 
     longest_step: real

@@ -8,11 +8,11 @@ faces no longer overlap, or a block leans by a right angle to the vertical or to
 import warp as wp
 
 from warprock.kernels.algebra.vectors import Quaternion, Vector
-from warprock.kernels.event_space.block_moves import rotate_attitude, rotate_freely
+from warprock.kernels.event_space.block.moves import rotate_attitude, rotate_freely
 from warprock.kernels.event_space.lane import Knobs, Lane, Limits, base_motion, read_samples
-from warprock.kernels.event_space.stack import step
-from warprock.kernels.event_space.stack_contact import Ints, Own, Rebound, block_of, pose_of
-from warprock.kernels.event_space.stack_look import State, look_at_step, momenta
+from warprock.kernels.event_space.stack.contact import Ints, Own, Rebound, block_of, pose_of
+from warprock.kernels.event_space.stack.look import State, look_at_step, momenta
+from warprock.kernels.event_space.stack.step import step
 from warprock.kernels.lane.modes import RUNNING, STALLED
 from warprock.kernels.motion.kinds import Motion
 from warprock.kernels.shape.interface import GROUND

@@ -9,7 +9,14 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.shared.blocks import at_rest, every_height_of_stack, free_lanes, sines, velocity_steps
+from tests.shared.blocks import (
+    at_rest,
+    every_height_of_stack,
+    free_lanes,
+    make_stacks,
+    sines,
+    velocity_steps,
+)
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import Outcome, Response, SampleTimes, Status
@@ -147,6 +154,18 @@ def test_a_corner_that_is_let_go_slowly_moves_on_the_ground_before_it_sticks() -
     gap = np.abs(respond(lanes, motions, times)["rotation"] - fine["rotation"])
     # First order at 1 / 240,000 s; held to stick at once, the pair would be off by 0.1.
     assert np.max(gap / lanes.slenderness_angle[..., None]) <= 2e-4
+
+
+def test_a_velocity_step_of_the_base_lifts_a_pair_whose_foot_can_stick() -> None:
+    """At a friction of 1.5 "no impulse, all slides" obeys the law of impact, too."""
+    pair = make_stacks([0.2, 0.2], [0.6, 0.6], offset=[0.0, 0.01]).take(np.zeros(2, np.intp))
+    lanes = dataclasses.replace(pair, friction=np.array([[1.5, 1.5], [10.0, 10.0]]))
+    speed = np.full(2, 0.13)
+    found = respond(lanes, velocity_steps(speed, 0.0 * speed, 10.0 + speed), SampleTimes(0.1, 0.01))
+    rotation = found["rotation"]
+    assert np.abs(rotation[1]).max() > 4e-3
+    # Nothing slides in either: the same motion, to round-off.
+    np.testing.assert_allclose(rotation[0], rotation[1], rtol=0.0, atol=1e-12)
 
 
 @every_height_of_stack

@@ -15,10 +15,10 @@ from warprock.kernels.launch.instance import kernel_module, module_options
 Array = npt.NDArray[np.float64]
 
 real = wp.float64
-boxes: Any = kernel_module("event/block_contact", precision="float64")
-box_impact: Any = kernel_module("event/block_impact", precision="float64")
-body_contact: Any = kernel_module("event/body_contact", precision="float64", vertical=True)
-body_bounce: Any = kernel_module("event/body_bounce", precision="float64", vertical=True)
+boxes: Any = kernel_module("event/block/contact", precision="float64")
+box_impact: Any = kernel_module("event/block/impact", precision="float64")
+body_contact: Any = kernel_module("event/body/contact", precision="float64", vertical=True)
+body_bounce: Any = kernel_module("event/body/bounce", precision="float64", vertical=True)
 wp.set_module_options(module_options())
 Block, Body, Lever, Velocity = boxes.Block, body_contact.Body, boxes.Lever, boxes.Velocity
 strike_box, strike_body = box_impact.struck_velocity, body_contact.struck_velocity

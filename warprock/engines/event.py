@@ -107,26 +107,26 @@ class Event(KernelEngine):
     `peak_penetration` is what the end of a step puts back on the base: drift, of third order in the
     step, and landings that the step misses by a part of its length.
 
-    Single boxes in the plane (kernels/event/block.py): those that rock about a corner that sticks,
-    or slide flat, follow Taylor polynomials of fifth order in steps of up to four times
+    Single boxes in the plane (kernels/event/block/step.py): those that rock about a corner that
+    sticks, or slide flat, follow Taylor polynomials of fifth order in steps of up to four times
     `time_step`; the knots of a record do not cut these short. Boxes that slide on a corner or fly
     take steps of second order, at most half of `time_step`.
 
-    Boxes that ties, a load or a wall hold (kernels/event/held.py): Taylor series of degree 10 in
-    all that they do, sliding and flight among it, between events that are located to round-off. A
-    wall is smooth; a point that strikes it leaves it with the part `rebound` of its speed, and the
-    base is plastic. Their order is above 6: estimates that count on 2 are on the safe side.
+    Boxes that ties, a load or a wall hold (kernels/event/held/step.py): Taylor series of degree 10
+    in all that they do, sliding and flight among it, between events that are located to round-off.
+    A wall is smooth; a point that strikes it leaves it with the part `rebound` of its speed, and
+    the base is plastic. Their order is above 6: estimates that count on 2 are on the safe side.
 
-    Bodies in the plane (kernels/event/body.py), also boxes whose base moves upwards or whose
+    Bodies in the plane (kernels/event/body/step.py), also boxes whose base moves upwards or whose
     angular restitution is prescribed: corners may be rounded. A prescribed restitution acts in
     impacts on the other corner of the edge on which a body stands at first. The corner takes the
     impulses which that asks for. Where these need more friction than there is, the restitution is
-    the nearest that friction allows (`struck_velocity` in kernels/event/body_contact.py).
+    the nearest that friction allows (`struck_velocity` in kernels/event/body/contact.py).
     `friction_needed` is the friction that such impacts need; a lane with less is OUTSIDE_MODEL.
 
     With a `restitution` single blocks and bodies bounce, boxes as bodies, and stacks
-    (kernels/event/body_bounce.py, kernels/event_space/body_bounce.py,
-    kernels/event/stack/bounce.py, kernels/event_space/stack_bounce.py): second order through all
+    (kernels/event/body/bounce.py, kernels/event_space/body/bounce.py,
+    kernels/event/stack/bounce.py, kernels/event_space/stack/bounce.py): second order through all
     bounces where the scheme without them is of second order. Those that are left out have
     heights of second order in the step.
 
@@ -137,11 +137,12 @@ class Event(KernelEngine):
 
     Where the base moves upwards gravity is g + a_z; below zero a block flies until it lands.
 
-    Blocks in space have four corners (kernels/event_space/block.py), bodies up to 64 points
-    (kernels/event_space/body.py). Both are of second order while contacts stick, through impacts,
-    too. So are stacks (kernels/event_space/stack.py); they do not locate when an edge lets go of an
-    end, which is of first order. A stack that is its own mirror image in a vertical plane, on a
-    base that moves in that plane, runs as a stack in the plane (warprock/model/coplanar.py).
+    Blocks in space have four corners (kernels/event_space/block/step.py), bodies up to 64 points
+    (kernels/event_space/body/step.py). Both are of second order while contacts stick, through
+    impacts, too. So are stacks (kernels/event_space/stack/step.py); they do not locate when an edge
+    lets go of an end, which is of first order. A stack that is its own mirror image in a vertical
+    plane, on a base that moves in that plane, runs as a stack in the plane
+    (warprock/model/coplanar.py).
 
     With friction as a box single blocks are of second order through the ends of their slips along x
     and y; the errors of blocks that rock and slide scatter (order 1.4 to 2). Rigid faces do not
@@ -297,7 +298,7 @@ class Event(KernelEngine):
         return bool(self.settings.restitution > 0.0)
 
     def _rolls(self, lanes: Lanes, motions: GroundMotions) -> bool:
-        """Whether lanes are boxes that rock by Taylor polynomials (kernels/event/block.py)."""
+        """Whether lanes are boxes that rock by Taylor polynomials (kernels/event/block/step.py)."""
         piled = lanes.stacked or lanes.assembly is not None
         boxes = not lanes.spatial and not piled and lanes.body is None
         follows = lanes.restitution_given or self._bounces or isinstance(motions, UprightMotions)

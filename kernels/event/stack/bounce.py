@@ -1,14 +1,14 @@
 """Impacts of a stack in the plane that bounce: Newton's law for every end that closes.
 
 An end of an interface that closes at a speed v opens again with at least e v, e the restitution;
-all ends of the stack that touch take part at once, as in event/body_bounce.py:
+all ends of the stack that touch take part at once, as in event/body/bounce.py:
 
     u >= e v,   n >= 0,   n (u - e v) = 0,   |f| <= mu (n + n) against the sliding after the impact.
 
 An end that touched without moving has v = 0: it stays, or opens. With the relative velocities
 less e v the law is that without rebound, so that `solve` finds both.
 
-- An end slower than `slow` does not bounce, see event/body_bounce.py.
+- An end slower than `slow` does not bounce, see event/body/bounce.py.
 - An impact that would make energy is a mixture of those with and without rebound, see
   contact/bounce.py.
 
@@ -48,6 +48,7 @@ def bounce(
     """Finds the impact that bounces; arguments as of `solve`."""
     plastic = Solution()
     plastic.contacts = found.contacts
+    plastic.ramps = found.ramps
     solve(blocks, g, touch, Counts(), free, dust, Triples(), plastic)
     shift = rebounds(g, rebound, touch, free)
     total = real(0.0)

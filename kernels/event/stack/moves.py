@@ -5,7 +5,7 @@ Poses are those of shape/stack.py.
 
 import warp as wp
 
-from warprock.kernels.event.block_begin import first_root
+from warprock.kernels.event.block.begin import first_root
 from warprock.kernels.event.stack.state import GRAIN, NEARLY, Limits, State, Trial
 from warprock.kernels.shape.stack import (
     ALIKE,

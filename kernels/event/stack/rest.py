@@ -7,7 +7,7 @@ that opens at an end or slides.
 
 import warp as wp
 
-from warprock.kernels.event.body_weight import nearest_lack
+from warprock.kernels.event.body.weight import nearest_lack
 from warprock.kernels.event.lift import held_time, round_off
 from warprock.kernels.event.stack.rocking import Chain, chain_of, interface_forces
 from warprock.kernels.event.stack.rocking_end import Loads, face_load, reach_of

@@ -2,10 +2,10 @@
 
 While every interface touches and sticks, rotations follow Taylor polynomials, and the step ends at
 their first impact, opening or slip (rocking.py, rocking_end.py); if no event lies in it, nothing
-else is done. Else the scheme is that of event/block.py for all blocks at once: one clock a lane, a
-midpoint Moreau-Jean step, an event inside a step ends the next one there, and at a step's end the
-velocity is projected on its contacts. In the frame of the base, with v = (vx, vz, omega) of every
-block:
+else is done. Else the scheme is that of event/block/step.py for all blocks at once: one clock a
+lane, a midpoint Moreau-Jean step, an event inside a step ends the next one there, and at a step's
+end the velocity is projected on its contacts. In the frame of the base, with v = (vx, vz, omega) of
+every block:
 
     1. mean velocity v_m = v - (dV/2, g d/2, 0) + W G^T p, G at the pose d/2 ahead, p such that
        v_m obeys the contact law of event/stack/contact.py at all interfaces;
@@ -34,6 +34,7 @@ lane to lane, and packs of lanes would run all branches of all. Functions take l
 
 import warp as wp
 
+from warprock.kernels.event.body.weight import kicks
 from warprock.kernels.event.stack.chain import Contacts, constrain, relative_velocity
 from warprock.kernels.event.stack.contact import RoundOff, Solution, solve
 from warprock.kernels.event.stack.moves import find_departure, find_stop, glue, lay_down, opening
@@ -267,6 +268,9 @@ def project(
     impact = Solution()
     impact.contacts = Contacts(n.pose.touch, n.slip)
     impact.solved = True
+    impact.ramps = t.kick != real(0.0)
+    if VERTICAL:
+        impact.ramps = kicks(t.weight, t.kick)
     if t.struck or t.resting:
         free = kick_base(t, v)
         collide(blocks, limits, t, g, free, impact)
