@@ -35,11 +35,17 @@ COUPLE = 60
 CONTACT = 13
 """Numbers of a contact as a sweep takes it, the fields of `Row`."""
 
-CLOSING = CONTACT - 1
-"""Which of them is `closing`."""
+CLOSING = (CONTACT - 1) * WIDTH
+"""Where the last of them stands in a row: `closing` of each contact."""
 
-NUMBERS = (CONTACT + 6) * WIDTH
-"""Numbers of a row: those of its contacts and of their impulses, the fields of `Impulse`."""
+IMPULSE = 6
+"""Numbers of a contact's impulse, the fields of `Impulse`."""
+
+NORMAL, ALONG, ACROSS = (number * WIDTH for number in range(CONTACT, CONTACT + 3))
+"""Where the first three of them stand in a row: n, t and s of each contact."""
+
+NUMBERS = (CONTACT + IMPULSE) * WIDTH
+"""Numbers of a row: those of its contacts and of their impulses."""
 
 COLOURS = 62
 """Colours with packs of several meetings; what finds none left has a pack of its own."""
@@ -168,9 +174,9 @@ def fill_place(laid: Laid, lane: int, place: int, first: int, count: int):
         begins = (pack.first + turn) * NUMBERS + side
         for i in range(CONTACT):
             laid.rows[lane, begins + i * WIDTH] = parts[i]
-        laid.rows[lane, begins + CONTACT * WIDTH] = held.n
-        laid.rows[lane, begins + (CONTACT + 1) * WIDTH] = held.t
-        laid.rows[lane, begins + (CONTACT + 2) * WIDTH] = held.s
+        laid.rows[lane, begins + NORMAL] = held.n
+        laid.rows[lane, begins + ALONG] = held.t
+        laid.rows[lane, begins + ACROSS] = held.s
         laid.order[lane, (pack.first + turn) * WIDTH + side] = listed
         push(couple, row, held.n, held.t, held.s, apart, given)
     ya = laid.weighted[lane, at.a]
@@ -197,7 +203,7 @@ def fill_packs(laid: Laid, lane: int, near: Near, step: Step):
         if laid.order[lane, i] == LEFT:
             laid.order[lane, i] = NONE
             at = (i // WIDTH) * NUMBERS + i % WIDTH
-            for number in range(CONTACT + 6):
+            for number in range(CONTACT + IMPULSE):
                 laid.rows[lane, at + number * WIDTH] = real(0.0)
 
 
@@ -217,7 +223,7 @@ def keep_contacts(laid: Laid, lane: int, step: Step):
             if laid.impulses[lane, listed].n > real(0.0):
                 mark.since = step.time
             laid.marks[lane, listed] = mark
-            place = (i // WIDTH) * NUMBERS + CLOSING * WIDTH + i % WIDTH
+            place = (i // WIDTH) * NUMBERS + CLOSING + i % WIDTH
             laid.rows[lane, place] = larger(mark.gap, real(0.0)) / step.dt
 
 
@@ -227,9 +233,9 @@ def keep_impulses(laid: Laid, lane: int, step: Step):
     for i in range(step.rows * WIDTH):
         listed = laid.order[lane, i]
         if listed != NONE:
-            at = (i // WIDTH) * NUMBERS + CONTACT * WIDTH + i % WIDTH
+            at = (i // WIDTH) * NUMBERS + i % WIDTH
             held = laid.impulses[lane, listed]
-            held.n = laid.rows[lane, at]
-            held.t = laid.rows[lane, at + WIDTH]
-            held.s = laid.rows[lane, at + 2 * WIDTH]
+            held.n = laid.rows[lane, at + NORMAL]
+            held.t = laid.rows[lane, at + ALONG]
+            held.s = laid.rows[lane, at + ACROSS]
             laid.impulses[lane, listed] = held
