@@ -470,7 +470,7 @@ def test_no_other_engine_but_dem_takes_assemblies_nor_this_one_anything_else():
 
 def test_a_wall_that_slides_off_has_collapsed():
     """At friction .3 it slides on the ground from .3 of its weight on, as limit analysis says."""
-    kind = built(patterns.wall(0.4, 0.175, 5, 4, whole_first=False), 0.3)
+    kind = built(patterns.wall(0.4, 0.175, 3, 3, whole_first=False), 0.3)
     found = run([kind] * 3, pushes([0.29, 0.5, 0.6], 0.2, 1.0), 1.0)
     slides = (Outcome.SLID_OFF, Outcome.SLID_OFF)
     assert found["outcome"][0] in (Outcome.AT_REST, Outcome.ROCKING)
