@@ -662,7 +662,7 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bo
         pieces[q] = piece
         if piece != NONE:
             z = ask - off
-            aside, f = zero, Vector()
+            aside, f = real(0.0), Vector()
             if given:
                 even = EVEN * mass[q]
                 z = ask - even * at
@@ -854,7 +854,7 @@ def descend_to_slips(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
         v = g.v
         w = g.w
         more = follow_slips(s, g, dv, dw) - asks
-        before, part, fits = far, real(1.0), bool(False)
+        before, part, fits = real(far), real(1.0), bool(False)
         for _again in range(SLIP_HALVINGS):
             g.asks = asks + part * more
             g.v = v + part * dv
