@@ -41,6 +41,8 @@ NONE = -1
 """No joint, and no edge."""
 BLOCK_COUNT, JOINT_COUNT = 0, 1
 """Where the counts of a lane's blocks and joints stand in `graph`, and in space in `sizes`."""
+JOINED = 2
+"""Where the two blocks of its first joint stand in `graph`."""
 
 
 @wp.struct
@@ -234,7 +236,22 @@ class Laid:
 @wp.func
 def blocks_of(laid: Laid, pack: int, joint: int):
     """The two blocks of a joint."""
-    return int(laid.graph[pack, 2 + 2 * joint]), int(laid.graph[pack, 3 + 2 * joint])
+    at = JOINED + 2 * joint
+    return int(laid.graph[pack, at]), int(laid.graph[pack, at + 1])
+
+
+@wp.func
+def comes_before(laid: Laid, pack: int, joint: int, a: int, b: int) -> bool:
+    """Whether a joint comes before one of the blocks a and b in the order of their blocks."""
+    low, high = blocks_of(laid, pack, joint)
+    return low < a or (low == a and high < b)
+
+
+@wp.func
+def joins(laid: Laid, pack: int, joint: int, a: int, b: int) -> bool:
+    """Whether a joint is between the blocks a and b."""
+    low, high = blocks_of(laid, pack, joint)
+    return low == a and high == b
 
 
 @wp.func
@@ -542,16 +559,9 @@ def list_pairs(laid: Laid, lane: int, pack: int, near: Near) -> Near:
         one = laid.bodies[lane, a]
         for b in range(a + 1, count + 1):
             edges = EdgeStarts(NONE, NONE)
-            while joint < joints and (
-                laid.graph[pack, 2 + 2 * joint] < a
-                or (laid.graph[pack, 2 + 2 * joint] == a and laid.graph[pack, 3 + 2 * joint] < b)
-            ):
+            while joint < joints and comes_before(laid, pack, joint, a, b):
                 joint += 1
-            if (
-                joint < joints
-                and laid.graph[pack, 2 + 2 * joint] == a
-                and laid.graph[pack, 3 + 2 * joint] == b
-            ):
+            if joint < joints and joins(laid, pack, joint, a, b):
                 edges = laid.sides[lane, joint]
             other = laid.bodies[lane, b]
             dx, dz = one.pose.x - other.pose.x, one.pose.z - other.pose.z

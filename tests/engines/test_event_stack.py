@@ -410,6 +410,18 @@ def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(unjudge
     assert broken["status"][2] == Status.NONFINITE
 
 
+def test_round_off_of_float32_makes_no_steps() -> None:
+    lanes = stacks(np.full((8, 2), 0.2), 0.6, friction=0.7)
+    size = GRAVITY * np.linspace(0.3, 0.7, 8)
+    motions, times = sines(Control.ACCELERATION, size, np.full(8, 4.0), 1.0), SampleTimes(1.0)
+    coarse, fine = (
+        run_batch("event", lanes, motions, times, precision=each)["step_count"].sum()
+        for each in ("float32", "float64")
+    )
+    # A corner that lies flat but for round-off had four times as many.
+    assert coarse <= 1.1 * fine
+
+
 def test_histories_do_not_change_the_run() -> None:
     lanes, motions = shaken(2)
     with_history = respond(lanes, motions, SampleTimes(1.0, 0.01))

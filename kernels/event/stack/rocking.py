@@ -35,12 +35,13 @@ from warprock.kernels.shape.stack import (
     side_of,
 )
 
-BRIEF = real(1.0 / 16.0)
+BRIEF = by_precision(1.0 / 16.0, 0.0)
 BRIEF_ORDERS = ORDERS - 2
 """A step that ends this soon, as a part of the longest one d, is followed in polynomials of two
 degrees less, up to twice the time that the first accelerations tell. They leave out some
 (p d / 8)^5 / 5! of a motion at a frequency p, less than the (p d)^7 / 7! that all degrees leave out
-of a step d long if p d is above 0.04, and else less than 3e-14."""
+of a step d long if p d is above 0.04, and else less than 3e-14. In float32 no step is: a corner
+that lies flat but for round-off would seem to land soon in one step after the other."""
 
 Terms = wp.types.vector(length=ORDERS, dtype=real)
 """Coefficients of an acceleration of the base."""
