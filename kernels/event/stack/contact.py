@@ -193,6 +193,21 @@ def correct(
 
 
 @wp.func(inline=False)
+def keep_together(
+    problem: wp.ref[Problem], line: wp.ref[Line], dust: RoundOff, contacts: wp.ref[Contacts]
+):
+    """Holds interfaces that corrections have opened though nothing moves them apart.
+
+    Blocks that fly as one touch without impulses: open or held, they obey the law.
+    """
+    for k in range(BLOCKS):
+        u = three_of(line.velocity, k)
+        moves = larger(wp.abs(u[0]), larger(wp.abs(u[1]), wp.abs(u[2]))) > dust.velocity
+        if contacts.hold[k] == 0 and not moves:
+            contacts.hold[k] = problem.touch[k]
+
+
+@wp.func(inline=False)
 def solve(
     blocks: wp.ref[Blocks], g: wp.ref[Jacobian], touch: Counts, glide: Counts,
     free: wp.ref[Triples], dust: RoundOff, shift: Triples, found: wp.ref[Solution],
@@ -225,6 +240,8 @@ def solve(
         left -= 1
         first = correct(problem, line, dust, found.contacts)
         worst = try_state(problem, found.contacts, first, dust, f, line)
+    if not (found.guessed or worst > real(1.0)):
+        keep_together(problem, line, dust, found.contacts)
     tries = int(0)
     while worst > real(1.0) and tries < ATTEMPTS:
         if tries == 0:
