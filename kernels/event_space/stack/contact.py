@@ -66,9 +66,9 @@ PARALLEL = by_precision(1.0e-4, 1.0e-3)
 """Angle [rad] up to which faces count as parallel, and all of their contacts have one normal: a
 face that slides cannot keep contacts of several. A force is off by this part at most."""
 ALONG_DEPTH = 8
-"""First of the slots on the upper face's edges along its depth, see shape/faces.py..."""
+"""First of the slots on the upper face's edges along its depth, see shape/faces.py."""
 LOWER = 12
-"""...and of the corners of the lower face."""
+"""First of the slots of the corners of the lower face."""
 
 SWEEPS = 20000
 """Largest number of sweeps of a solve; the second half of them is under-relaxed by 1/2."""

@@ -55,35 +55,35 @@ from warprock.kernels.shape_space.frame import relative_velocity
 from warprock.kernels.shape_space.stack import Bodies, PointInts, PointNumbers, Points, rows_of
 
 STIFF = by_precision(1.0e4, 1.0e2)
-"""Stiffness c of a contact over its effective mass, in Newton's method..."""
+"""Stiffness c of a contact over its effective mass, in Newton's method of the last rounds."""
 SOFT = real(100.0)
-"""...in its first round before slips..."""
+"""The same in the first round before slips."""
 STIFFER = real(10.0)
-"""...times this in each one after it, up to STIFF..."""
+"""Factor from a round before slips to the next one, up to STIFF."""
 FIRM = by_precision(1.0e7, 1.0e5)
-"""...and on given pieces. A change of l leaves about 1/FIRM of it: two come to round-off."""
+"""Stiffness on given pieces. A change of l leaves about 1/FIRM of it: two come to round-off."""
 PLIANT = by_precision(1.0e5, 1.0e3)
-"""...and where contacts slip."""
+"""Stiffness on given pieces where contacts slip."""
 EVEN = real(3.0)
 """Stiffness that tells which contacts slip and where to."""
 SLIDE = real(0.1)
 """Velocity from which a contact slides fast, as a part of the velocities."""
 SLIP_ROUNDS = 8
-"""Largest number of rounds before slips..."""
+"""Largest number of rounds before slips."""
 SLIP_TURNS = 12
-"""...of Newton steps with slips after each..."""
+"""Largest number of Newton steps with slips after such a round."""
 SLIP_HALVINGS = 4
-"""...of trials of each step, half as long as the one before..."""
+"""Largest number of trials of such a step, each half as long as the one before."""
 DESCENDS = real(0.2)
-"""...and by what part a whole one comes nearer to the law at least."""
+"""Least part by which a whole step comes nearer to the law."""
 TRIED = 30
-"""Largest number of Newton steps with slips where none is halved..."""
+"""Largest number of Newton steps with slips where none is halved."""
 LOST = 6
-"""...and of those before the velocities settle, else they seldom do."""
+"""Largest number of such steps before the velocities settle; later they seldom do."""
 FAIR = by_precision(1.0e-4, 1.0e-2)
-"""Relative change of the velocities in a step from which they have settled..."""
+"""Relative change of the velocities in a step from which they have settled."""
 CLOSE = by_precision(1.0e-9, 1.0e-4)
-"""...and after which only round-off is left: the next change is about its square."""
+"""Relative change after which only round-off is left: the next one is about its square."""
 LEAST_GRIP = real(0.01)
 """Least stiffness of a contact along its face, over that across it."""
 TURNS = 12
@@ -91,9 +91,9 @@ TURNS = 12
 ROUNDS = 200
 """Largest number of rounds of Newton's method, each with one change of l."""
 LEAP = 8
-"""Lifts converge slowly, by a factor a round. Every so many rounds they are extrapolated..."""
+"""Rounds after which lifts are extrapolated: they converge slowly, by a factor a round."""
 FARTHEST = real(1000.0)
-"""...by at most this multiple of their last change."""
+"""Largest extrapolation of a lift, over its last change."""
 TRIES = 30
 """Largest number of Newton steps in a round."""
 HALVINGS = 8
@@ -101,42 +101,42 @@ HALVINGS = 8
 FIRST = 4
 """Gauss-Seidel sweeps for the first guess of the impulses."""
 ROUGH = by_precision(1.0e-6, 1.0e-3)
-"""Relative change of the velocities in a Newton step that ends a round before slips..."""
+"""Relative change of the velocities in a Newton step that ends a round before slips."""
 ALIKE = by_precision(1.0e-13, 1.0e-5)
-"""...and any other."""
+"""Relative change that ends any other round."""
 
 ENOUGH = by_precision(1.0e-14, 1.0e-6)
-"""Velocity by which contacts may break their laws, as a part of the velocities..."""
+"""Velocity by which contacts may break their laws, as a part of the velocities."""
 SOUND = by_precision(1.0e-6, 1.0e-4)
-"""...and if so many rounds do not reach that."""
+"""The same where all rounds do not reach `ENOUGH`."""
 
 DUST = by_precision(1.0e-13, 1.0e-5)
 """Round-off of the convex function."""
 
 LIGHTER = real(0.125)
-"""Weight of a ramp of the base's velocity over the one before; all are velocities..."""
+"""Weight of a ramp of the base's velocity over the one before; weights are velocities."""
 LIGHTEST = by_precision(1.0e-6, 1.0e-4)
-"""...and the least of them is at least this over the velocity step."""
+"""The least weight of a ramp, over the velocity step."""
 
 NONE = 0
 """The piece of a contact without impulse."""
 ALL = 1
-"""That of one whose impulse has every part: it sticks."""
+"""The piece of a contact whose impulse has every part: it sticks."""
 NORMAL = 2
-"""That of one without friction."""
+"""The piece of a contact without friction."""
 NO_Y = 3
-"""That of one without friction along y..."""
+"""The piece of a contact without friction along y."""
 NO_X = 4
-"""...and x."""
+"""The piece of a contact without friction along x."""
 CURVED = 5
-"""The one on which P is not linear: friction at its bound."""
+"""The piece on which P is not linear: friction at its bound."""
 
 GIVEN = 0
-"""A look at contacts on given pieces..."""
+"""A look at contacts on given pieces."""
 ANEW = 1
-"""...on the pieces of their arguments..."""
+"""A look at contacts on the pieces of their arguments."""
 RENEW = 2
-"""...and, after that, with l set to f and lifts to those of the velocities."""
+"""As `ANEW`; then l is set to f and lifts to those of the velocities."""
 
 SixRows = wp.types.matrix(shape=(6 * BLOCKS, 6), dtype=real)
 Sixes = wp.types.matrix(shape=(BLOCKS, 6), dtype=real)
