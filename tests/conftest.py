@@ -26,6 +26,7 @@ LONGEST = (
     "programs/test_newton.py",
     "engines/test_contract.py",
     "paper/test_stack.py",
+    "engines/test_event_body.py",
     "engines/test_box_friction.py",
     "engines/test_event_space.py",
     "engines/test_forms.py",
@@ -36,17 +37,16 @@ LONGEST = (
     "oracle/test_pair.py",
     "figures/test_run.py",
     "engines/test_event_space_stack.py",
-    "sweeps/test_harm.py",
     "engines/test_contract_scenes.py",
     "measure/test_trade.py",
+    "sweeps/test_harm.py",
     "engines/test_cuda.py",
     "paper/test_reproduce.py",
     "engines/test_vertical.py",
     "engines/test_two_block.py",
-    "engines/test_event_body.py",
     "engines/test_assembly.py",
-    "engines/test_thrown.py",
     "engines/test_dem_space.py",
+    "engines/test_spatial_bodies.py",
 )
 """Files that take the longest, under `tests/`; such as compile the same kernels stand apart."""
 

@@ -412,6 +412,43 @@ def test_no_row_has_a_number_given_by_hand():
     assert not [row for file in KERNEL_FILES for row in _numbered(file, _tree(file))]
 
 
+def _moved(file: str, tree: ast.Module) -> Iterator[str]:
+    """Rows that a kernel file names by another row and a number: `x[GROUND + 1]`, `x[2 * LANES]`.
+
+    A number may be taken from a count of blocks or degrees, as in `p[DEGREE - 1]`.
+    """
+    for function in _functions(tree):
+        for held in ast.walk(function):
+            for part in ast.walk(held.slice) if isinstance(held, ast.Subscript) else ():
+                if isinstance(part, ast.BinOp) and isinstance(part.op, ast.Add | ast.Mult):
+                    sides = {type(side): side for side in (part.left, part.right)}
+                    name, number = sides.get(ast.Name), sides.get(ast.Constant)
+                    lanes = isinstance(name, ast.Name) and name.id in ("LANES", "WIDTH")
+                    moves = lanes or isinstance(part.op, ast.Add)
+                    if isinstance(name, ast.Name) and name.id.isupper() and number and moves:
+                        yield f"{file}:{held.lineno}: {ast.unparse(held)}"
+
+
+def test_no_row_is_named_by_another_and_a_number():
+    assert not [row for file in KERNEL_FILES for row in _moved(file, _tree(file))]
+
+
+@pytest.mark.parametrize(
+    ("line", "row"),
+    [
+        ("x = load[GROUND + 1, i]", "load[GROUND + 1, i]"),
+        ("x = held[i + 3 * LANES]", "held[i + 3 * LANES]"),
+        ("x = numbers[at + (CONTACT + 2) * WIDTH]", "numbers[at + (CONTACT + 2) * WIDTH]"),
+        ("x = p[DEGREE - 1]", ""),
+        ("x = laid.graph[pack, NODES + 2 * m]", ""),
+        ("x = pairs[p * LANES + i]", ""),
+    ],
+)
+def test_a_row_named_by_another_and_a_number_is_found(line: str, row: str):
+    found = [each.split(": ")[1] for each in _moved("kernels", ast.parse(f"def f():\n    {line}"))]
+    assert found == ([row] if row else [])
+
+
 @pytest.mark.parametrize(
     ("file", "line", "row"),
     [

@@ -7,6 +7,7 @@ Vector = wp.types.vector(length=3, dtype=real)
 Quaternion = wp.types.vector(length=4, dtype=real)
 """An attitude (x, y, z, w); see shape_space/block.py."""
 Matrix = wp.types.matrix(shape=(3, 3), dtype=real)
+"""A rotation, or a moment of inertia, in space; in the plane one of `Vector`."""
 
 X, Y, Z, W = 0, 1, 2, 3
 """Places of the components in a vector and in a quaternion, and of directions in rows."""

@@ -49,9 +49,6 @@ from warprock.kernels.assembly.joint import (
     Contact,
     Edges,
     Impulse,
-    Mass,
-    Pose,
-    Velocity,
     find_contact,
     opening_speed,
     push,
@@ -99,6 +96,7 @@ from warprock.kernels.lane.modes import RUNNING, STALLED, UNSOLVED
 from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import Motion, base_velocity
+from warprock.kernels.shape.interface import Mass, Pose, Velocity
 
 if BONDS:
     from warprock.kernels.assembly.bond import Bond, Breaks, after_break, is_torn
@@ -120,12 +118,22 @@ if SPRINGS:
 wp.set_module_options(ONE_VECTOR)
 
 TREE = 2 + 2 * (POINTS // 2)
-"""Where the tree of a pack stands in its row of `graph`: how many blocks it has, each block and its
-parent from the leaves to the roots, and the place of the child of each joint (`add_contact`)."""
+"""Where the tree of a pack stands in its row of `graph`: how many blocks it has."""
+NODES = TREE + 1
+"""Where each block of the tree and its parent stand there, from the leaves to the roots."""
+CHILDREN = NODES + 2 * BLOCKS
+"""Where the place of the child of each joint stands there (`add_contact`)."""
 
 PATIENCE = 2
 """Sweeps that lanes lose, over the lanes that run, until those that wait begin their next steps:
 about what beginning costs all of them."""
+
+
+@wp.func
+def node_of(laid: Laid, pack: int, number: int):
+    """A block of the tree and its parent, from the leaves to the roots."""
+    at = NODES + 2 * number
+    return int(laid.graph[pack, at]), int(laid.graph[pack, at + 1])
 
 
 @kernel
@@ -617,7 +625,7 @@ def run_lanes(
                             node[k, i] = start_node(mass[k, i])
                     for joint in range(contact_count // 2):
                         q, p = 2 * joint, 2 * joint + 1
-                        place = int(laid.graph[pack, TREE + 1 + 2 * BLOCKS + joint])
+                        place = int(laid.graph[pack, CHILDREN + joint])
                         a, b = blocks_of(laid, pack, joint)
                         child, parent = (
                             wp.where(place % 2 == 0, a, b),
@@ -637,8 +645,7 @@ def run_lanes(
                             node[child, i] = below
                             node[parent, i] = above
                     for m in range(node_count):
-                        child = int(laid.graph[pack, TREE + 1 + 2 * m])
-                        parent = int(laid.graph[pack, TREE + 2 + 2 * m])
+                        child, parent = node_of(laid, pack, m)
                         for i in range(LANES):
                             below = node[child, i]
                             above = node[parent, i]
@@ -646,9 +653,7 @@ def run_lanes(
                             node[child, i] = below
                             node[parent, i] = above
                     for m in range(node_count):
-                        last_first = node_count - 1 - m
-                        child = int(laid.graph[pack, TREE + 1 + 2 * last_first])
-                        parent = int(laid.graph[pack, TREE + 2 + 2 * last_first])
+                        child, parent = node_of(laid, pack, node_count - 1 - m)
                         for i in range(LANES):
                             below = node[child, i]
                             substitute(node[parent, i], below)

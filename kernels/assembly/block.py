@@ -10,9 +10,10 @@ What the contacts take of the energy is exactly  e . M (v + v') / 2 - (v'. M v' 
 
 import warp as wp
 
-from warprock.kernels.assembly.joint import Impulse, Mass, Pose, Velocity
+from warprock.kernels.assembly.joint import Impulse
 from warprock.kernels.lane.account import Account
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
+from warprock.kernels.shape.interface import Mass, Pose, Velocity
 
 TURN, OVER_TURN = real(6.283185307179586), real(0.15915494309189535)
 """A whole turn [rad], and its reciprocal."""

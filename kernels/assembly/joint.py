@@ -23,6 +23,8 @@ Angles are positive counterclockwise here.
 
 import warp as wp
 
+from warprock.kernels.shape.interface import Mass, Pose, Velocity
+
 DEEP = real(0.1) if SPRINGS else real(2.0e-3)
 """Depth below an edge, over its length, down to which a corner touches it anywhere. Steps leave
 less, springs more. A deeper corner touches only if it is farther from both ends than deep.
@@ -60,34 +62,6 @@ class Edges:
     if BONDS:
         cohesion: real
         tension: real
-
-
-@wp.struct
-class Mass:
-    """Inverse mass [1/kg] and inverse moment of inertia [1/(kg m^2)]; zero of what is fixed."""
-
-    m: real
-    j: real
-
-
-@wp.struct
-class Pose:
-    """Centre of mass [m] and rotation [rad] of a block, with its sine and cosine."""
-
-    x: real
-    z: real
-    theta: real
-    s: real
-    c: real
-
-
-@wp.struct
-class Velocity:
-    """Velocity of the centre of mass [m/s] and angular velocity [rad/s]."""
-
-    x: real
-    z: real
-    omega: real
 
 
 @wp.struct

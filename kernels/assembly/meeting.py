@@ -21,9 +21,10 @@ than the list allows: while nothing moves far, nothing is looked for.
 import warp as wp
 
 from warprock.kernels.assembly.block import Seen
-from warprock.kernels.assembly.joint import Contact, Mass, Pose, contact_at
+from warprock.kernels.assembly.joint import Contact, contact_at
 from warprock.kernels.contact.parting import ARCS, FALLS
 from warprock.kernels.lane.modes import STALLED
+from warprock.kernels.shape.interface import Mass, Pose
 
 SCOPE = real(0.15)
 """Clearance up to which pairs are listed, over the half diagonal of the smallest block."""
@@ -40,6 +41,8 @@ NONE = -1
 """No joint, and no edge."""
 BLOCK_COUNT, JOINT_COUNT = 0, 1
 """Where the counts of a lane's blocks and joints stand in `graph`, and in space in `sizes`."""
+JOINED = 2
+"""Where the two blocks of its first joint stand in `graph`."""
 
 
 @wp.struct
@@ -73,7 +76,7 @@ class Corner:
 
 
 @wp.struct
-class Sides:
+class EdgeStarts:
     """The corners at which the edges of a joint begin, of its two blocks."""
 
     a: int
@@ -223,7 +226,7 @@ class Laid:
     spare: wp.array(dtype=int)
     around: wp.array(dtype=Around)
     corners: wp.array2d(dtype=Corner)
-    sides: wp.array2d(dtype=Sides)
+    sides: wp.array2d(dtype=EdgeStarts)
     bodies: wp.array2d(dtype=Body)
     pairs: wp.array2d(dtype=Pair)
     free: wp.array2d(dtype=Free)
@@ -233,7 +236,22 @@ class Laid:
 @wp.func
 def blocks_of(laid: Laid, pack: int, joint: int):
     """The two blocks of a joint."""
-    return int(laid.graph[pack, 2 + 2 * joint]), int(laid.graph[pack, 3 + 2 * joint])
+    at = JOINED + 2 * joint
+    return int(laid.graph[pack, at]), int(laid.graph[pack, at + 1])
+
+
+@wp.func
+def comes_before(laid: Laid, pack: int, joint: int, a: int, b: int) -> bool:
+    """Whether a joint comes before one of the blocks a and b in the order of their blocks."""
+    low, high = blocks_of(laid, pack, joint)
+    return low < a or (low == a and high < b)
+
+
+@wp.func
+def joins(laid: Laid, pack: int, joint: int, a: int, b: int) -> bool:
+    """Whether a joint is between the blocks a and b."""
+    low, high = blocks_of(laid, pack, joint)
+    return low == a and high == b
 
 
 @wp.func
@@ -374,7 +392,7 @@ def of_joint(corner: int, count: int, edge: int, own: int, others: int) -> bool:
 
 @wp.func
 def overlap_of(
-    laid: Laid, lane: int, one: Body, other: Body, edge: int, joint: Sides,
+    laid: Laid, lane: int, one: Body, other: Body, edge: int, joint: EdgeStarts,
     slip: real, range_: real,
 ) -> Beside:  # fmt: skip
     """What an edge of a block and the one that faces it have side by side.
@@ -460,9 +478,9 @@ def meet(laid: Laid, lane: int, a: Body, b: Body, pair: Pair, near: Near) -> Bes
     if b.count == 0:
         return on_ground(laid, lane, a, b.pose.z, near.range)
     slip = SLIP * laid.around[lane].scale
-    joint = Sides(NONE, NONE)
+    joint = EdgeStarts(NONE, NONE)
     if pair.edge_a != NONE and faces(a.pose, b.pose):
-        joint = Sides(pair.edge_a, pair.edge_b)
+        joint = EdgeStarts(pair.edge_a, pair.edge_b)
     one, other = facing_edge(laid, lane, a, b), facing_edge(laid, lane, b, a)
     nothing = Beside()
     nothing.gap0 = NEVER
@@ -474,7 +492,7 @@ def meet(laid: Laid, lane: int, a: Body, b: Body, pair: Pair, near: Near) -> Bes
         met.nx = -met.nx
         met.nz = -met.nz
         return met
-    turned = Sides(joint.b, joint.a)
+    turned = EdgeStarts(joint.b, joint.a)
     met = overlap_of(laid, lane, b, a, other.edge, turned, slip, near.range)
     # Its tangent runs against the edge of the second block: the ends change places.
     dx, dz = b.pose.x - a.pose.x, b.pose.z - a.pose.z
@@ -540,17 +558,10 @@ def list_pairs(laid: Laid, lane: int, pack: int, near: Near) -> Near:
     for a in range(count):
         one = laid.bodies[lane, a]
         for b in range(a + 1, count + 1):
-            edges = Sides(NONE, NONE)
-            while joint < joints and (
-                laid.graph[pack, 2 + 2 * joint] < a
-                or (laid.graph[pack, 2 + 2 * joint] == a and laid.graph[pack, 3 + 2 * joint] < b)
-            ):
+            edges = EdgeStarts(NONE, NONE)
+            while joint < joints and comes_before(laid, pack, joint, a, b):
                 joint += 1
-            if (
-                joint < joints
-                and laid.graph[pack, 2 + 2 * joint] == a
-                and laid.graph[pack, 3 + 2 * joint] == b
-            ):
+            if joint < joints and joins(laid, pack, joint, a, b):
                 edges = laid.sides[lane, joint]
             other = laid.bodies[lane, b]
             dx, dz = one.pose.x - other.pose.x, one.pose.z - other.pose.z

@@ -22,7 +22,8 @@ so its impulses and its velocities agree, and it waits without any change.
 
 import warp as wp
 
-from warprock.kernels.assembly.joint import Contact, Impulse, Mass, Velocity, opening_speed, push
+from warprock.kernels.assembly.joint import Contact, Impulse, opening_speed, push
+from warprock.kernels.shape.interface import Mass, Velocity
 
 GROWN = real(1.1)
 """Growth of |d|^2 from which on the direction is dropped. Where blocks hold one another by forces

@@ -11,9 +11,10 @@ The energy that springs hold for a while is no loss: the account of a lane takes
 
 import warp as wp
 
-from warprock.kernels.assembly.joint import Contact, Edges, Velocity, opening_speed, sliding_speed
+from warprock.kernels.assembly.joint import Contact, Edges, opening_speed, sliding_speed
 from warprock.kernels.dem.stack import Knobs as Stiffness
 from warprock.kernels.dem.stack import Pace, Spring, solve_spring
+from warprock.kernels.shape.interface import Velocity
 
 
 @wp.struct

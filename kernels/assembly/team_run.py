@@ -50,9 +50,6 @@ from warprock.kernels.assembly.joint import (
     Contact,
     Edges,
     Impulse,
-    Mass,
-    Pose,
-    Velocity,
     find_contact,
     push,
     sliding_speed,
@@ -85,6 +82,7 @@ from warprock.kernels.launch.instance import ONE_VECTOR
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.launch.team import Crew, meet, share
 from warprock.kernels.motion.kinds import Motion, base_velocity
+from warprock.kernels.shape.interface import Mass, Pose, Velocity
 
 wp.set_module_options(ONE_VECTOR)
 

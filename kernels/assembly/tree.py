@@ -23,12 +23,11 @@ import warp as wp
 from warprock.kernels.assembly.joint import (
     Contact,
     Impulse,
-    Mass,
-    Velocity,
     opening_speed,
     sliding_speed,
 )
 from warprock.kernels.assembly.solve import Leap, Way, least_normal, most_drag
+from warprock.kernels.shape.interface import Mass, Velocity
 
 WEIGHT = by_precision(1.0e7, 1.0e3)
 """r: the larger, the less a leap leaves, and the more round-off: r times that of a velocity."""

@@ -32,13 +32,16 @@ from warprock.kernels.assembly.meeting import (
 from warprock.kernels.assembly_space.block import (
     Block,
     Peak,
+    Place,
     add_energy,
+    add_weighted,
     extrapolate,
     heft_of,
     inertia,
     integrate,
     observe_block,
     start_place,
+    strayed_by,
     turn_block,
 )
 from warprock.kernels.assembly_space.contact import (
@@ -61,7 +64,7 @@ from warprock.kernels.assembly_space.contact import (
     weighted_of,
 )
 from warprock.kernels.assembly_space.finding import find_joint, find_pairs, list_pairs
-from warprock.kernels.assembly_space.meeting import Laid, Sides, Step, has_left, slip_of_joint
+from warprock.kernels.assembly_space.meeting import KEPT, Laid, Sides, Step, has_left, slip_of_joint
 from warprock.kernels.assembly_space.pace import decide, start_solve
 from warprock.kernels.assembly_space.packing import (
     CONTACT,
@@ -69,6 +72,7 @@ from warprock.kernels.assembly_space.packing import (
     NUMBERS,
     WIDTH,
     fill_packs,
+    keep_contacts,
     keep_impulses,
     pack_up,
 )
@@ -103,12 +107,16 @@ class Kept:
     """What a lane keeps of its blocks from step to step, shape [lane, block] each.
 
     Attributes:
+        stood: Where they were when contacts were found.
         before: Velocities before the step.
+        free: Weighted velocities that blocks would have without contacts after the step.
         ends: Weighted velocities at the end of the last sweep.
         peaks: See `Peak`.
     """
 
+    stood: wp.array2d(dtype=Place)
     before: wp.array2d(dtype=Move)
+    free: wp.array2d(dtype=Weighted)
     ends: wp.array2d(dtype=Weighted)
     peaks: wp.array2d(dtype=Peak)
 
@@ -181,7 +189,6 @@ def run_lanes(
         laid.places[lane, k] = start_place(blocks[k, lane])
         laid.moves[lane, k] = Move()
         kept.peaks[lane, k] = Peak()
-        set_place(laid, lane, k, blocks[k, lane])
     laid.hefts[lane, count] = Heft()
     laid.moves[lane, count] = Move()
     laid.weighted[lane, count] = Weighted()
@@ -191,6 +198,7 @@ def run_lanes(
         breaks.first = NEVER
         for joint in range(joints):
             laid.joined[lane, joint].holds = wp.where(laid.links[lane, joint].tension > zero, 1, 0)
+    strayed, gapes = real(0.0), int(0)
     number = int(-SETTLING)
     time = real(number) * dt
     last = end
@@ -204,21 +212,35 @@ def run_lanes(
             base[d] = base[d] + gain[d]
         pull = Vector(-gain[0], -gain[1], -gain[2] - dt * knobs.gravity)
         near = look_out(laid.scale[lane], dt, knobs.gravity, seen.speed, near)
-        if is_old(near):
-            near = list_pairs(laid, lane, near)
-        near.deepest = zero
-        near.landed = 0
-        near.carries = 0
-        step.old = step.half
-        step.half = room - step.half
-        step.total = 0
+        # Blocks that hardly move touch as they did.
+        finds = number <= 0 or is_old(near) or strayed > KEPT * knobs.gravity * dt * dt
         step.live = live
         step.time = time
-        for joint in range(joints):
-            find_joint(laid, lane, joint, step, seen, near)
-        find_pairs(laid, lane, step, seen, near)
-        pack_up(laid, lane, near, step)
-        near.full = wp.max(near.full, step.full)
+        if finds:
+            for k in range(count):
+                set_place(laid, lane, k, blocks[k, lane])
+                kept.stood[lane, k] = laid.places[lane, k]
+            if is_old(near):
+                near = list_pairs(laid, lane, near)
+            near.deepest = zero
+            near.landed = 0
+            near.carries = 0
+            step.old = step.half
+            step.half = room - step.half
+            step.total = 0
+            moved = real(seen.moved)
+            seen.moved = -NEVER
+            for joint in range(joints):
+                find_joint(laid, lane, joint, step, seen, near)
+            gapes = wp.where(seen.moved > -NEVER, 1, 0)
+            seen.moved = larger(moved, seen.moved)
+            find_pairs(laid, lane, step, seen, near)
+            pack_up(laid, lane, near, step)
+            near.full = wp.max(near.full, step.full)
+        else:
+            keep_contacts(laid, lane, step)
+            near.landed = 0
+            seen.moved = wp.where(gapes > 0, time, seen.moved)
         observe_free(live > 0, True, near, seen)
         for k in range(count):
             v = laid.moves[lane, k]
@@ -227,8 +249,13 @@ def run_lanes(
             kept.before[lane, k] = v
             if blocks[k, lane].light > zero:
                 v.v = v.v + pull
-            laid.weighted[lane, k] = weighted_of(laid.hefts[lane, k], v)
-        fill_packs(laid, lane, near, step)
+            y = weighted_of(laid.hefts[lane, k], v)
+            # The first guess of what contacts give it is what they gave it in the last step.
+            former = add_weighted(real(-1.0), kept.free[lane, k], laid.weighted[lane, k])
+            kept.free[lane, k] = y
+            laid.weighted[lane, k] = add_weighted(wp.where(finds, zero, real(1.0)), former, y)
+        if finds:
+            fill_packs(laid, lane, near, step)
         for k in range(count):
             kept.ends[lane, k] = laid.weighted[lane, k]
         solve = start_solve(live, knobs.settled, seen.speed)
@@ -239,7 +266,9 @@ def run_lanes(
             for i in range(WIDTH):
                 rest[i] = Rest()
             beta, eased = real(solve.beta), real(solve.eased)
-            for pack in range(step.packs):
+            for rank in range(step.packs):
+                # Forces that are not unique would drift to one side, step by step.
+                pack = wp.where(number % 2 == 0, rank, step.packs - 1 - rank)
                 meets = laid.packs[lane, pack]
                 for i in range(WIDTH):
                     sides[i] = laid.sides[lane, pack * WIDTH + i]
@@ -317,12 +346,14 @@ def run_lanes(
         if live > 0:
             seen.steps += 1
             seen.speed = zero
+            strayed = zero
             if BONDS:
                 for joint in range(joints):
                     if laid.joined[lane, joint].holds > 0 and is_torn(
                         laid, lane, joint, step.half, dt
                     ):
                         laid.joined[lane, joint].holds = 0
+                        strayed = NEVER
                         breaks.count += 1
                         breaks.first = smaller(time, breaks.first)
             # A joint tells of its slide until something has fallen or slid off.
@@ -347,7 +378,7 @@ def run_lanes(
                     integrate(dt, block, v, place)
                     laid.moves[lane, k] = v
                     laid.places[lane, k] = place
-                    set_place(laid, lane, k, block)
+                    strayed = larger(strayed_by(block, kept.stood[lane, k], place), strayed)
                     peak = kept.peaks[lane, k]
                     observe_block(time, block, place, v, peak, seen)
                     kept.peaks[lane, k] = peak

@@ -127,6 +127,15 @@ def integrate(step: real, block: Block, v: wp.ref[Move], at: wp.ref[Place]):
 
 
 @wp.func
+def strayed_by(block: Block, stood: Place, at: Place) -> real:
+    """How far the corners of a block have moved since it stood elsewhere, at most [m]."""
+    away, turn = at.at - stood.at, at.q - stood.q
+    # An angle is twice what quaternions differ by, where that is small.
+    half = wp.sqrt(wp.dot(turn, turn))
+    return fused(TWO * block.reach, half, wp.sqrt(inner(away, away)))
+
+
+@wp.func
 def add_energy(
     pull: Vector, gain: Vector, block: Block, at: Place, before: Move, v: Move,
     account: wp.ref[Account],

@@ -8,6 +8,7 @@ from warprock.kernels.assembly.meeting import BLOCK_COUNT, JOINT_COUNT, NONE, SL
 from warprock.kernels.assembly_space.contact import inner
 from warprock.kernels.assembly_space.meeting import (
     DEEP,
+    FLUSH,
     Joined,
     Laid,
     Mark,
@@ -72,7 +73,7 @@ def add_spot(
     va, vb = laid.moves[lane, spot.a], laid.moves[lane, spot.b]
     place = own_spot(laid, lane, spot.a, spot.at)
     was = take_known(laid, lane, step, search.first, search.count, place)
-    mark = Mark(place, NEVER, 0)
+    mark = Mark(place, spot.gap, NEVER, 0)
     if search.joint > 0:
         ra, rb = (
             spot.at - laid.places[lane, spot.a].at,
@@ -185,7 +186,8 @@ def find_joint(
     if met.how != NONE:
         k = wp.where(met.how == 0, link.a, link.b)
         other = wp.where(met.how == 0, link.b, link.a)
-        start, corners = cut(laid, lane, k, met.own, other, met.other, real(0.0))
+        rim = -FLUSH * laid.scale[lane]
+        start, corners = cut(laid, lane, k, met.own, other, met.other, rim)
         search.start = start
         search.corners = corners
         if corners > 0 and depth_of(laid, lane, search, met) < DEEP * laid.scale[lane]:

@@ -1,4 +1,4 @@
-"""Where the blocks of an assembly in space touch, found anew in every step.
+"""Where the blocks of an assembly in space touch, found anew once they have moved.
 
 Blocks are convex polyhedra. Two of them touch along a face of one of them or along two edges that
 cross: of all faces and of all pairs of edges those count from which the other block is farthest
@@ -42,6 +42,9 @@ FACES = real(0.9)
 DEEP = real(2.0e-2)
 """How deep a corner may be below the face of a joint, over the half diagonal of the smallest block.
 What is deeper has come from the side."""
+FLUSH = real(1.0e-4)
+"""How far beyond an edge of the one face of a joint the other one is cut, likewise. Edges that were
+flush when the wall was built cross anywhere after it has crept by less than a micrometre."""
 MERGED = real(1.0e-3)
 """Distance of corners that count as one, likewise."""
 SAME = real(5.0e-2)
@@ -49,6 +52,10 @@ SAME = real(5.0e-2)
 PLAIN = real(1.0e-3)
 """By how much two edges must be farther apart than a face and a block to count, likewise: where
 faces are nearly parallel, edges tell the same with more round-off."""
+KEPT = real(0.1)
+"""How far corners may have moved since contacts were found, over g dt^2, for these to stay as they
+are but for their gaps: a corner that goes no faster than that in a step counts as still (`CREEP` in
+kernels/contact/parting.py)."""
 ACROSS = real(1.0e-2)
 """Sine of the angle between two edges below which they do not cross."""
 
@@ -194,11 +201,13 @@ class Mark:
 
     Attributes:
         spot: Where it is, in the axes of its first block [m].
+        gap: [m].
         since: When it last carried [s]; NEVER before it does.
         parted: 1 where it has parted and not landed since, else 0.
     """
 
     spot: Vector
+    gap: real
     since: real
     parted: int
 

@@ -18,7 +18,9 @@ from warprock.kernels.assembly_space.contact import (
     Given,
     couple_of,
     give,
+    inner,
     push,
+    relative,
     row_of,
 )
 from warprock.kernels.assembly_space.meeting import Laid, Pack, Sides, Step
@@ -33,8 +35,17 @@ COUPLE = 60
 CONTACT = 13
 """Numbers of a contact as a sweep takes it, the fields of `Row`."""
 
-NUMBERS = (CONTACT + 6) * WIDTH
-"""Numbers of a row: those of its contacts and of their impulses, the fields of `Impulse`."""
+CLOSING = (CONTACT - 1) * WIDTH
+"""Where the last of them stands in a row: `closing` of each contact."""
+
+IMPULSE = 6
+"""Numbers of a contact's impulse, the fields of `Impulse`."""
+
+NORMAL, ALONG, ACROSS = (number * WIDTH for number in range(CONTACT, CONTACT + 3))
+"""Where the first three of them stand in a row: n, t and s of each contact."""
+
+NUMBERS = (CONTACT + IMPULSE) * WIDTH
+"""Numbers of a row: those of its contacts and of their impulses."""
 
 COLOURS = 62
 """Colours with packs of several meetings; what finds none left has a pack of its own."""
@@ -163,9 +174,9 @@ def fill_place(laid: Laid, lane: int, place: int, first: int, count: int):
         begins = (pack.first + turn) * NUMBERS + side
         for i in range(CONTACT):
             laid.rows[lane, begins + i * WIDTH] = parts[i]
-        laid.rows[lane, begins + CONTACT * WIDTH] = held.n
-        laid.rows[lane, begins + (CONTACT + 1) * WIDTH] = held.t
-        laid.rows[lane, begins + (CONTACT + 2) * WIDTH] = held.s
+        laid.rows[lane, begins + NORMAL] = held.n
+        laid.rows[lane, begins + ALONG] = held.t
+        laid.rows[lane, begins + ACROSS] = held.s
         laid.order[lane, (pack.first + turn) * WIDTH + side] = listed
         push(couple, row, held.n, held.t, held.s, apart, given)
     ya = laid.weighted[lane, at.a]
@@ -192,8 +203,28 @@ def fill_packs(laid: Laid, lane: int, near: Near, step: Step):
         if laid.order[lane, i] == LEFT:
             laid.order[lane, i] = NONE
             at = (i // WIDTH) * NUMBERS + i % WIDTH
-            for number in range(CONTACT + 6):
+            for number in range(CONTACT + IMPULSE):
                 laid.rows[lane, at + number * WIDTH] = real(0.0)
+
+
+@wp.func
+def keep_contacts(laid: Laid, lane: int, step: Step):
+    """Lets the contacts of the last step go on: of blocks that hardly move only gaps change.
+
+    The error of a gap is of second order in what they have moved since contacts were found.
+    """
+    for i in range(step.rows * WIDTH):
+        listed = laid.order[lane, i]
+        if listed != NONE:
+            at = laid.contacts[lane, listed]
+            mark = laid.marks[lane, listed]
+            w = relative(at, laid.moves[lane, at.a], laid.moves[lane, at.b])
+            mark.gap = fused(step.dt, inner(at.n, w), mark.gap)
+            if laid.impulses[lane, listed].n > real(0.0):
+                mark.since = step.time
+            laid.marks[lane, listed] = mark
+            place = (i // WIDTH) * NUMBERS + CLOSING + i % WIDTH
+            laid.rows[lane, place] = larger(mark.gap, real(0.0)) / step.dt
 
 
 @wp.func
@@ -202,9 +233,9 @@ def keep_impulses(laid: Laid, lane: int, step: Step):
     for i in range(step.rows * WIDTH):
         listed = laid.order[lane, i]
         if listed != NONE:
-            at = (i // WIDTH) * NUMBERS + CONTACT * WIDTH + i % WIDTH
+            at = (i // WIDTH) * NUMBERS + i % WIDTH
             held = laid.impulses[lane, listed]
-            held.n = laid.rows[lane, at]
-            held.t = laid.rows[lane, at + WIDTH]
-            held.s = laid.rows[lane, at + 2 * WIDTH]
+            held.n = laid.rows[lane, at + NORMAL]
+            held.t = laid.rows[lane, at + ALONG]
+            held.s = laid.rows[lane, at + ACROSS]
             laid.impulses[lane, listed] = held

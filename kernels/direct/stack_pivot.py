@@ -19,6 +19,8 @@ from warprock.kernels.shape.stack import Matrix, Rows, Triples, Values, matrix_o
 
 COUNT = 5 * BLOCKS
 """Pairs."""
+CONSTANT = COUNT + 1
+"""Column of the constants in the table of a path."""
 PIVOTS = 20 * COUNT
 """Pivots before the path is given up."""
 FAR = real(1.0e30)
@@ -81,9 +83,9 @@ def table_of(system: Equations) -> Table:
             table[last, 5 * k + i] = system.friction[k]
             table[last, 5 * k + 2 + i] = -one
         for i in range(3):
-            table[5 * k + i, COUNT + 1] = system.free[3 * k + i]
-        table[5 * k + 3, COUNT + 1] = -system.free[3 * k + 2]
-        table[last, COUNT + 1] = system.bound[k] + skew / d[2, 2]
+            table[5 * k + i, CONSTANT] = system.free[3 * k + i]
+        table[5 * k + 3, CONSTANT] = -system.free[3 * k + 2]
+        table[last, CONSTANT] = system.bound[k] + skew / d[2, 2]
         skew = APART * skew
         for i in range(4):
             table[5 * k + i, COUNT] = one
@@ -116,7 +118,7 @@ def leaving_row(table: Table, basic: Names, column: int) -> int:
     for i in range(COUNT):
         slope = table[i, column]
         if slope < real(0.0):
-            reach = table[i, COUNT + 1] / -slope
+            reach = table[i, CONSTANT] / -slope
             if reach < least or (reach == least and basic[i] == 2 * COUNT):
                 least = reach
                 row = i
@@ -129,7 +131,7 @@ def first_row(table: Table) -> int:
     row = int(-1)
     most = real(0.0)
     for i in range(COUNT):
-        ask = -table[i, COUNT + 1] / table[i, COUNT]
+        ask = -table[i, CONSTANT] / table[i, COUNT]
         if ask > most:
             most = ask
             row = i

@@ -8,8 +8,8 @@ blocks are bodies, and roll from edge to edge (event/stack/edges.py).
 import warp as wp
 
 from warprock.kernels.algebra.vectors import ALONG, UPWARDS
+from warprock.kernels.event.stack.curves import turning_time, value_of
 from warprock.kernels.event.stack.moves import start_pose
-from warprock.kernels.event.stack.rocking_end import turning_time, value_of
 from warprock.kernels.event.stack.state import Limits, Rebound, Shaking, State, Trial, at_rest
 from warprock.kernels.event.stack.step import finish_step
 from warprock.kernels.event.stack.trial import try_step

@@ -8,7 +8,7 @@ import warp as wp
 
 from warprock.kernels.algebra.vectors import ONLY, Quaternion, Vector, W, X, Y, Z
 from warprock.kernels.event_space.block.moves import rotate_attitude, rotate_freely
-from warprock.kernels.event_space.block.seen import turning_time
+from warprock.kernels.event_space.block.seen import Seen, turning_time
 from warprock.kernels.event_space.body.contact import (
     Shape,
     bit_of,
@@ -54,15 +54,6 @@ class Lane:
     slow: real
     step_limit: int
     frame: Frame
-
-
-@wp.struct
-class Seen:
-    """Observed response of a lane up to its time."""
-
-    leaf: BlockResult
-    uplift_time: real
-    rest_time: real
 
 
 @wp.func

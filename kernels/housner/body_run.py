@@ -20,7 +20,7 @@ from warprock.kernels.launch.instance import HALVES_VECTORS, TWO_VECTORS
 from warprock.kernels.launch.rows import kernel, rows
 from warprock.kernels.motion.kinds import Motion, ground_at, knot_step, knot_time
 from warprock.kernels.shape.above import Above, Motions, above_at
-from warprock.kernels.shape.body_found import TO_LEFT, TO_RIGHT
+from warprock.kernels.shape.body_found import TO_LEFT, TO_RIGHT, Sides
 
 if not (HALVES_VECTORS and MOTION == "record" and not VERTICAL):
     wp.set_module_options(TWO_VECTORS)
@@ -44,14 +44,6 @@ class Start:
     omega: real
     place: int
     last: int
-
-
-@wp.struct
-class Sides:
-    """Largest rotations to -x and to +x so far [rad]."""
-
-    left: real
-    right: real
 
 
 @wp.func

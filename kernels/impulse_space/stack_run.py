@@ -91,6 +91,9 @@ from warprock.kernels.shape_space.stack import CONTACTS, UPPER, face_pair
 
 wp.set_module_options(ONE_VECTOR)
 
+LOWEST = GROUND + 1
+"""Number of the lowest block."""
+
 SETTLING = 20000
 """Largest number of sweeps of the solve before the run; they end once the impulses converge."""
 
@@ -386,7 +389,7 @@ def run_lanes(
                         new[low, i] = lower
                 sweeping = int(0)
                 for i in range(LANES):
-                    least = SETTLED * load[GROUND + 1, i]
+                    least = SETTLED * load[LOWEST, i]
                     going[i] = wp.where(change[i] <= least * least, zero, going[i])
                     sweeping += wp.where(going[i] > zero, 1, 0)
             for k in range(1, bodies):

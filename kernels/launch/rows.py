@@ -75,8 +75,7 @@ def kernel(function: Callable[..., None]) -> Any:
     definition = tree.body[0]
     assert isinstance(definition, ast.FunctionDef)
     definition.decorator_list = []
-    written = ast.fix_missing_locations(_WriteOut(names).visit(tree))
-    text = ast.unparse(written) + "\n"
+    text = ast.unparse(_WriteOut(names).visit(tree)) + "\n"
     file = f"<rows of {module}>"
     linecache.cache[file] = (len(text), None, text.splitlines(True), file)
     TEXTS[module] = text
@@ -177,7 +176,11 @@ class _WriteOut(ast.NodeTransformer):
     def visit_Assign(self, node: ast.Assign) -> Any:
         """Rewrites a declaration of rows or an assignment to a row; leaves any other."""
         target, value = node.targets[0], node.value
-        if isinstance(value, ast.Call) and ast.unparse(value.func) == "rows":
+        if (
+            isinstance(value, ast.Call)
+            and isinstance(value.func, ast.Name)
+            and value.func.id == "rows"
+        ):
             return self._declared(target, value)
         if self._is_row(target):
             assert isinstance(target, ast.Subscript)
@@ -245,8 +248,9 @@ class _WriteOut(ast.NodeTransformer):
             if ast.unparse(value.args[2]) != kept:
                 raise SyntaxError(f"line {row.lineno}: a row keeps itself: wp.where(..., {kept})")
             condition, value = ast.unparse(self.visit(value.args[0])), value.args[1]
-        before, new = "", ast.unparse(value)
-        if not isinstance(value, ast.Name):
+        if isinstance(value, ast.Name):
+            before, new = "", value.id
+        else:
             new = f"{rows_name}_after"
             before = f"{new} = {ast.unparse(self.visit(value))}\n"
         lines = []

@@ -2,7 +2,8 @@
 
 An interface touches at the two ends of the overlap of the upper block's bottom face and the lower
 one's top face. Each end is a corner of one body on the face of the other. See the head of
-impulse/stack.py.
+impulse/stack.py. The frame is that of the base, and rotations are positive clockwise; joints of
+assemblies take `Pose`, `Mass` and `Velocity` with rotations that are positive counterclockwise.
 """
 
 import warp as wp
@@ -24,10 +25,7 @@ class Box:
 
 @wp.struct
 class Pose:
-    """Centre of mass [m] and clockwise rotation [rad] of a body, with its sine and cosine.
-
-    The frame is that of the base.
-    """
+    """Centre of mass [m] and rotation [rad] of a body, with its sine and cosine."""
 
     x: real
     z: real
@@ -38,7 +36,7 @@ class Pose:
 
 @wp.struct
 class Mass:
-    """Inverse mass m [1/kg] and inverse moment of inertia j [1/(kg m^2)] of a body."""
+    """Inverse mass m [1/kg] and inverse moment of inertia j [1/(kg m^2)]; zero of what is fixed."""
 
     m: real
     j: real
@@ -46,7 +44,7 @@ class Mass:
 
 @wp.struct
 class Velocity:
-    """Velocity of a centre of mass [m/s] and clockwise angular velocity [rad/s]."""
+    """Velocity of a centre of mass [m/s] and angular velocity [rad/s]."""
 
     x: real
     z: real

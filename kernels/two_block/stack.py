@@ -20,6 +20,7 @@ leaves out are not counted and take no time.
 import warp as wp
 
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED
+from warprock.kernels.motion.series import Series, slope_of, value_of
 from warprock.kernels.two_block.stack_contact import (
     ADMISSIBLE,
     after_force,
@@ -37,14 +38,11 @@ from warprock.kernels.two_block.stack_mechanics import (
     reactions,
 )
 from warprock.kernels.two_block.stack_series import (
-    Series,
     bearing_series,
     closing_time,
-    derive,
     first_crossing,
     root,
     sure_step,
-    value,
 )
 
 NOTHING, GROUND, INTERFACE, OPENING, FALL = 0, 1, 2, 3, 4
@@ -233,7 +231,7 @@ def first_opening(stack: Stack, state: State, x1: Series, x2: Series, a: Series,
 def first_fall(x: Series, h: real) -> real:
     """First time in a step at which |rotation| reaches pi/2."""
     found = NEVER
-    end = value(x, h)
+    end = value_of(x, h)
     if size(end) >= HALF_PI:
         left = -sign_of(end) * x
         left[0] = left[0] + HALF_PI
@@ -245,18 +243,18 @@ def first_fall(x: Series, h: real) -> real:
 def end_step(state: State, x1: Series, x2: Series, tau: real, time: real) -> State:
     """The state after a time tau of a step, with its peaks; closed contacts are exactly closed."""
     s = state
-    rate1 = derive(x1)
-    rate2 = derive(x2)
-    end_rate1 = value(rate1, tau)
-    end_rate2 = value(rate2, tau)
+    rate1 = slope_of(x1)
+    rate2 = slope_of(x2)
+    end_rate1 = value_of(rate1, tau)
+    end_rate2 = value_of(rate2, tau)
     if end_rate1 * rate1[0] < real(0.0):
         turn1 = root(rate1, real(0.0), tau)
-        s = observe_peak(s, 0, value(x1, turn1), state.time + turn1)
+        s = observe_peak(s, 0, value_of(x1, turn1), state.time + turn1)
     if end_rate2 * rate2[0] < real(0.0):
         turn2 = root(rate2, real(0.0), tau)
-        s = observe_peak(s, 1, value(x2, turn2), state.time + turn2)
-    first = value(x1, tau)
-    second = value(x2, tau)
+        s = observe_peak(s, 1, value_of(x2, turn2), state.time + turn2)
+    first = value_of(x1, tau)
+    second = value_of(x2, tau)
     glued = s.interface == real(0.0)
     s.rotation = Pair(first, wp.where(glued, first, second))
     s.rate = Pair(end_rate1, wp.where(glued, end_rate1, end_rate2))
@@ -298,12 +296,12 @@ def step(stack: Stack, state: State, a: Series, until: real, x1: Series, x2: Ser
     s = end_step(state, x1, x2, tau, time)
     lands = event < OPENING and event > NOTHING
     if lands:
-        s = land(stack, s, event, value(a, tau))
+        s = land(stack, s, event, value_of(a, tau))
     elif event == FALL:
         s = overturn(s)
     elif event == OPENING:
         s.regrip = 1
-    return check_state(stack, s, value(a, tau))
+    return check_state(stack, s, value_of(a, tau))
 
 
 @wp.func

@@ -8,9 +8,10 @@ import warp as wp
 from warprock.kernels.lane.modes import RUNNING, STALLED
 from warprock.kernels.launch.instance import BRANCHES
 from warprock.kernels.motion.kinds import Motion, expand, ground_at, knot_step, knot_time
+from warprock.kernels.motion.series import Series, value_of
 from warprock.kernels.two_block.stack import check_state, reopen_contacts, start_lane, step, strike
 from warprock.kernels.two_block.stack_mechanics import Block, Lane, Stack
-from warprock.kernels.two_block.stack_series import Series, motion_series, value
+from warprock.kernels.two_block.stack_series import motion_series
 
 FLAGS = f"{BRANCHES['cpu_compiler_flags']} -fno-slp-vectorize"
 """Without this flag the compiler packs two sums of a dependent chain into one vector. They then
@@ -111,8 +112,8 @@ def run_lanes(
             s = step(stack, s, a, smaller(knot, knobs.duration), x1, x2)
             while sample < samples and sample_times[sample] <= s.time:
                 tau = sample_times[sample] - begin
-                found.rotations[sample, LOWER, lane] = value(x1, tau)
-                found.rotations[sample, UPPER, lane] = value(x2, tau)
+                found.rotations[sample, LOWER, lane] = value_of(x1, tau)
+                found.rotations[sample, UPPER, lane] = value_of(x2, tau)
                 sample += 1
             steps += 1
             if steps >= stack.lane.step_limit and s.mode == RUNNING:

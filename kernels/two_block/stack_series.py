@@ -12,6 +12,7 @@ fast.
 import warp as wp
 
 from warprock.kernels.motion.kinds import LINEAR
+from warprock.kernels.motion.series import DEGREE, Series, slope_of, value_of
 from warprock.kernels.two_block.stack_mechanics import (
     Pair,
     Stack,
@@ -20,13 +21,10 @@ from warprock.kernels.two_block.stack_mechanics import (
     solve,
 )
 
-DEGREE = 10
 ORDERS = DEGREE - 1
 """Number of Taylor coefficients of an acceleration."""
 GIVEN = 2 if LINEAR else ORDERS
 """Number of coefficients of the acceleration of the base that are not zero."""
-Series = wp.types.vector(length=DEGREE + 1, dtype=real)
-"""Coefficients of powers of the time since the start of a step."""
 
 LOOKS = 4
 """Number of parts of a step; in each a watched quantity has at most one turning point."""
@@ -35,24 +33,6 @@ ROOT_STEPS = 60
 """Largest number of steps towards a root; Newton's method takes some four, bisection alone 53."""
 RESOLVED = by_precision(4.0e-16, 2.0e-7)
 """Relative change of a root that ends the search."""
-
-
-@wp.func
-def value(p: Series, x: real) -> real:
-    """Value of a series."""
-    found = p[DEGREE]
-    for k in range(DEGREE):
-        found = fused(found, x, p[DEGREE - 1 - k])
-    return found
-
-
-@wp.func
-def derive(p: Series) -> Series:
-    """Derivative of a series."""
-    found = Series()
-    for k in range(DEGREE):
-        found[k] = real(k + 1) * p[k + 1]
-    return found
 
 
 @wp.func
@@ -170,12 +150,12 @@ def bearing_series(stack: Stack, s1: real, s2: real, x1: Series, x2: Series, a: 
     across = edge - s1 * stack.lane.ground
     rise = stack.lower.half_height + stack.lower.half_height
     h2 = stack.upper.half_height
-    px = derive(derive(across * cos1 + rise * sin1 + h2 * sin2 - edge * cos2))
-    pz = derive(derive(rise * cos1 - across * sin1 + h2 * cos2 + edge * sin2))
+    px = slope_of(slope_of(across * cos1 + rise * sin1 + h2 * sin2 - edge * cos2))
+    pz = slope_of(slope_of(rise * cos1 - across * sin1 + h2 * cos2 + edge * sin2))
     pz[0] = pz[0] + stack.lane.gravity
     fx = stack.upper.mass * (px + a)
     fz = stack.upper.mass * pz
-    bend2 = derive(derive(x2))
+    bend2 = slope_of(slope_of(x2))
     normal = Series()
     moment = Series()
     for n in range(ORDERS):
@@ -197,20 +177,20 @@ def bearing_series(stack: Stack, s1: real, s2: real, x1: Series, x2: Series, a: 
 @wp.func
 def root(p: Series, low: real, high: real) -> real:
     """Root of a series between two times at which its signs differ: Newton's method, bracketed."""
-    slope = derive(p)
-    at_low = value(p, low)
-    at_high = value(p, high)
+    slope = slope_of(p)
+    at_low = value_of(p, low)
+    at_high = value_of(p, high)
     a = real(low)
     b = real(high)
     x = real(low + (high - low) * at_low / (at_low - at_high))
     left = int(ROOT_STEPS)
     while left > 0:
-        f = value(p, x)
+        f = value_of(p, x)
         if (f < real(0.0)) == (at_low < real(0.0)):
             a = x
         else:
             b = x
-        y = x - f / value(slope, x)
+        y = x - f / value_of(slope, x)
         if not (y > a and y < b):
             y = wp.where(size(x - y) <= RESOLVED * x, x, real(0.5) * (a + b))
         left = wp.where(size(y - x) <= RESOLVED * x, 0, left - 1)
@@ -240,7 +220,7 @@ def first_crossing(p: Series, h: real) -> real:
 def crossing_in_parts(p: Series, h: real) -> real:
     """`first_crossing`, which also finds a crossing that comes back within a part of the step."""
     zero = real(0.0)
-    slope = derive(p)
+    slope = slope_of(p)
     part = PART * h
     low = real(0.0)
     at_low = real(p[0])
@@ -249,12 +229,12 @@ def crossing_in_parts(p: Series, h: real) -> real:
     look = int(1)
     while look <= LOOKS:
         high = wp.where(look == LOOKS, h, real(look) * part)
-        at_high = value(p, high)
-        down_high = value(slope, high)
+        at_high = value_of(p, high)
+        down_high = value_of(slope, high)
         end = real(high)
         if at_low > zero and at_high > zero and down < zero and down_high > zero:
             end = root(slope, low, high)
-        at_end = value(p, end)
+        at_end = value_of(p, end)
         if at_low > zero and not at_end > zero:
             found = wp.where(at_end == zero, end, root(p, low, end))
             look = int(LOOKS)

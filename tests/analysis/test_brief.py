@@ -18,6 +18,8 @@ from warprock.findings.brief import chance_word, one_in, times
 from warprock.report import brief as printing
 from warprock.units import GRAVITY
 
+pytestmark = pytest.mark.usefixtures("pages_bare")
+
 ONE = {"motion.scale": 1.0, "block.width": "0.5 m", "run.duration": "40 s"}
 LAW = {"k0": 1e-3, "k": 2.0, "im": "PGA"}
 QUICK = {"from_": 0.2, "to": 10.0, "count": 9, "accuracy": 0.05, "progress": False}

@@ -26,6 +26,8 @@ from warprock.analysis.predictors import compare_measures, slices
 from warprock.errors import InputError
 from warprock.units import GRAVITY
 
+pytestmark = pytest.mark.usefixtures("pages_bare")
+
 PGA, PGV, SA = "peak_acceleration_m_s2", "peak_velocity_m_s", "spectral_acceleration_m_s2"
 
 

@@ -16,6 +16,8 @@ from warprock.analysis.risk import rates_of
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import changed, load_case
 
+pytestmark = pytest.mark.usefixtures("pages_bare")
+
 ONE = {"motion.scale": 1.0, "block.width": "0.5 m", "run.duration": "25 s"}
 LAW = {"k0": 1e-3, "k": 2.0, "im": "PGA"}
 LADDER = {"from_": 0.2, "to": 10.0, "count": 9, "accuracy": 0.2}

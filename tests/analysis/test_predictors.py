@@ -18,6 +18,8 @@ from warprock.analysis.limits import read_limits
 from warprock.analysis.lognormal import Verdict
 from warprock.analysis.predictors import RATIO, compare_measures, fit_probit, slices
 
+pytestmark = pytest.mark.usefixtures("pages_bare")
+
 PGA, PGV = "peak_acceleration_m_s2", "peak_velocity_m_s"
 (OVERTURNING,) = read_limits(["overturning"], ())
 

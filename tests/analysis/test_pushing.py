@@ -10,6 +10,8 @@ import pytest
 import warprock as wr
 from warprock.analysis.pushing import _narrowed
 
+pytestmark = pytest.mark.usefixtures("pages_bare")
+
 DRUMS = wr.Case(
     assembly=wr.Assembly(
         pattern="column", drum_width="1 m", drum_height="0.75 m", drums=4, density="2000 kg/m^3"

@@ -27,6 +27,8 @@ from warprock.analysis.risk import (
 )
 from warprock.errors import InputError
 
+pytestmark = pytest.mark.usefixtures("pages_bare")
+
 PGA = "peak_acceleration_m_s2"
 FIT = Fit(Verdict.FITTED, 0.5, 0.4)
 OVERTURNING = Function({}, "overturning", FIT)

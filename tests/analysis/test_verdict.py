@@ -16,6 +16,8 @@ from warprock.errors import InputError
 from warprock.findings.verdict import find_verdict
 from warprock.running.options import RunOptions
 
+pytestmark = pytest.mark.usefixtures("pages_bare")
+
 BASE = {"motion.scale": 0.5}
 
 

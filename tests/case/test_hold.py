@@ -191,7 +191,8 @@ def test_other_engines_say_what_runs_it(write, engine):
         assert "(transverse_wall and tie); housner and event run it" in reason
 
 
-STRIP = FREE.replace("0.5 m", "0.1 m") + '[strip]\nhinge_height = 0.5\nweight = "5 kN"\n'
+HINGED = '[strip]\nhinge_height = 0.5\nweight = "5 kN"\n'
+STRIP = FREE.replace("0.5 m", "0.1 m") + HINGED
 
 
 GROUND = (
@@ -306,7 +307,11 @@ def test_other_engines_say_what_runs_a_strip(write, engine):
 
 
 def test_a_strip_is_drawn_in_two_pieces(write):
-    file = write(STRIP.replace('duration = "5 s"', 'duration = "2 s"\nsample_interval = "0.1 s"'))
+    # A pulse at the end, of no size: kernels of pulses are those that other tests compile.
+    pulse = PULSE.replace("0.5 m", "0.1 m").replace("8 mm", "1e-12 mm") + 'start = "1.9 s"\n'
+    file = write(
+        (pulse + HINGED).replace('duration = "5 s"', 'duration = "2 s"\nsample_interval = "0.1 s"')
+    )
     run = run_case(load_case(file, ["start.rotation_ratio=0.5"]), "housner")
     seen = scene_motion(run, 0, 0.1)
     assert seen.sizes[:, 2].tolist() == [0.5, 0.5]

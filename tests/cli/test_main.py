@@ -61,6 +61,7 @@ record = "shake.csv"
 HEAVY = ("warp", "newton", "matplotlib", "pandas", "pydantic", "numpy", "pyarrow", "rich")
 HEAVY += ("scipy", "scipy.integrate", "scipy.optimize", "scipy.sparse", "scipy.special")
 HEAVY += ("scipy.linalg", "scipy.signal", "scipy.stats")
+HEAVY += ("warprock.cli.sweep", "warprock.settings.programs")
 
 
 @pytest.fixture
@@ -98,7 +99,7 @@ for name in {[name for name in RUNNABLE_CASES if name not in READS_MORE]}:
 @pytest.mark.parametrize(
     ("does", "needs"),
     [
-        ("", set()),
+        ("main(['--help'], standalone_mode=False)", set()),
         (
             "main(['run', 'free-b0'], standalone_mode=False)",
             {"rich", "pydantic", "numpy", "warp"},
@@ -476,8 +477,12 @@ def test_every_command_of_the_folder_can_be_called():
         below = command.commands.values() if isinstance(command, click.Group) else ()
         return {command}.union(*map(reachable, below))
 
+    context = click.Context(main)
+    names = main.list_commands(context)
+    assert [name for name in names if main.get_command(context, name) is None] == []
     # Which imports the files of all commands.
-    main.list_commands(click.Context(main))
+    main.get_command(context, "no command")
+    assert set(names) == main.commands.keys()
     found = reachable(main)
     for module in pkgutil.iter_modules(warprock.cli.__path__, "warprock.cli."):
         for value in vars(importlib.import_module(module.name)).values():
@@ -488,7 +493,8 @@ def test_help_shows_every_command_in_its_section():
     printed = invoke("--help").stdout
     sections = printed.partition("Start:")[2]
     assert "Other" not in sections
-    assert all(re.search(rf"^  {name} ", sections, re.MULTILINE) for name in main.commands)
+    names = main.list_commands(click.Context(main))
+    assert all(re.search(rf"^  {name} ", sections, re.MULTILINE) for name in names)
     assert max(map(len, printed.splitlines())) <= 80
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from tests.shared.assemblies import (
     NO_SLIDING,
+    as_records,
     assembly_lanes,
     built,
     oppenheim,
@@ -162,7 +163,7 @@ def test_one_block_is_housners_with_an_error_of_the_first_order(amplitude: float
     block = make_lanes(0.5, 2.0, friction=NO_SLIDING)
     exact = run_batch("housner", block, motions, SampleTimes(4.0))
     steps = 1e-3 / 2.0 ** np.arange(5)
-    found = [run(kind, motions, 4.0, time_step=step) for step in steps]
+    found = [run(kind, as_records(motions), 4.0, time_step=step) for step in steps]
     peaks = np.array([each["peak_rotation"][0] for each in found])
     errors = np.abs(peaks / exact["peak_rotation"][0] - 1.0)
     assert errors[0] < 0.03
@@ -227,7 +228,8 @@ def test_an_impact_takes_what_it_should_wherever_in_a_step_it_is():
     exact = run_batch("housner", block, motions, times)["rotation"]
     kind = built(patterns.column(1.0, 4.0, 1), NO_SLIDING)
     own, settings = assembly_lanes([kind], [0] * lanes), AssemblySettings(time_step=step)
-    found = run_batch("assembly", own, motions, times, settings=settings)["rotation"]
+    felt = as_records(motions)
+    found = run_batch("assembly", own, felt, times, settings=settings)["rotation"]
     # The swing after the first impact: from its highest angle back to its speed at the impact.
     after = times.times > 1.3
     wanted, got = (np.abs(each[:, after]).max(axis=1) for each in (exact, found))
@@ -259,7 +261,7 @@ def test_a_column_of_drums_is_a_stack(count: int):
     for name, wanted in (("turn", "rotation"), ("x", "x"), ("z", "z")):
         np.testing.assert_allclose(same[name], exact[wanted], rtol=0.0, atol=2.0 * error)
     step = 1e-4
-    found = run(column, motions, 1.5, time_step=step)
+    found = run(column, as_records(motions), 1.5, time_step=step)
     assert (found["status"] == Status.OK).all()
     # Joints open in a whole step: late by up to that, of a pulse of 0.4 s.
     assert found["uplift_time"] == pytest.approx(same["uplift_time"], abs=step)
@@ -273,7 +275,7 @@ def test_a_column_falls_in_event_as_by_its_own_engine():
     """Two drums under long pulses: limit analysis says .25, and each says when and how."""
     kind, motions = built(patterns.column(0.5, 1.0, 2), NO_SLIDING), sine(2, [0.6, -0.6], 0.5, 1.0)
     located = run_batch("event", assembly_lanes([kind] * 2), motions, SampleTimes(2.0))
-    stepped = run(kind, motions, 2.0)
+    stepped = run(kind, as_records(motions), 2.0)
     assert located["collapse_load"] == pytest.approx([0.25] * 2, rel=1e-6)
     # It takes some 0.02 s to move as fast as what counts as moving; the pulse rises meanwhile.
     assert stepped["collapse_load"] == pytest.approx([0.25] * 2, abs=0.6 * np.pi * 0.02)
@@ -332,7 +334,7 @@ def assert_same(found: Response, wanted: Response) -> None:
 
 @pytest.mark.parametrize("size", first(1, ["small", "large"]))
 def test_no_lane_depends_on_its_neighbours(size: str):
-    kinds, motions = mixed(size), sine(7, np.linspace(0.2, 0.8, 7), 2.0, 1.0)
+    kinds, motions = mixed(size), as_records(sine(7, np.linspace(0.2, 0.8, 7), 2.0, 1.0))
     together = run(kinds, motions, 1.0)
     for lane in range(7):
         places = np.array([lane])
@@ -352,7 +354,7 @@ def test_a_mirrored_motion_has_a_mirrored_answer():
     """An arch is its own mirror image; sweeps are not, and leave a thousandth of a step."""
     sizes = np.array([0.5, 0.6, 1.0])
     motions = sine(6, np.concatenate([sizes, -sizes]), 2.0, 1.0)
-    found = run(oppenheim(7), motions, 2.0)
+    found = run(oppenheim(7), as_records(motions), 2.0)
     assert (found["status"] == Status.OK).all()
     for name in ("peak_displacement", "peak_rotation"):
         there, back = np.split(found[name], 2)
@@ -391,7 +393,8 @@ def test_contacts_take_energy_and_give_none():
             draw.uniform(0.4, 1.0, 24), strict=True,
         )
     ]  # fmt: skip
-    found = run(kinds, sine(24, draw.uniform(0.2, 1.2, 24), 2.0, 1.5), 2.0)
+    motions = as_records(sine(24, draw.uniform(0.2, 1.2, 24), 2.0, 1.5))
+    found = run(kinds, motions, 2.0)
     assert np.isin(found["status"], [Status.OK, Status.ITERATION_LIMIT]).all()
     assert (found["status"] == Status.OK).sum() >= 22
     moved = found["peak_displacement"] > 1e-3
@@ -467,7 +470,7 @@ def test_no_other_engine_but_dem_takes_assemblies_nor_this_one_anything_else():
 
 def test_a_wall_that_slides_off_has_collapsed():
     """At friction .3 it slides on the ground from .3 of its weight on, as limit analysis says."""
-    kind = wall_1(0.3)
+    kind = built(patterns.wall(0.4, 0.175, 3, 3, whole_first=False), 0.3)
     found = run([kind] * 3, pushes([0.29, 0.5, 0.6], 0.2, 1.0), 1.0)
     slides = (Outcome.SLID_OFF, Outcome.SLID_OFF)
     assert found["outcome"][0] in (Outcome.AT_REST, Outcome.ROCKING)

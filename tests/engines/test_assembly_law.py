@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pytest
 from scipy.optimize import linprog
 
-from tests.shared.assemblies import assembly_lanes, built, oppenheim, wall_1
+from tests.shared.assemblies import as_records, assembly_lanes, built, oppenheim, wall_1
 from tests.shared.marks import first
 from tests.shared.second_solver import SecondSolver
 from warprock.model import patterns
@@ -62,7 +62,7 @@ def engine_run(*scenes: str) -> Response:
     )  # fmt: skip
     times = SampleTimes(STEPS * STEP, STEP, places=True)
     settings = AssemblySettings(time_step=STEP, settled=PART, iterations=20_000)
-    return run_batch("assembly", lanes, motions, times, settings=settings)
+    return run_batch("assembly", lanes, as_records(motions), times, settings=settings)
 
 
 def path(scene: str) -> Array:

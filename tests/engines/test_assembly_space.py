@@ -30,6 +30,7 @@ from warprock.model.response import JointState, Outcome, Response, SampleTimes, 
 from warprock.model.solids import SpatialAssembly, assemble_solids
 from warprock.model.tilt import steady, tilt_motions
 from warprock.model.turning import inverse, rotate
+from warprock.running import batch
 from warprock.settings.engines import AssemblySettings
 from warprock.units import GRAVITY
 
@@ -168,6 +169,18 @@ def test_a_lane_is_the_same_alone() -> None:
         alone = run([pair[lane]], [ways[lane]], 0.5)
         for name in ("peak_rotation", "peak_slide", "energy_lost", "solver_residual"):
             assert alone[name][0] == both[name][lane]
+
+
+def test_a_chunk_has_no_more_lanes_than_there_is_memory_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    kind, count = solids(bricks(2, 3)), 5
+    lanes, motions = lanes_of([kind] * count), tilting([0.3] * count, 0.02)
+    each = Assembly().lane_bytes(lanes, motions)
+    monkeypatch.setattr(batch, "CHUNK_BYTES", 2 * each)
+    done: list[int] = []
+    batch.run_batch("assembly", lanes, motions, SampleTimes(0.02), workers=1, progress=done.append)
+    assert done == [2, 4, 5]
 
 
 def test_a_block_slides_as_its_friction_lets_it() -> None:

@@ -9,7 +9,14 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.shared.blocks import at_rest, every_height_of_stack, free_lanes, sines, velocity_steps
+from tests.shared.blocks import (
+    at_rest,
+    every_height_of_stack,
+    free_lanes,
+    make_stacks,
+    sines,
+    velocity_steps,
+)
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import Outcome, Response, SampleTimes, Status
@@ -147,6 +154,18 @@ def test_a_corner_that_is_let_go_slowly_moves_on_the_ground_before_it_sticks() -
     gap = np.abs(respond(lanes, motions, times)["rotation"] - fine["rotation"])
     # First order at 1 / 240,000 s; held to stick at once, the pair would be off by 0.1.
     assert np.max(gap / lanes.slenderness_angle[..., None]) <= 2e-4
+
+
+def test_a_velocity_step_of_the_base_lifts_a_pair_whose_foot_can_stick() -> None:
+    """At a friction of 1.5 "no impulse, all slides" obeys the law of impact, too."""
+    pair = make_stacks([0.2, 0.2], [0.6, 0.6], offset=[0.0, 0.01]).take(np.zeros(2, np.intp))
+    lanes = dataclasses.replace(pair, friction=np.array([[1.5, 1.5], [10.0, 10.0]]))
+    speed = np.full(2, 0.13)
+    found = respond(lanes, velocity_steps(speed, 0.0 * speed, 10.0 + speed), SampleTimes(0.1, 0.01))
+    rotation = found["rotation"]
+    assert np.abs(rotation[1]).max() > 4e-3
+    # Nothing slides in either: the same motion, to round-off.
+    np.testing.assert_allclose(rotation[0], rotation[1], rtol=0.0, atol=1e-12)
 
 
 @every_height_of_stack
@@ -389,6 +408,18 @@ def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(unjudge
         np.testing.assert_array_equal(turned[name][order], values)
         np.testing.assert_array_equal(broken[name][sound], values[sound])
     assert broken["status"][2] == Status.NONFINITE
+
+
+def test_round_off_of_float32_makes_no_steps() -> None:
+    lanes = stacks(np.full((8, 2), 0.2), 0.6, friction=0.7)
+    size = GRAVITY * np.linspace(0.3, 0.7, 8)
+    motions, times = sines(Control.ACCELERATION, size, np.full(8, 4.0), 1.0), SampleTimes(1.0)
+    coarse, fine = (
+        run_batch("event", lanes, motions, times, precision=each)["step_count"].sum()
+        for each in ("float32", "float64")
+    )
+    # A corner that lies flat but for round-off had four times as many.
+    assert coarse <= 1.1 * fine
 
 
 def test_histories_do_not_change_the_run() -> None:

@@ -78,6 +78,7 @@ def test_rest_comes_when_housner_says() -> None:
     assert late[1] <= late[0] / 4.0
 
 
+@pytest.mark.thorough
 def test_more_sweeps_than_unrolled_give_the_same_physics() -> None:
     pulse = expand_lanes(load_case("single-sine-pulse"))
     times = SampleTimes(0.5)

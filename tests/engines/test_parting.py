@@ -26,13 +26,15 @@ FIRM = DemSettings(normal_stiffness=1e10, shear_stiffness=1e10, subcontacts=2)
 
 FORMS = [
     pytest.param(
-        engine, form, marks=pytest.mark.thorough if (engine, form) == ("direct", "stack") else ()
+        engine,
+        form,
+        marks=pytest.mark.thorough if form == "stack" and engine != "xpbd" else (),
     )
     for engine in RIGID
     for form in ("packed", "stack")
 ]
-"""Engines, and whether a block runs alone or as a stack of one; `direct` takes 5 s to compile for
-stacks. What is packed and what is not are held to one another in `test_forms.py`."""
+"""Engines, and whether a block runs alone or as a stack of one, which has a kernel of its own in
+`impulse` and `direct`. Packed and plain forms are held to one another in `test_forms.py`."""
 
 
 def answer(
@@ -159,7 +161,7 @@ def sliding(engine: str, form: str, count: int) -> tuple[Lanes, HarmonicMotions,
         pytest.param(
             engine,
             form,
-            marks=pytest.mark.thorough if form == "stack" and engine in ("direct", "dem") else (),
+            marks=pytest.mark.thorough if form == "stack" and engine != "impulse" else (),
         )
         for engine in STEPPED
         for form in ("single", "stack")

@@ -114,6 +114,7 @@ def test_a_thrown_cube_is_one_as_a_body_of_its_corners(tosses):
     np.testing.assert_array_equal(body["outcome"], box["outcome"])
 
 
+@pytest.mark.thorough
 def test_a_box_that_is_pushed_is_one_as_a_body_of_its_corners():
     boxes = some_boxes()
     velocity = np.array([[0.3, 0.0, 0.0], [0.0, 0.1, 0.2], [0.2, -0.1, 0.0], [1.0, 0.5, 0.0]])

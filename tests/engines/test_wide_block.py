@@ -7,14 +7,13 @@ import json
 import numpy as np
 import pytest
 
-from tests.shared.blocks import make_lanes
+from tests.shared.blocks import at_rest, make_lanes
 from tests.shared.case_texts import FREE
 from tests.shared.commands import invoke
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.engines.energy import energy_held
 from warprock.errors import InputError
-from warprock.model.motion import StillBase
 from warprock.model.response import Outcome, SampleTimes
 from warprock.running.batch import run_batch
 from warprock.running.case_run import run_case
@@ -51,7 +50,7 @@ def test_housner_runs_it_with_a_prescribed_restitution(write, restitution):
 def test_it_comes_to_rest_where_it_lands(engine: str):
     lanes = make_lanes([1.5, 2.0, 1.8, 3.0], 1.0, [0.05, -0.1, 0.2, 0.05])
     times = SampleTimes(0.6, 0.005)
-    response = run_batch(engine, lanes, StillBase(4), times)
+    response = run_batch(engine, lanes, at_rest(4), times)
     assert np.all(response["outcome"] == Outcome.AT_REST)
     held = energy_held(lanes, lanes.rotation_start)
     # All that it had is lost at once. The first-order engines err by their step times the velocity

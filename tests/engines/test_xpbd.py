@@ -33,7 +33,7 @@ def test_before_the_first_impact_the_order_is_two() -> None:
     times = SampleTimes(0.95 * float(np.min(quarter)), 0.01)
     reference = run_batch("housner", lanes, StillBase(3), times)["rotation"]
     coarse, fine = (
-        np.abs(run(lanes, StillBase(3), times, settings)["rotation"] - reference).max()
+        np.abs(run(lanes, at_rest(3), times, settings)["rotation"] - reference).max()
         for settings in (XpbdSettings(substeps=4), XpbdSettings(substeps=9))
     )
     assert coarse < 1e-4
@@ -53,7 +53,7 @@ def test_impacts_are_housners() -> None:
         for lane in range(5):
             some = slice(lane, lane + 1)
             times = SampleTimes(1.25 * float(quarter[lane]))
-            response = run(lanes.take(some), StillBase(1), times, XpbdSettings(substeps=substeps))
+            response = run(lanes.take(some), at_rest(1), times, XpbdSettings(substeps=substeps))
             lost[lane] = response["energy_lost"][0] / held[lane]
         errors.append(np.abs(lost - (1.0 - eta**2)))
     # Gravity acts on the wrong side for up to a step: it turns g dt, against a speed of 1 m/s.
@@ -64,11 +64,11 @@ def test_impacts_are_housners() -> None:
 def test_compliance_vanishes_at_first_order() -> None:
     lanes, times = free_lanes(), SampleTimes(2.5, 0.01)
     fine = XpbdSettings(substeps=100)
-    rigid = run(lanes, StillBase(9), times, fine)
+    rigid = run(lanes, at_rest(9), times, fine)
     compliance = np.array([1e-8, 1e-9, 3e-10])
     found = []
     for value in compliance:
-        soft = run(lanes, StillBase(9), times, dataclasses.replace(fine, compliance=float(value)))
+        soft = run(lanes, at_rest(9), times, dataclasses.replace(fine, compliance=float(value)))
         gap = np.abs(soft["rotation"] - rigid["rotation"]).max(axis=1)
         found.append(np.mean(gap / lanes.slenderness_angle))
         # Impacts are plastic at any compliance: nothing is given back.
@@ -113,7 +113,7 @@ def test_a_sticking_block_does_not_creep() -> None:
 def test_more_sweeps_than_unrolled_give_the_same_physics() -> None:
     lanes, times = free_lanes(), SampleTimes(1.0, 0.01)
     few, many = (
-        run(lanes, StillBase(9), times, XpbdSettings(substeps=6, iterations=sweeps))["rotation"]
+        run(lanes, at_rest(9), times, XpbdSettings(substeps=6, iterations=sweeps))["rotation"]
         for sweeps in (8, 34)
     )
     # Of a single block 8 sweeps leave 0.36^8 of an impulse.

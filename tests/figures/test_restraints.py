@@ -23,6 +23,12 @@ source = "Made for a test."
 block = {width = "0.5 m", height = "2.5 m", depth = "0.5 m", density = "2000 kg/m^3"}
 contact.friction = 1.0
 run = {duration = "4 s", sample_interval = "10 ms"}
+# Of no size: kernels of pulses are those that other tests compile.
+motion.waveform = "sine"
+motion.control = "acceleration"
+motion.amplitude = "1e-9 g"
+motion.frequency = "1 Hz"
+motion.cycles = 1
 
 [[tie]]
 height = "2.4 m"

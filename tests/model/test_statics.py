@@ -156,6 +156,9 @@ def test_the_work_is_what_just_overturns_the_block_of_housner(name: str):
     rates = [f"{rate * (1.0 + change):.15g} rad/s" for change in (-1e-7, 1e-7)]
     case = tables(**held, sweep={"start": {"angular_velocity_y": rates}})
     case["start"] = {"angular_velocity_y": "1 rad/s"}
+    # A pulse of no size: kernels of pulses are those that other tests compile.
+    pulse = {"waveform": "sine", "amplitude": "1e-12 g", "frequency": "1 Hz", "cycles": 1}
+    case["motion"] = {"control": "acceleration", **pulse}
     table = wr.run(case, "housner", progress=False).table
     fell = table["outcome"] == "overturned"
     assert fell.tolist() == [False, True]

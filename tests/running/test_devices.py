@@ -38,3 +38,14 @@ def test_functions_of_structs_that_nobody_calls_are_left_to_the_compiler():
     ]
     assert heads
     assert all(line.startswith("static ") for line in heads)
+
+
+def test_a_kernel_is_simplified_once():
+    start_warp()
+    heads = [
+        line
+        for line in codegen.cpu_kernel_template_forward.splitlines()
+        if "_cpu_kernel_forward(" in line
+    ]
+    assert heads
+    assert all("noinline" in line for line in heads)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -10,14 +11,16 @@ import pytest
 
 import warprock as wr
 from tests.shared.blocks import make_stacks, sines
-from warprock.model.lanes import Lanes
+from tests.shared.spatial_blocks import spatial_lanes, still
+from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import Control, GroundMotions
+from warprock.model.release import Release
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.running.batch import run_batch
 from warprock.running.companions import Companions, gap, largest, sample_times
 from warprock.running.options import DEFAULT_OPTIONS, RunOptions
 from warprock.running.tolerance import SAMPLE_INTERVAL, run_to_tolerance
-from warprock.settings.engines import EventSettings
+from warprock.settings.engines import DemSettings, EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -109,3 +112,38 @@ def test_a_lane_that_magnifies_the_smallest_difference_is_chaotic_and_ends_at_th
     case = case.take(np.flatnonzero(chaotic))
     apart = gap(case.run(), case.perturbed().run(), case.lanes.slenderness_angle)
     assert np.mean(largest(apart / case.lanes.slenderness_angle) > 0.01) > 0.9
+
+
+def test_an_engine_of_the_first_order_tells_chaos_before_finer_steps() -> None:
+    """Lanes that magnify 1e-9 of the motion thirty million times are run at no finer step."""
+    count, rng = 96, np.random.default_rng(1)
+    offset = rng.uniform(-0.01, 0.01, (count, 2)) * np.array([0.0, 1.0])
+    lanes = make_stacks([0.2, 0.15], [0.6, 0.6], friction=0.7, offset=offset)
+    size, frequency = rng.uniform(0.3, 0.7, count) * GRAVITY, rng.uniform(2.0, 6.0, count)
+    motions = sines(Control.ACCELERATION, size, frequency, 40.0)
+    times = sample_times(4.0, SAMPLE_INTERVAL)
+    found = run_to_tolerance("dem", lanes, motions, times)
+    settings = DemSettings()
+    case = Companions("dem", lanes, motions, times, settings, DEFAULT_OPTIONS)
+    twice = np.full(count, -1)
+    one, other = case.run_halved(twice), case.perturbed().run_halved(twice)
+    gain = largest(gap(one, other, lanes.slenderness_angle) / lanes.slenderness_angle) / 1e-9
+    # As large as a thirtieth of the motion, and not as large as all of it.
+    chaotic = (gain > 4e7) & (gain < 3e8) & (found["status"] == Status.SENSITIVE)
+    assert chaotic.sum() >= 3
+    assert np.all(found["time_step"][chaotic] == settings.time_step)
+
+
+def test_what_is_thrown_or_dropped_starts_elsewhere_too() -> None:
+    """On a still base nothing else is there to differ by."""
+    thrown = Release(np.ones((1, 3)), np.ones((1, 3)), np.array([[0.0, 0.0, 0.0, 1.0]]), np.ones(1))
+    lanes = dataclasses.replace(spatial_lanes([0.2], 0.2, gap_start=0.1), release=thrown)
+    case = Companions("impulse", lanes, still(1), TIMES, ImpulseSettings(), DEFAULT_OPTIONS)
+    moved = case.perturbed().lanes
+    assert isinstance(moved, SpatialLanes)
+    assert moved.gap_start[0] / lanes.gap_start[0] - 1.0 == pytest.approx(1e-9, rel=1e-6)
+    release = moved.release
+    assert release is not None
+    for name in ("velocity", "angular_velocity", "height"):
+        ratio = getattr(release, name) / getattr(thrown, name)
+        np.testing.assert_allclose(ratio - 1.0, 1e-9, rtol=1e-6)

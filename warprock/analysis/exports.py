@@ -106,8 +106,8 @@ def component_rows(
 
     Where one intensity parts what reaches a limit state from what does not, the function is
     deterministic. Limit states without any leave their cells empty and mark the row as incomplete,
-    so that who reads it leaves it out. Hyphens in the names of groups, at which readers split them,
-    become underscores.
+    so that readers leave it out. Readers split the names of groups at hyphens: these become
+    underscores.
 
     Args:
         curves: The functions.

@@ -44,8 +44,8 @@ def compare(
         A `Found` whose table has one row a lane and engine, with its errors.
 
     Raises:
-        InputError: An unknown engine, a program that is not installed, or a single engine for an
-            ensemble.
+        InputError: No engine, an unknown one, a program that is not installed, or a single engine
+            for an ensemble.
 
     Example:
         >>> import warprock as wr

@@ -8,12 +8,9 @@ from typing import Any
 from warprock.case.validation import SourceOf
 from warprock.errors import InputError, did_you_mean, list_allowed
 from warprock.settings.engines import SETTINGS, judged_settings
-from warprock.settings.programs import PEER_SETTINGS
 
 ENGINES, PEERS = "engines", "peers"
 """Tables of a case that hold settings, each of them by name."""
-
-_TYPES: dict[str, Mapping[str, type[Any]]] = {ENGINES: SETTINGS, PEERS: PEER_SETTINGS}
 
 
 def read_settings(
@@ -36,8 +33,17 @@ def read_settings(
     Raises:
         InputError: Nothing has that name, or its table is wrong.
     """
-    known, place = _TYPES[kind], f"{kind}.{name}"
+    known, place = _known(kind), f"{kind}.{name}"
     if name not in known:
         allowed = f"must be one of {list_allowed(name, known)}{did_you_mean(name, known)}"
         raise InputError(source_of(place), kind, name, allowed)
     return judged_settings(known[name], place, tables.get(name, {}), source_of(place))
+
+
+def _known(kind: str) -> Mapping[str, type[Any]]:
+    """Settings dataclasses by name; those of programs are loaded only where a case gives some."""
+    if kind == ENGINES:
+        return SETTINGS
+    from warprock.settings.programs import PEER_SETTINGS
+
+    return PEER_SETTINGS

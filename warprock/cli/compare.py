@@ -44,7 +44,6 @@ def check(ctx: click.Context, case_name: str | None, as_json: bool) -> None:
     "--engine",
     "engines",
     multiple=True,
-    required=True,
     shell_complete=completion.compared,
     help="Repeat for each.",
 )

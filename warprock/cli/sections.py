@@ -7,6 +7,7 @@ import pkgutil
 
 import click
 
+import warprock.api.analyses
 import warprock.cli
 from warprock.cli.exits import ExitCodes
 
@@ -82,10 +83,9 @@ class Main(ExitCodes):
         return super().get_command(ctx, cmd_name)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names of all commands."""
-        for each in pkgutil.iter_modules(warprock.cli.__path__):
-            self._add(each.name)
-        return super().list_commands(ctx)
+        """Names of all commands: of `SECTIONS` and of analyses. No file is imported for them."""
+        analyses = (each.name for each in pkgutil.iter_modules(warprock.api.analyses.__path__))
+        return sorted({*analyses, *(name for texts in SECTIONS.values() for name in texts)})
 
     def _add(self, file: str) -> None:
         """Adds the commands of a file."""
@@ -93,12 +93,11 @@ class Main(ExitCodes):
             self.add_command(command)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Writes the commands that there are, section by section."""
+        """Writes the commands section by section, and analyses that have none under "Other"."""
         left = set(self.list_commands(ctx))
         for heading, texts in SECTIONS.items():
-            rows = [(name, text) for name, text in texts.items() if name in left]
+            _write(formatter, heading, list(texts.items()))
             left -= texts.keys()
-            _write(formatter, heading, rows)
         found = ((name, self.get_command(ctx, name)) for name in sorted(left))
         _write(formatter, _OTHER, [(n, c.get_short_help_str(64)) for n, c in found if c])
 

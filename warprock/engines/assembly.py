@@ -86,7 +86,7 @@ lane is unstable: heaps have some thousandths."""
 
 @dataclasses.dataclass(frozen=True)
 class Assembly(KernelEngine):
-    """Many blocks with dry joints: Coulomb friction, plastic impacts, conjugate gradients.
+    """Many blocks with dry joints: Coulomb friction, plastic impacts, accelerated sweeps.
 
     Steps of one length at the level of velocities (Moreau and Jean), first order in the step.
     Contacts are the two ends of what the edges of a joint share, in every step anew; and where
@@ -229,28 +229,7 @@ class Assembly(KernelEngine):
         rows = assembly_solids.rows_of(own, types)
         for name, values in rows.items():
             setattr(laid, name, wp.array(values, dtype=types[name], device=device))
-        contacts = 2 * assembly_solids.room_for_contacts(own)
-        own_rows = assembly_solids.room_for_rows(own)
-        packing = kernel_module("assembly_space/packing", precision=self.target.precision)
-        rooms = {
-            "hefts": own.most_parts + 1,
-            "moves": own.most_parts + 1,
-            "spots": rows["corners"].shape[1],
-            "joined": own.most_joints,
-            "pairs": 2 * assembly_solids.room_for_pairs(own),
-            "contacts": contacts,
-            "impulses": contacts,
-            "marks": contacts,
-            "packs": own_rows,
-            "sides": packing.WIDTH * own_rows,
-            "couples": packing.WIDTH * packing.COUPLE * own_rows,
-            "rows": packing.NUMBERS * own_rows,
-            "order": packing.WIDTH * own_rows,
-            "colours": own.most_parts + 1,
-            "open": packing.COLOURS + 1,
-            "weighted": own.most_parts + 2,
-            "scratch": 4 * assembly_solids.MOST_CORNERS,
-        }
+        rooms = self._rooms(own)
         for name, room in rooms.items():
             setattr(laid, name, wp.zeros((count, room), dtype=types[name], device=device))
         for name in ("couple", "row"):
@@ -267,6 +246,42 @@ class Assembly(KernelEngine):
             "kept": kept,
             "knobs": self._pace(module, steps),
         }
+
+    def _rooms(self, own: Assemblies) -> dict[str, int]:
+        """How many of each of the arrays in which a lane in space keeps what it finds it has."""
+        contacts = 2 * assembly_solids.room_for_contacts(own)
+        rows, packs = assembly_solids.room_for_rows(own), assembly_solids.room_for_packs(own)
+        packing = kernel_module("assembly_space/packing", precision=self.target.precision)
+        return {
+            "hefts": own.most_parts + 1,
+            "moves": own.most_parts + 1,
+            "spots": assembly_solids.most_corners(own),
+            "joined": own.most_joints,
+            "pairs": 2 * assembly_solids.room_for_pairs(own),
+            "contacts": contacts,
+            "impulses": contacts,
+            "marks": contacts,
+            "packs": packs,
+            "sides": packing.WIDTH * packs,
+            "couples": packing.WIDTH * packing.COUPLE * packs,
+            "rows": packing.NUMBERS * rows,
+            "order": packing.WIDTH * rows,
+            "colours": own.most_parts + 1,
+            "open": packing.COLOURS + 1,
+            "weighted": own.most_parts + 2,
+            "scratch": 4 * assembly_solids.MOST_CORNERS,
+        }
+
+    def lane_bytes(self, lanes: Lanes, motions: GroundMotions) -> int:
+        """Memory that a lane in space takes while it runs [bytes]; see `AbstractEngine`."""
+        if not lanes.spatial:
+            return 0
+        import warp as wp
+
+        fields = self.module_of(lanes, motions).Laid.vars
+        rooms = self._rooms(_of(lanes)).items()
+        size_of = wp.types.type_size_in_bytes
+        return sum(room * size_of(fields[name].type.dtype) for name, room in rooms)
 
     def _pace(self, module: Any, steps: Array) -> Any:
         """The kernel's settings with the time step of each pack."""

@@ -39,6 +39,10 @@ FILLED, SPARE_ROWS = 4, 64
 """Contacts of a row of eight at least, on average, and rows besides: what has few blocks fills
 none."""
 
+MET_PER_BLOCK, SPARE_COLOURS = 4, 16
+"""Room for packs of eight meetings besides those of joints at the start: meetings over the number
+of blocks, and colours that a heap has more than twice the joints of a block."""
+
 PARALLEL = 1e-6
 """Sine of the angle up to which edges have one direction."""
 
@@ -334,6 +338,26 @@ def room_for_contacts(assemblies: Assemblies) -> int:
 def room_for_rows(assemblies: Assemblies) -> int:
     """Rows of contacts side by side for which a lane has room; see kernels' packing.py."""
     return room_for_contacts(assemblies) // FILLED + SPARE_ROWS
+
+
+def most_corners(assemblies: Assemblies) -> int:
+    """Corners of all blocks of a lane, at most."""
+    return max(len(shapes_of(kind).corners) for kind in _kinds(assemblies))
+
+
+def room_for_packs(assemblies: Assemblies) -> int:
+    """Packs of eight meetings for which a lane has room; see kernels' packing.py.
+
+    A meeting takes the first colour that none of its two blocks has: of d joints that a block has
+    at most there are fewer than 2 d colours, and each has one pack that is not full.
+    """
+    kinds = _kinds(assemblies)
+    meetings = assemblies.most_joints + MET_PER_BLOCK * (assemblies.most_parts + 1)
+    joints = max(
+        int(np.bincount(kind.joints.blocks.ravel(), minlength=kind.count)[~kind.fixed].max())
+        for kind in kinds
+    )
+    return meetings // 8 + 2 * joints + SPARE_COLOURS
 
 
 def turns_back(assemblies: Assemblies) -> Array:

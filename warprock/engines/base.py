@@ -195,6 +195,10 @@ class AbstractEngine(abc.ABC):
         """
         return None
 
+    def lane_bytes(self, lanes: Lanes, motions: GroundMotions) -> int:
+        """Memory that a lane takes while it runs [bytes], where chunks must heed it; else 0."""
+        return 0
+
     def shares(self, lanes: Lanes) -> bool:
         """Whether several threads run one lane, so that lanes run one after another."""
         return False

@@ -13,9 +13,14 @@ import numpy.typing as npt
 
 from warprock.engines.bodies import rotate_lever
 from warprock.engines.dem_springs import add_point, largest_frequency, round_frequency
-from warprock.engines.stack_bodies import Interface, profile_columns, rest_heights, shared_depth
+from warprock.engines.stack_bodies import (
+    Interface,
+    profile_columns,
+    profiles_of,
+    rest_heights,
+    shared_depth,
+)
 from warprock.model.lanes import Lanes
-from warprock.model.profiles import Profiles
 from warprock.model.stacking import contact_ends, sum_above
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
@@ -101,7 +106,7 @@ def stiffest_frequency(lanes: Lanes, settings: DemSettings) -> Array:
 
 def _frequency(lanes: Lanes, settings: DemSettings, *, far: bool) -> Array:
     """The largest one with blocks on one of two edges, shape [lane]."""
-    profiles, (count, blocks) = _profiles(lanes), lanes.width.shape
+    profiles, (count, blocks) = profiles_of(lanes), lanes.width.shape
     low, high = contact_ends(lanes)
     area = 0.5 * (high - low) * shared_depth(lanes)
     stiffness = np.zeros((count, 3 * blocks, 3 * blocks))
@@ -123,8 +128,3 @@ def _farthest_edge(here: Interface) -> tuple[Array, Array]:
     square = x**2 + z**2
     edge = np.argmax(square[:, :-1] + square[:, 1:], axis=1)[:, None] + np.arange(2)
     return np.take_along_axis(x, edge, axis=1), np.take_along_axis(z, edge, axis=1)
-
-
-def _profiles(lanes: Lanes) -> Profiles:
-    assert lanes.profiles is not None
-    return lanes.profiles

@@ -45,7 +45,7 @@ class Interface:
     @classmethod
     def of(cls, lanes: Lanes, block: int) -> Self:
         """That below one block, from 0; the ground is level with an endless top."""
-        profiles = _profiles(lanes)
+        profiles = profiles_of(lanes)
         body = profiles.of(block)
         if block == 0:
             zero = np.zeros(lanes.lane_count)
@@ -115,7 +115,7 @@ def start_on_feet(lanes: Lanes) -> tuple[Array, Array, Array, Array]:
     """Where the blocks of stacks with bodies start; see `blocks.start_on_corners`."""
     x, z, left, right = np.zeros((4, *lanes.width.shape))
     below_x, below_z, below = np.zeros((3, lanes.lane_count))
-    for block, body in enumerate(_profiles(lanes).each):
+    for block, body in enumerate(profiles_of(lanes).each):
         here, turn = Interface.of(lanes, block), lanes.rotation_start[:, block]
         place, foot_x, foot_z = (part[:, 0] for part in here.find_contact((turn - below)[:, None]))
         ends = np.clip(body.base_ends + here.aside[:, None], here.low[:, None], here.high[:, None])
@@ -157,7 +157,7 @@ def profile_columns(lanes: Lanes, side: Array) -> dict[str, npt.NDArray[Any]]:
         lanes: Stacks with bodies.
         side: To which blocks count as leaning before they turn, -1 or 1, shape [lane].
     """
-    profiles = _profiles(lanes)
+    profiles = profiles_of(lanes)
     feet = [Interface.of(lanes, block) for block in range(lanes.block_count)]
     reach = [(np.abs(foot.corners.x) + np.abs(foot.corners.z)).max(axis=1) for foot in feet]
     return {
@@ -206,7 +206,7 @@ def shared_depth(lanes: Lanes) -> Array:
 
     That of the shallower one; a body in the plane is as deep as the boxes beside it.
     """
-    bodies = np.array(_profiles(lanes).is_body)
+    bodies = np.array(profiles_of(lanes).is_body)
     depth = np.where(bodies, np.inf, lanes.depth)
     depth[:, 1:] = np.minimum(depth[:, 1:], np.where(bodies, np.inf, lanes.depth)[:, :-1])
     return np.where(np.isfinite(depth), depth, lanes.depth)
@@ -215,7 +215,7 @@ def shared_depth(lanes: Lanes) -> Array:
 def rest_heights(lanes: Lanes) -> Array:
     """Heights of the centres of mass of upright blocks above the ground [m], [lane, block]."""
     below = np.cumsum(lanes.height, axis=1) - lanes.height
-    return np.asarray(below + _profiles(lanes).centre_height)
+    return np.asarray(below + profiles_of(lanes).centre_height)
 
 
 def _windows(lanes: Lanes, feet: list[Interface], side: Array) -> npt.NDArray[np.intp]:
@@ -252,7 +252,7 @@ def foot_columns(lanes: Lanes, foot: Any) -> dict[str, Array] | npt.NDArray[Any]
         return np.empty((0, 0), foot.numpy_dtype())
     rows = _rows(lanes)
     found: list[dict[str, Array]] = []
-    for body in _profiles(lanes).each:
+    for body in profiles_of(lanes).each:
         own = Corners.of(body)
         dx, dz = (np.diff(part, axis=1, append=part[:, -1:]) for part in (own.x, own.z))
         length = np.hypot(dx, dz)
@@ -268,14 +268,15 @@ def foot_columns(lanes: Lanes, foot: Any) -> dict[str, Array] | npt.NDArray[Any]
 
 def _rows(lanes: Lanes) -> int:
     """Rows of the corners of a block: the first and the last one are there twice."""
-    return 2 + max(int(Corners.of(body).x.shape[1]) for body in _profiles(lanes).each)
+    return 2 + max(int(Corners.of(body).x.shape[1]) for body in profiles_of(lanes).each)
 
 
 def _pad_rows(values: Array, rows: int) -> Array:
     return np.pad(values, ((0, 0), (1, rows - 1 - values.shape[1])), mode="edge")
 
 
-def _profiles(lanes: Lanes) -> Profiles:
+def profiles_of(lanes: Lanes) -> Profiles:
+    """What the blocks of stacks with bodies are."""
     assert lanes.profiles is not None
     return lanes.profiles
 

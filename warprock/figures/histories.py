@@ -326,6 +326,9 @@ def _draw_panel(axes: Axes, curves: _Curves, shown: ShownLanes, index: int, wind
             )
     axes.set_xlim(*window)
     axes.set_ylim(*curves.limits(index))
+    within = (curves.response.times >= window[0]) & (curves.response.times <= window[1])
+    if np.all(np.abs(curves.ratios[index][:, within]) > CAP):
+        axes.text(0.5, 0.5, "overturned before", transform=axes.transAxes, ha="center", va="center")
 
 
 def _outline(times: Array, ratio: Array, points: int) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from warprock.figures.palette import DARK
 from warprock.figures.scales import three_digits
-from warprock.model.ratios import peak_ratio
+from warprock.model.ratios import NO_TURN, peak_ratio
 from warprock.model.response import USABLE, Outcome
 from warprock.model.words import ASSEMBLY, BLOCK, Thing, thing_of
 from warprock.running.case_run import CaseRun
@@ -29,8 +29,6 @@ OVERTURNED_AT = 1.15
 """Rotation ratio at which overturned lanes are marked, unless a standing one went as far."""
 SMALL, SEVERAL = 1e-3, 4
 """Rotation ratio below which a logarithmic scale is linear, and lanes that ask for such a scale."""
-NO_TURN = 1e-6
-"""Rotation ratio up to which a block does not rotate."""
 OUTCOMES: dict[int, tuple[str, str, bool]] = {
     Outcome.AT_REST: ("at rest at the end", "o", True),
     Outcome.ROCKING: ("still moving at the end", "o", False),
@@ -162,7 +160,7 @@ class Peaks:
             return f"Of {count:,} lanes none stands at the end: {', '.join(parts)}"
         if not parts:
             who = "Both lanes" if count == 2 else f"All {count:,} lanes"
-            if np.nanmax(self.ratio) == 0.0:
+            if self.largest_standing <= NO_TURN:
                 return f"{who} stand; none rotates"
             return f"{who} stand; the largest rotation of {of} is {largest}"
         least = largest.startswith("below")

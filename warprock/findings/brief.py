@@ -20,6 +20,7 @@ from warprock.findings.measures import (
     effect_rows,
     effect_sheet,
     factor_range,
+    known,
     rate_facts,
     target_sentences,
 )
@@ -97,12 +98,12 @@ def _facts(found: Brief) -> dict[str, Any]:
         "object": found.measures.case.title,
         "object_width_m": float(lanes.width[0, 0] if lanes.width.ndim > 1 else lanes.width[0]),
         "object_height_m": float(lanes.height[0, 0] if lanes.height.ndim > 1 else lanes.height[0]),
-        "object_mass_kg": _known(_mass(inputs)),
+        "object_mass_kg": known(_mass(inputs)),
         "records": found.records,
         "lanes": found.lane_set.lanes.lane_count,
         "band": base.function.band is not None,
-        "rate_fit_p05_per_year": _known(base.fit_band[0]),
-        "rate_fit_p95_per_year": _known(base.fit_band[1]),
+        "rate_fit_p05_per_year": known(base.fit_band[0]),
+        "rate_fit_p95_per_year": known(base.fit_band[1]),
         "share_outside": base.below + base.beyond,
         "median_exceeded_per_year": exceeded,
         **{f"intensity_p{p:02d}": _intensity(base, 0.01 * p) for p in (5, 95)},
@@ -130,20 +131,16 @@ def _slide_facts(slide: Slide | None) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "slides": True,
         "standing_slide_m": slide.standing,
-        "clearance_m": _known(slide.clearance),
+        "clearance_m": known(slide.clearance),
     }
     if slide.risk is not None:
         verdict = slide.risk.function.fit.verdict.value
         facts |= {
-            "slide_rate_per_year": _known(slide.risk.rate),
+            "slide_rate_per_year": known(slide.risk.rate),
             "slide_verdict": verdict,
             "slid_before": slide.before,
         }
     return facts
-
-
-def _known(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 def tell_brief(facts: Facts, tables: Tables) -> Finding:

@@ -38,8 +38,8 @@ def rate_facts(found: Measures, ladder: Ladder) -> dict[str, Any]:
     base, target = found.base, found.target
     facts: dict[str, Any] = {
         "rate_per_year": base.rate,
-        "rate_p05_per_year": _known(base.band[0]),
-        "rate_p95_per_year": _known(base.band[1]),
+        "rate_p05_per_year": known(base.band[0]),
+        "rate_p95_per_year": known(base.band[1]),
         "intensity": base.hazard.measure,
         "hazard": base.hazard.source,
         "lowest_factor": ladder.lowest,
@@ -50,10 +50,10 @@ def rate_facts(found: Measures, ladder: Ladder) -> dict[str, Any]:
         facts |= {
             "target_per_year": target.rate,
             "width_m": target.own,
-            "width_low_m": _known(target.width.low),
-            "width_high_m": _known(target.width.high),
-            "tie_low_share": _known(target.tie.low),
-            "tie_high_share": _known(target.tie.high),
+            "width_low_m": known(target.width.low),
+            "width_high_m": known(target.width.high),
+            "tie_low_share": known(target.tie.low),
+            "tie_high_share": known(target.tie.high),
             "tie_why": target.tie.why,
         }
     return facts
@@ -80,7 +80,8 @@ def effect_rows(found: Measures) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _known(value: float) -> float | None:
+def known(value: float) -> float | None:
+    """A number as a fact: None where there is none."""
     return float(value) if np.isfinite(value) else None
 
 

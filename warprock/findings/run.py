@@ -24,6 +24,7 @@ from warprock.findings.lanes import (
 from warprock.findings.numbers import counted, three
 from warprock.findings.refinement import bad_sentences, refinement_sentences
 from warprock.findings.sheets import sheet_of
+from warprock.model.ratios import NO_TURN
 from warprock.model.response import USABLE_NAMES
 from warprock.model.words import ASSEMBLY, BLOCK
 from warprock.running.case_run import CaseRun
@@ -103,7 +104,7 @@ def peak_sentences(facts: Mapping[str, Any], table: Table) -> list[str]:
     if not len(up):
         return ["No lane with usable numbers stayed up."]
     top = int(up[np.argmax(ratio[up])])
-    if ratio[top] == 0.0:
+    if ratio[top] <= NO_TURN:
         return ["No block that stayed up rotated."]
     where = ""
     if len(table) > 1:

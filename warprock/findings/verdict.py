@@ -13,6 +13,7 @@ from warprock.findings.finding import Facts, Finding, Kind, Tables
 from warprock.findings.intensities import measure
 from warprock.findings.numbers import counted, three
 from warprock.findings.sheets import Heading, Sheet, sheet_of
+from warprock.model.ratios import NO_TURN
 from warprock.model.response import FALLEN_NAMES, USABLE_NAMES
 from warprock.running.provenance import case_facts, surroundings
 from warprock.running.run_file import CASE, ENGINE
@@ -168,7 +169,7 @@ def _stands(answers: Facts) -> str:
     if answers["undecided"]:
         still = "It stands so far, though the run ends before that is decided"
     ratio = answers["peak_rotation_ratio"]
-    if ratio == 0.0:
+    if ratio <= NO_TURN:
         return f"{still}: the motion does not lift the block."
     error = answers["peak_rotation_ratio_error"]
     more = "" if error is None else f" (error about {three(error)})"

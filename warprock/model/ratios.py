@@ -10,6 +10,9 @@ from warprock.model.response import BODY_FIELDS, Response
 
 Array = npt.NDArray[np.float64]
 
+NO_TURN = 1e-6
+"""Rotation ratio up to which a block does not rotate, as users are told."""
+
 
 def peak_ratio(response: Response, lanes: Lanes) -> Array:
     """Largest rotation / slenderness angle [-], shape [lane], or [lane, block] for stacks.

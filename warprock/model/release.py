@@ -40,6 +40,15 @@ class Release:
         """Whether the blocks are thrown, so that they may fall on any of their faces."""
         return self.attitude is not None
 
+    def scaled(self, factor: float) -> Self:
+        """The same with velocities and heights times a factor."""
+        return dataclasses.replace(
+            self,
+            velocity=self.velocity * factor,
+            angular_velocity=self.angular_velocity * factor,
+            height=None if self.height is None else self.height * factor,
+        )
+
     def take(self, lanes: slice | npt.NDArray[np.intp]) -> Self:
         """Some of the lanes, by slice or by number."""
         parts = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from scipy.integrate import DOP853
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import minimize_scalar
 
 from warprock.model.response import SampleTimes, Status
 from warprock.oracle.block_base import BaseSegment
 from warprock.oracle.block_mechanics import PivotingBlock
-from warprock.oracle.lane_run import ABSOLUTE_TOLERANCE, LaneRun, friction_for
+from warprock.oracle.lane_run import ABSOLUTE_TOLERANCE, LaneRun, friction_for, root_between
 
 Array = npt.NDArray[np.float64]
 
@@ -27,17 +27,6 @@ FIRST_STEP = 0.1
 """Longest first step of a swing [s]; DOP853 chooses the others itself."""
 SHORTEST_STEP = 1e-9
 """A first step this short [s] that does not lift the block shows that it has not lifted."""
-ROOT_TOLERANCE = 4.0 * float(np.finfo(np.float64).eps)
-"""Relative tolerance of a root, the smallest that `brentq` takes."""
-
-
-def root_between(function: Callable[[float], float], low: float, high: float) -> float:
-    """A root between two times; the nearer end if round-off hides the change of sign."""
-    at_low, at_high = function(low), function(high)
-    if at_low * at_high > 0.0:
-        return low if abs(at_low) < abs(at_high) else high
-    found: float = brentq(function, low, high, xtol=1e-300, rtol=ROOT_TOLERANCE)
-    return found
 
 
 class BlockRun(LaneRun):

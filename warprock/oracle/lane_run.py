@@ -1,4 +1,4 @@
-"""What the oracle's runs of single blocks share: the clock, what has happened, and solves."""
+"""What the oracle's runs share: roots; of single blocks also the clock, events and solves."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from scipy.integrate import solve_ivp
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize_scalar
 
 from warprock.model.response import SampleTimes, Status
 from warprock.oracle.block_mechanics import Vector
@@ -23,6 +23,19 @@ IMPACT_LIMIT = 100_000
 """Impacts after which a run stops with `Status.EVENT_LIMIT`."""
 LOOKS = np.linspace(0.0, 1.0, 9)
 """Parts of a step at which the contact force is looked at."""
+
+
+ROOT_TOLERANCE = 4.0 * float(np.finfo(np.float64).eps)
+"""Relative tolerance of a root, the smallest that `brentq` takes."""
+
+
+def root_between(function: Callable[[float], float], low: float, high: float) -> float:
+    """A root between two times; the nearer end if round-off hides the change of sign."""
+    at_low, at_high = function(low), function(high)
+    if at_low * at_high > 0.0:
+        return low if abs(at_low) < abs(at_high) else high
+    found: float = brentq(function, low, high, xtol=1e-300, rtol=ROOT_TOLERANCE)
+    return found
 
 
 def friction_for(force: Vector) -> float:

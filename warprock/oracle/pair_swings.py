@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 from scipy.integrate import DOP853
-from scipy.optimize import brentq
 
 from warprock.model.motion import Segment
 from warprock.model.response import SampleTimes, Status
+from warprock.oracle.lane_run import root_between
 from warprock.oracle.pair_mechanics import (
     INTERFACE,
     REST,
@@ -42,8 +42,6 @@ REST_ROTATION_RATIO = 1e-9
 """Threshold of the rest rule, a part of the slenderness angle."""
 EVENT_LIMIT = 20_000
 """Impacts and transitions after which a run stops with `Status.EVENT_LIMIT`."""
-ROOT_TOLERANCE = 4.0 * float(np.finfo(np.float64).eps)
-"""Relative tolerance of a root, the smallest that `brentq` takes."""
 
 
 class StackOutcome(enum.IntEnum):
@@ -53,15 +51,6 @@ class StackOutcome(enum.IntEnum):
     ROCKING = 1
     UPPER_OVERTURNED = 2
     LOWER_OVERTURNED = 3
-
-
-def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    """A root between two times; the nearer end if round-off hides the change of sign."""
-    at_low, at_high = function(low), function(high)
-    if at_low * at_high > 0.0:
-        return low if abs(at_low) < abs(at_high) else high
-    found: float = brentq(function, low, high, xtol=1e-300, rtol=ROOT_TOLERANCE)
-    return found
 
 
 def _component(states: Callable[[float], Array], index: int, time: float) -> float:
@@ -245,7 +234,7 @@ class StackRun:
         looks = np.linspace(begin, end, LOOKS + 1).tolist()
         for low, high in itertools.pairwise(looks):
             if self._margin(high, states(high)) < 0.0:
-                return _root(lambda time: self._margin(time, states(time)), low, high)
+                return root_between(lambda time: self._margin(time, states(time)), low, high)
         return math.nan
 
     def _wait(self, stop: float) -> None:
@@ -344,7 +333,7 @@ class StackRun:
 
     def _falling(self, step: _Step, block: int) -> float:
         """Time at which a block has overturned [s]."""
-        return _root(
+        return root_between(
             lambda time: abs(float(step.dense(time)[block])) - 0.5 * math.pi, step.begin, step.end
         )
 
@@ -360,18 +349,20 @@ class StackRun:
 
         low, high = step.begin, step.end
         if speed * speed_end < 0.0:
-            turn = _root(lambda time: self._gaps(step.dense(time))[1][contact], low, high)
+            turn = root_between(lambda time: self._gaps(step.dense(time))[1][contact], low, high)
             if speed > 0.0:
                 low = turn
             elif gap_at(turn) <= 0.0:
                 high, gap_end = turn, 0.0
-        return math.nan if gap_end > 0.0 else _root(gap_at, low, high)
+        return math.nan if gap_end > 0.0 else root_between(gap_at, low, high)
 
     def _note_turns(self, step: _Step, stop: float) -> None:
         """Counts the turning points of a step up to a time as candidates for the peaks."""
         for rate in (2, 3):
             if step.before[rate] * step.after[rate] < 0.0:
-                turn = _root(functools.partial(_component, step.dense, rate), step.begin, step.end)
+                turn = root_between(
+                    functools.partial(_component, step.dense, rate), step.begin, step.end
+                )
                 if turn <= stop:
                     self._note_peak(turn, step.dense(turn))
 

@@ -20,8 +20,8 @@ from scipy.optimize import brentq
 from warprock.model.response import SampleTimes
 from warprock.model.strip import LAID, Strip
 from warprock.oracle.block_mechanics import PivotingBlock, Vector, turned
-from warprock.oracle.block_swings import BlockRun, root_between
-from warprock.oracle.lane_run import friction_for
+from warprock.oracle.block_swings import BlockRun
+from warprock.oracle.lane_run import friction_for, root_between
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]

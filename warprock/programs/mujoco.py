@@ -26,7 +26,7 @@ E. Todorov, T. Erez, Y. Tassa (2012), MuJoCo: a physics engine for model-based c
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,7 @@ import numpy.typing as npt
 from warprock.errors import DeclinedError
 from warprock.model.hold import Hold
 from warprock.model.turning import rotate
-from warprock.programs.mujoco_assembly import run_assembly
+from warprock.programs.mujoco_assembly import run_assembly, spaced
 from warprock.programs.pulls import Pulls
 from warprock.programs.scene import PeerBlock, PeerRun, PeerScene, missing
 from warprock.settings.programs import MujocoSettings
@@ -179,16 +179,12 @@ def _velocities(block: PeerBlock) -> Array:
     return np.concatenate([block.velocity, rotate(np.array([-x, -y, -z, w]), np.array(block.spin))])
 
 
-def _text(numbers: Iterable[float]) -> str:
-    return " ".join(repr(float(number)) for number in numbers)
-
-
 def _block_text(number: int, block: PeerBlock) -> str:
     """A block in MuJoCo's language."""
     if block.body is not None:
-        return BODY.format(number=number, mass=block.mass, tensor=_text(block.body.tensor))
-    half = _text(0.5 * size for size in block.touching_size)
-    shape = {"half": half, "middle": _text(block.middle), "inertia": _text(block.inertia)}
+        return BODY.format(number=number, mass=block.mass, tensor=spaced(block.body.tensor))
+    half = spaced(0.5 * size for size in block.touching_size)
+    shape = {"half": half, "middle": spaced(block.middle), "inertia": spaced(block.inertia)}
     return BLOCK.format(number=number, mass=block.mass, **shape)
 
 
@@ -199,7 +195,7 @@ def _wall_text(scene: PeerScene, ground: float) -> str:
     width, depth, height = scene.blocks[0].size
     side = float(scene.hold.wall[0])
     middle = (side * (0.5 * width + height), 0.0, ground + height)
-    return WALL.format(half=_text((height, depth, height)), middle=_text(middle))
+    return WALL.format(half=spaced((height, depth, height)), middle=spaced(middle))
 
 
 def _beam_text(scene: PeerScene) -> str:
@@ -213,7 +209,7 @@ def _beam_text(scene: PeerScene) -> str:
     half = (width + height, depth, 0.5 * height)
     place = (block.position[0], 0.0, float(top[:, 2].max()) + half[2])
     mass = float(scene.hold.frame.mass_ratio[0]) * block.mass
-    return BEAM.format(place=_text(place), mass=mass, half=_text(half)) if mass > 0.0 else ""
+    return BEAM.format(place=spaced(place), mass=mass, half=spaced(half)) if mass > 0.0 else ""
 
 
 def _model_text(scene: PeerScene, step: float, settings: MujocoSettings) -> str:
@@ -233,7 +229,7 @@ def _model_text(scene: PeerScene, step: float, settings: MujocoSettings) -> str:
         blocks.append(_block_text(number, block))
         if block.body is not None:
             hull = np.array([*block.body.points, *block.body.top])
-            meshes.append(MESH.format(number=number, hull=_text(hull.ravel())))
+            meshes.append(MESH.format(number=number, hull=spaced(hull.ravel())))
         touch(number - 1, number, block.friction)
     mass = TABLE_RATIO * sum(block.mass for block in scene.blocks)
     wall = _wall_text(scene, 0.0 if scene.base is None else 1.0)

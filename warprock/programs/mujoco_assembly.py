@@ -8,6 +8,7 @@ joints instead of the six of space: half of the unknowns, and nothing leaves the
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -95,13 +96,14 @@ def _poses(kind: Assembly, seen: Array) -> tuple[Array, Array]:
     return position, attitude
 
 
-def _text(numbers: Any) -> str:
+def spaced(numbers: Iterable[float]) -> str:
+    """Numbers as MuJoCo's language has them."""
     return " ".join(repr(float(number)) for number in numbers)
 
 
 def _geom(number: int, solid: Solid, where: str) -> str:
     if solid.box:
-        return f'<geom name="b{number}" type="box" size="{_text(solid.half)}" {where}/>'
+        return f'<geom name="b{number}" type="box" size="{spaced(solid.half)}" {where}/>'
     return f'<geom name="b{number}" type="mesh" mesh="b{number}" {where}/>'
 
 
@@ -113,10 +115,10 @@ def _model_text(scene: PeerScene, step: float, settings: MujocoSettings) -> str:
     fixed, blocks, meshes = [], [], []
     own = solids(scene.assembly)
     for number, solid in enumerate(own):
-        place, attitude = _text(solid.place), _text(np.roll(solid.attitude, 1))
+        place, attitude = spaced(solid.place), spaced(np.roll(solid.attitude, 1))
         if not solid.box:
             meshes.append(
-                f'<mesh name="b{number}" inertia="convex" vertex="{_text(solid.hull.ravel())}"/>'
+                f'<mesh name="b{number}" inertia="convex" vertex="{spaced(solid.hull.ravel())}"/>'
             )
         if solid.fixed:
             fixed.append(_geom(number, solid, f'pos="{place}" quat="{attitude}"'))
@@ -125,7 +127,7 @@ def _model_text(scene: PeerScene, step: float, settings: MujocoSettings) -> str:
             BLOCK.format(
                 place=place,
                 mass=solid.mass,
-                inertia=_text(solid.inertia),
+                inertia=spaced(solid.inertia),
                 geom=_geom(number, solid, ""),
                 attitude=attitude,
                 joints="<freejoint/>" if spatial else IN_PLANE,

@@ -45,6 +45,10 @@ DEVICE_CHUNK = 2**17
 """Lanes in a chunk on a GPU: enough to fill it. While it runs one, workers write the lanes of the
 next and read the results of the last, which takes several times as long."""
 
+CHUNK_BYTES, DEVICE_CHUNK_BYTES = 2**26, 2**31
+"""Memory of the lanes of a chunk, on a CPU and on a GPU [bytes]: a lane of 60 bricks in space takes
+more than a megabyte."""
+
 MOST_HISTORY = 500_000_000
 """Numbers in the histories of a batch: 4 GB."""
 
@@ -135,6 +139,9 @@ def run_batch(
     if built.target.on_cpu:
         time_step = getattr(built.settings, "time_step", 1.0 / STEPS_PER_SECOND_OF_MOTION)
         size = chunk_size or default_chunk_size(count, times.duration / time_step, threads)
+    room = CHUNK_BYTES if built.target.on_cpu else DEVICE_CHUNK_BYTES
+    if chunk_size is None and (each := built.lane_bytes(lanes, motions)):
+        size = max(1, min(size, room // each))
     if built.shares(lanes):
         size, team = 1, Team(max(1, threads // count))
         built = dataclasses.replace(built, target=dataclasses.replace(built.target, team=team))

@@ -54,8 +54,8 @@ BRANCHES = 64.0
 Convergence cannot explain it: the ratio is twice that of the fifth order, of sticking stacks."""
 
 PERTURBATION = 1e-9
-"""Relative change of the motions and of the rotations at the start that shows how a lane magnifies
-small differences: round-off moves a lane less, and nobody knows a motion so well."""
+"""Relative change of the motions and of the start that shows how a lane magnifies small
+differences: round-off moves a lane less, and nobody knows a motion so well."""
 
 REST_RATIO_LEAST = 1e-9
 REST_RATIO_MOST = 1e-2
@@ -214,9 +214,14 @@ class Companions:
         )
 
     def perturbed(self) -> Companions:
-        """Companions whose motions and rotations at the start are larger by `PERTURBATION`."""
+        """Companions whose motions and starts, yaws apart, are larger by `PERTURBATION`."""
         larger = 1.0 + PERTURBATION
-        lanes = dataclasses.replace(self.lanes, rotation_start=self.lanes.rotation_start * larger)
+        starts = ("rotation_start", "rotation_across_start", "gap_start")
+        arrays = self.lanes.arrays
+        moved: dict[str, Any] = {n: arrays[n] * larger for n in starts if n in arrays}
+        if self.lanes.release is not None:
+            moved["release"] = self.lanes.release.scaled(larger)
+        lanes = dataclasses.replace(self.lanes, **moved)
         factors = np.full(self.lanes.lane_count, larger)
         return dataclasses.replace(self, lanes=lanes, motions=self.motions.scaled(factors))
 

@@ -54,6 +54,21 @@ class FramedSettings:
 
 
 @dataclasses.dataclass(frozen=True)
+class SteppedSettings:
+    """What engines share whose time step is a setting; each declares its meaning and bounds."""
+
+    time_step: float
+
+    def halved(self) -> Self:
+        """The same settings with half of the time step."""
+        return dataclasses.replace(self, time_step=0.5 * self.time_step)
+
+    def with_step_scaled(self, factor: float) -> Self:
+        """The same settings with the time step multiplied by a factor."""
+        return dataclasses.replace(self, time_step=factor * self.time_step)
+
+
+@dataclasses.dataclass(frozen=True)
 class HousnerSettings:
     """Settings of `housner`."""
 
@@ -138,7 +153,7 @@ class DirectSettings(FramedSettings):
 
 
 @dataclasses.dataclass(frozen=True)
-class EventSettings:
+class EventSettings(SteppedSettings):
     """Settings of `event`."""
 
     drawn: ClassVar[tuple[str, str]] = ("blue", "o")
@@ -190,14 +205,6 @@ class EventSettings:
     ] = NEWTON
     friction_box: Annotated[int, FRICTION_IN_SPACE] = 0
 
-    def halved(self) -> Self:
-        """The same settings with half of the time step."""
-        return dataclasses.replace(self, time_step=0.5 * self.time_step)
-
-    def with_step_scaled(self, factor: float) -> Self:
-        """The same settings with the time step multiplied by a factor."""
-        return dataclasses.replace(self, time_step=factor * self.time_step)
-
 
 @dataclasses.dataclass(frozen=True)
 class XpbdSettings(FramedSettings):
@@ -238,7 +245,7 @@ class TwoBlockSettings:
 
 
 @dataclasses.dataclass(frozen=True)
-class DemSettings:
+class DemSettings(SteppedSettings):
     """Settings of `dem`; the defaults are those of Table 5 of the paper.
 
     The paper's 0.2 sqrt(m / k) is a tenth of the stability limit 2 sqrt(m / k) of an undamped
@@ -248,6 +255,9 @@ class DemSettings:
     drawn: ClassVar[tuple[str, str]] = ("purple", "X")
     springs: ClassVar[bool] = True
 
+    time_step: Annotated[
+        float, SettingKey("longest step, where stability allows it", 1e-8, 0.1, "s")
+    ] = 1e-3
     normal_stiffness: Annotated[
         float, SettingKey("normal stiffness of an interface per area", 1e5, 1e14, "N/m^3")
     ] = 1e9
@@ -302,9 +312,6 @@ class DemSettings:
         ),
     ] = 0.0
     friction_box: Annotated[int, FRICTION_IN_SPACE] = 0
-    time_step: Annotated[
-        float, SettingKey("longest step, where stability allows it", 1e-8, 0.1, "s")
-    ] = 1e-3
     step_safety: Annotated[
         float,
         SettingKey(
@@ -314,10 +321,6 @@ class DemSettings:
         ),
     ] = 0.2
 
-    def halved(self) -> Self:
-        """The same settings with half of the longest time step."""
-        return dataclasses.replace(self, time_step=0.5 * self.time_step)
-
     def with_step_scaled(self, factor: float) -> Self:
         """The same settings with every lane's step multiplied by a factor, whatever limits it."""
         return dataclasses.replace(
@@ -326,7 +329,7 @@ class DemSettings:
 
 
 @dataclasses.dataclass(frozen=True)
-class AssemblySettings:
+class AssemblySettings(SteppedSettings):
     """Settings of `assembly`."""
 
     drawn: ClassVar[tuple[str, str]] = ("sky", "p")
@@ -360,14 +363,6 @@ class AssemblySettings:
             "s",
         ),
     ] = 0.0
-
-    def halved(self) -> Self:
-        """The same settings with half of the time step."""
-        return dataclasses.replace(self, time_step=0.5 * self.time_step)
-
-    def with_step_scaled(self, factor: float) -> Self:
-        """The same settings with the time step multiplied by a factor."""
-        return dataclasses.replace(self, time_step=factor * self.time_step)
 
 
 _OWN: dict[str, type[Any]] = {
@@ -434,11 +429,14 @@ def judged_settings(
     """Validated settings, as `build_settings` does it, of any dataclass of settings.
 
     Args:
-        settings_type: The dataclass, each of whose fields has a `SettingKey` in its annotation.
+        settings_type: The dataclass, each of whose fields has a `SettingKey` in its annotation, and
+            a default, which is not judged.
         place: Dotted key of the table, for the error text.
         table: Values by field name.
         source: File or option, for the error text.
     """
+    if not table:
+        return settings_type()
     import pydantic
 
     known = declared_settings(settings_type)

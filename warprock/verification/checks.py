@@ -205,8 +205,8 @@ def compare(
         `compare_with_observed` does.
 
     Raises:
-        InputError: An unknown engine, a program that is not installed, or a single engine for an
-            ensemble.
+        InputError: No engine, an unknown one, a program that is not installed, or a single engine
+            for an ensemble.
         ChildProcessError: A program that runs in a process of its own failed.
     """
     require_known(engines, [*ENGINES, ORACLE, *PROGRAMS])

@@ -6,11 +6,11 @@ So one comparison can hold the same engine with several steps against the one na
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Collection
 
 from warprock.case.case import Case
 from warprock.case.settings import ENGINES, PEERS
-from warprock.errors import InputError, list_allowed
+from warprock.errors import NOTHING, InputError, list_allowed
 from warprock.settings.engines import SETTINGS, judged_settings
 from warprock.settings.programs import PEER_SETTINGS
 
@@ -23,16 +23,18 @@ def plain_name(asked: str) -> str:
     return asked.partition(_MARK)[0]
 
 
-def require_known(asked: Iterable[str], known: Iterable[str]) -> None:
-    """Refuses unknown names.
+def require_known(asked: Collection[str], known: Collection[str]) -> None:
+    """Refuses unknown names, and none.
 
     Args:
         asked: Names, with settings or without.
         known: Those that there are.
 
     Raises:
-        InputError: One is not known.
+        InputError: One is not known, or there is none.
     """
+    if not asked:
+        raise InputError(OPTION, "", NOTHING, f"allowed: {', '.join(known)}")
     for each in asked:
         if plain_name(each) not in known:
             raise InputError(OPTION, "", each, f"allowed: {list_allowed(plain_name(each), known)}")

@@ -48,6 +48,7 @@ def bounce(
     """Finds the impact that bounces; arguments as of `solve`."""
     plastic = Solution()
     plastic.contacts = found.contacts
+    plastic.ramps = found.ramps
     solve(blocks, g, touch, Counts(), free, dust, Triples(), plastic)
     shift = rebounds(g, rebound, touch, free)
     total = real(0.0)

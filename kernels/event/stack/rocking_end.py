@@ -7,8 +7,8 @@ interface is about to open, or a contact to slide.
 import warp as wp
 
 from warprock.kernels.event.block.begin import first_root
-from warprock.kernels.event.stack.moves import Opening, settles
-from warprock.kernels.event.stack.rocking import DEGREE, ORDERS, Chain, Curve, Curves, Rocking
+from warprock.kernels.event.stack.curves import Curve, Curves, load_of, rate_of, value_of
+from warprock.kernels.event.stack.rocking import Chain, Rocking
 from warprock.kernels.event.stack.state import GRAIN, NEARLY, SOON, Limits
 from warprock.kernels.shape.stack import (
     CLOSED,
@@ -52,46 +52,6 @@ class Loads:
     moment: Values
     sine: Values
     cosine: Values
-
-
-@wp.func
-def value_of(p: Curve, tau: real) -> real:
-    """Value of a polynomial."""
-    found = p[DEGREE]
-    for i in range(DEGREE):
-        found = fused(found, tau, p[wp.static(DEGREE - 1 - i)])
-    return found
-
-
-@wp.func
-def rate_of(p: Curve, tau: real) -> real:
-    """Derivative of a polynomial."""
-    found = real(0.0)
-    for i in range(DEGREE):
-        found = fused(found, tau, real(DEGREE - i) * p[wp.static(DEGREE - i)])
-    return found
-
-
-@wp.func
-def load_of(p: Curve, tau: real) -> real:
-    """Value of a polynomial of the degree to which loads are known."""
-    found = p[ORDERS - 1]
-    for i in range(wp.static(ORDERS - 1)):
-        found = fused(found, tau, p[wp.static(ORDERS - 2 - i)])
-    return found
-
-
-@wp.func
-def turning_time(p: Curve, first: real, last: real, d: real) -> real:
-    """Time at which a rotation turns back in a step of length d, from its rates at both ends."""
-    at = d * first / (first - last)
-    rate = rate_of(p, at)
-    # The secant again, in the part in which the sign of the rate changes.
-    if rate * first > real(0.0):
-        at = at + (d - at) * rate / (rate - last)
-    else:
-        at = at * first / (first - rate)
-    return at
 
 
 @wp.func
@@ -220,12 +180,11 @@ def find_impact(
     """The first impact in a step; arguments as of `find_end`, and the rotations.
 
     Returns:
-        Length of the step to there, d if there is none; whether there is one; whether a block rests
-        at once (`settles` in event/stack/moves.py); whether a contact that was to open has not.
+        Length of the step to there, d if there is none; whether there is one; whether a contact
+        that was to open has not.
     """
     zero = real(0.0)
     d1 = real(d)
-    waits = bool(False)
     fails = bool(False)
     lands = bool(False)
     near = NEARLY * limits.longest_step
@@ -235,23 +194,22 @@ def find_impact(
             curve = opening_curve(blocks, theta, k, side)
             e0 = larger(curve[0], zero)
             r0 = curve[1]
-            e1 = value_of(curve, d)
-            r1 = rate_of(curve, d)
+            # Where another block has fallen flat before, this one only counts up to there.
+            end = real(d1)
+            e1 = value_of(curve, end)
+            r1 = rate_of(curve, end)
             reach = near * size(r1) + GRAIN
-            end = real(d)
             if r0 < zero and r1 > zero and e1 >= -reach:
                 # It may have been below in between: look where it turns.
-                end = d * r0 / (r0 - r1)
+                end = end * r0 / (r0 - r1)
                 e1 = value_of(curve, end)
                 r1 = rate_of(curve, end)
             lands = lands or e1 <= reach
             if pose.touch[k] == CLOSED:
                 fails = fails or e1 <= zero
             elif e1 < -reach:
-                quiet = settles(Opening(e0, r0), curve[2], limits.rest_rotation[k])
-                waits = waits or (end >= d and quiet)
                 guess = first_root(e0, r0, e1, end)
-                d1 = smaller(d1, landing_time(curve, zero, guess, end))
+                d1 = landing_time(curve, zero, guess, end)
             if CHAINS:
                 # The edge that a body comes to as it turns on.
                 room = room_of(blocks, k, side)
@@ -260,8 +218,7 @@ def find_impact(
                 if within and e0 < room and e1 > room + reach:
                     guess = first_root(room - e0, -r0, room - e1, end)
                     d1 = smaller(d1, landing_time(curve, room, guess, end))
-    # The end of the whole step tells whether a block rests.
-    return wp.where(waits, d, d1), lands, waits, fails
+    return d1, lands, fails
 
 
 @wp.func(inline=False)
@@ -280,14 +237,14 @@ def find_end(
         d: Longest length of the step [s].
 
     Returns:
-        Length of the step; LACKS, ROLLS or SPENT; whether a block falls flat or rests.
+        Length of the step; LACKS, ROLLS or SPENT; whether a block falls flat.
     """
     weight = limits.mass * limits.gravity
-    d1, lands, waits, fails = find_impact(blocks, limits, pose, touch, r.theta, d)
+    d1, lands, fails = find_impact(blocks, limits, pose, touch, r.theta, d)
     found = int(ROLLS)
     if fails:
         found = LACKS
-    elif not waits:
+    else:
         slack = SLIGHT * weight
         low = real(0.0)
         at_low = spare_first(blocks, pose, touch, r) + slack

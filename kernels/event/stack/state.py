@@ -3,7 +3,7 @@
 import warp as wp
 
 from warprock.kernels.event.body.weight import Weight
-from warprock.kernels.event.stack.rocking import Curves
+from warprock.kernels.event.stack.curves import Curves
 from warprock.kernels.motion.kinds import Motion
 from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.stack import CLOSED, Blocks, Counts, Pose, Triples, Values, three_of
@@ -249,15 +249,16 @@ def lost_in_impact(
         t: The step.
         free, velocity: Velocities after the base's velocity step, without contact and with it.
     """
-    lost = kinetic_energy(blocks, free) - kinetic_energy(blocks, velocity)
-    for k in range(BLOCKS):
-        lost -= HALF * t.kick * (velocity[3 * k] - free[3 * k]) / blocks.inverse_mass[k]
+    lost = real(0.0)
+    rise = real(0.0)
     if VERTICAL:
         rise = t.weight.kick
-        work = real(0.0)
-        for k in range(BLOCKS):
-            work += HALF * rise * (velocity[3 * k + 1] - free[3 * k + 1]) / blocks.inverse_mass[k]
-        lost = lost - work
+    for k in range(BLOCKS):
+        before, after = three_of(free, k), three_of(velocity, k)
+        less, total = before - after, before + after
+        along = less[0] * (total[0] + t.kick) + less[1] * (total[1] + rise)
+        lost += HALF * along / blocks.inverse_mass[k]
+        lost += HALF * less[2] * total[2] / blocks.inverse_inertia[k]
     return lost
 
 

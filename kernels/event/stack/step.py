@@ -34,6 +34,7 @@ lane to lane, and packs of lanes would run all branches of all. Functions take l
 
 import warp as wp
 
+from warprock.kernels.event.body.weight import kicks
 from warprock.kernels.event.stack.chain import Contacts, constrain, relative_velocity
 from warprock.kernels.event.stack.contact import RoundOff, Solution, solve
 from warprock.kernels.event.stack.moves import find_departure, find_stop, glue, lay_down, opening
@@ -267,6 +268,9 @@ def project(
     impact = Solution()
     impact.contacts = Contacts(n.pose.touch, n.slip)
     impact.solved = True
+    impact.ramps = t.kick != real(0.0)
+    if VERTICAL:
+        impact.ramps = kicks(t.weight, t.kick)
     if t.struck or t.resting:
         free = kick_base(t, v)
         collide(blocks, limits, t, g, free, impact)

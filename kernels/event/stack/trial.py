@@ -6,10 +6,11 @@ from warprock.kernels.event.block.begin import base_change, first_root
 from warprock.kernels.event.body.weight import Weight, kicks, weight_in
 from warprock.kernels.event.stack.chain import Contacts, relative_velocity
 from warprock.kernels.event.stack.contact import RoundOff, Solution, solve
+from warprock.kernels.event.stack.curves import value_of
 from warprock.kernels.event.stack.moves import find_closing, find_landing, move, opening, settles
 from warprock.kernels.event.stack.rest import look_ahead
 from warprock.kernels.event.stack.rocking import Terms, predict_rocking
-from warprock.kernels.event.stack.rocking_end import LACKS, SPENT, find_end, value_of, velocity_at
+from warprock.kernels.event.stack.rocking_end import LACKS, SPENT, find_end, velocity_at
 from warprock.kernels.motion.kinds import expand, knot_step, knot_time
 from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.stack import (
@@ -25,7 +26,6 @@ from warprock.kernels.shape.stack import (
     Values,
     fill_jacobian,
     lower_face,
-    side_of,
 )
 
 if CHAINS:
@@ -86,12 +86,11 @@ def close_at_start(s: wp.ref[State], rests: Counts, t: wp.ref[Trial]):
     t.segment = s.segment
     t.struck = False
     t.switches = False
-    t.rocks = False
     t.spends = False
     t.curve = still_curve(s)
     t.deep = real(0.0)
     if VERTICAL:
-        t.weight = Weight(t.weight.start, t.weight.start, real(0.0), real(0.0), False)
+        t.weight = Weight()
 
 
 @wp.func(inline=False)
@@ -110,22 +109,14 @@ def find_events(blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State]
         elif touch != CLOSED:
             start = opening(s.pose, s.velocity, k, touch)
             end = opening(t.pose, t.velocity, k, touch)
-            bend = (end.angle - start.angle - start.rate * t.d) / (t.d * t.d)
-            if t.rocks:
-                bend = t.curve[k, 2]
-                if k > 0:
-                    bend = bend - t.curve[k - 1, 2]
-                bend = side_of(touch) * bend
             cut, falls = find_closing(start, end, t.d, near)
             t.cut = smaller(t.cut, cut)
             pivots_since_impact = s.pose.touch[k] != CLOSED
-            if (
-                cut < NEVER
-                and pivots_since_impact
-                and settles(start, bend, limits.rest_rotation[k])
-            ):
-                t.resting = True
-                rests[k] = CLOSED
+            if cut < NEVER and pivots_since_impact and not t.rocks:
+                bend = (end.angle - start.angle - start.rate * t.d) / (t.d * t.d)
+                if settles(start, bend, limits.rest_rotation[k]):
+                    t.resting = True
+                    rests[k] = CLOSED
             t.falls[k] = wp.where(falls, CLOSED, OPEN)
             t.struck = t.struck or falls
             # A block that has turned past the lower face is deepest at the end that was open.
@@ -195,7 +186,7 @@ def try_rocking(
 ):  # fmt: skip
     """Makes a trial one of at most a length d [s] in which all ends that touch stick.
 
-    If they do not, it stays as it is.
+    If they do not, it stays as it is. If an interface rests at once, it closes at the start.
     """
     a = expand(shaking.motion, s.segment, s.time, shaking.value, shaking.slope)
     along = Terms(a.a0, a.a1, a.a2, a.a3, a.a4)
@@ -205,8 +196,14 @@ def try_rocking(
         z = expand(above.motion, above.segment, s.time, above.value, above.slope)
         up = Terms(z.a0, z.a1, z.a2, z.a3, z.a4)
     up[0] = up[0] + limits.gravity
-    r = predict_rocking(blocks, s.pose, touch, s.velocity, along, up)
-    d1, found, lands = find_end(blocks, limits, s.pose, touch, r, d)
+    r = predict_rocking(blocks, limits, s.pose, touch, s.velocity, along, up)
+    if r.waits:
+        t.resting = True
+        t.rocks = True
+        t.settled = True
+        close_at_start(s, r.rests, t)
+        return
+    d1, found, lands = find_end(blocks, limits, s.pose, touch, r, smaller(d, r.reach))
     if found == LACKS:
         return
     move_base(limits, shaking, target, s, d1, t)
@@ -290,7 +287,7 @@ def try_step(
             t.switches = t.switches and not (stuck and s.search.stage == STEADY)
             if stuck and s.search.stage != SEEKING and sticks(t.pose.touch, t.slip):
                 try_rocking(blocks, limits, shaking, target, s, t.pose.touch, d, t)
-    if not t.plain:
+    if not (t.plain or t.resting):
         find_events(blocks, limits, s, t)
 
 

@@ -28,11 +28,13 @@ from warprock.kernels.event_space.block.contact import (
 )
 
 ROUNDS = 200
-"""Rounds of the iteration between the pressure under a face and its friction..."""
+"""Largest number of rounds between the pressure under a face and its friction."""
 STRAIGHT = 10
-"""...the first of which take the whole change of the pressure, the others half of it."""
+"""Rounds that take the whole change of the pressure. Later ones take half of it."""
 AGAIN = 4
+"""Corrections that remove the effect of `SOFT` on the motion."""
 SOFT = by_precision(1.0e-9, 1.0e-3)
+"""Stiffness that makes opposite impulses at the ends of an edge unique, over that of the block."""
 PULLED = by_precision(1.0e-6, 0.1)
 """Pull over the impulses that is no error of `SOFT`."""
 ALIKE = by_precision(1.0e-14, 1.0e-6)
@@ -48,6 +50,7 @@ second."""
 SECOND = 3
 """Place of the second end in `Six`."""
 Gains = wp.types.matrix(shape=(6, 6), dtype=real)
+"""Velocities of both ends of an edge, a row a number of `Six`, by unit impulses there, a column."""
 
 
 @wp.func
@@ -121,7 +124,7 @@ def solve_corners(
         gains: `gains_of` these corners.
         sides: Of all corners along x and y: -1 or 1 if it slides to that side, 0 if it sticks.
         pulls: Whether the base may pull at a corner. Else impulses that do are left as they are
-            found at first: a third of the time.
+            found at first, which takes a third of the time.
         v: Velocity without these impulses [m/s].
         w: Angular velocity without them [rad/s].
     """

@@ -37,9 +37,9 @@ from warprock.kernels.event_space.block.slide import (
 from warprock.kernels.event_space.lane import Limits
 
 SWERVE = real(0.95)
-"""Cosine of the largest angle by which the path of a sliding corner may turn in a step..."""
+"""Cosine of the largest angle by which the path of a sliding corner may turn in a long step."""
 SHORTEST = real(0.01)
-"""...that is longer than this part of the longest one."""
+"""Part of the longest step from which on a step counts as long."""
 SWEEPS = 5000
 """Sweeps of the Gauss-Seidel iteration before it gives up."""
 SETTLED = by_precision(1.0e-13, 1.0e-6)

@@ -70,10 +70,10 @@ BEGINNINGS = 12
 """Directions from which those of an edge that slides are sought: beside either end to either side,
 and eight in which both ends slide alike."""
 SWEEPS = 4000
-"""Largest number of sweeps of a solve..."""
+"""Largest number of sweeps of a solve."""
 WHOLE = 60
-"""...the first of which take the whole change of a point, the others half of it, so that none
-alternates."""
+"""Sweeps of a solve that take the whole change of a point. Later ones take half of it, so that no
+point alternates."""
 SETTLED = by_precision(1.0e-14, 1.0e-6)
 """Change of the velocities in a sweep, over those without contact, that is round-off."""
 LOOSE = by_precision(1.0e-6, 1.0e-3)

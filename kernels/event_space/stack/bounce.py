@@ -28,7 +28,7 @@ def rise_of(t: Touches, i: int, pose: Pose, v: Bodies, w: Bodies) -> real:
     """Velocity at which a contact opens [m/s]."""
     k = t.body[i]
     u = relative_velocity(v[k], w[k], t.ru[i], v[k - 1], w[k - 1], t.rl[i])
-    return wp.dot(directions(pose.axes, k, t.slot[i])[2], u)
+    return wp.dot(directions(pose.axes, k, t.way[i])[2], u)
 
 
 @wp.func
@@ -43,18 +43,18 @@ def product(pose: Pose, v: Bodies, w: Bodies, v1: Bodies, w1: Bodies) -> real:
 
 
 @wp.func(inline=False)
-def bounce(rebound: Rebound, closing: Touches, pose: Pose, v: Bodies, w: Bodies):
+def bounce(rebound: Rebound, closing: Touches, pose: Pose, v: Bodies, w: Bodies, kick: real):
     """The impact that bounces.
 
     Args:
         rebound: How contacts bounce.
-        closing, pose, v, w: As of `solve_impact`.
+        closing, pose, v, w, kick: As of `solve_impact`.
 
     Returns:
         Velocities, angular velocities, bits of slots that leave, and whether it is solved.
     """
     t = closing
-    v0, w0, fits = solve_impact(t, pose, v, w)
+    _p, v0, w0, fits = solve_impact(t, pose, v, w, kick)
     left, some = Ints(), bool(False)
     for i in range(t.total):
         rise = rise_of(t, i, pose, v, w)
@@ -63,7 +63,7 @@ def bounce(rebound: Rebound, closing: Touches, pose: Pose, v: Bodies, w: Bodies)
             some = True
     if not some:
         return v0, w0, left, fits
-    v1, w1, bounces = solve_impact(t, pose, v, w)
+    _q, v1, w1, bounces = solve_impact(t, pose, v, w, real(0.0))
     more_v, more_w = v1 - v0, w1 - w0
     room = HALF * (product(pose, v, w, v, w) - product(pose, v0, w0, v0, w0))
     square = HALF * product(pose, more_v, more_w, more_v, more_w)

@@ -2,8 +2,9 @@
 
 Bodies, faces and slots are those of shape_space/stack.py. The directions of a contact are the axes
 of the face that is touched: of the lower block, or of the upper one if a corner of the lower block
-touches it. With friction as a box the latter are the lower block's axes, projected on the upper
-face. Each contact obeys one *law*:
+touches it. Where an edge of one face crosses one of the other, the normal is that of both edges; of
+edges that are less than about 45 degrees apart, that of the lower face. With friction as a box the
+other two are the lower block's axes, projected across the normal. Each contact obeys one *law*:
 
     CONE    it pushes and does not approach by more than its gap, which is negative where it
             bounces; its friction is within the cone, or box, and against the slip;
@@ -19,8 +20,8 @@ impulses are not unique, but the motion is.
 
 import warp as wp
 
-from warprock.kernels.algebra.vectors import Matrix, Vector
-from warprock.kernels.shape.faces import SLOTS
+from warprock.kernels.algebra.vectors import Matrix, Vector, X, Y
+from warprock.kernels.shape.faces import SAME, SLOTS
 from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.contact import (
@@ -39,6 +40,7 @@ from warprock.kernels.shape_space.contact import (
 )
 from warprock.kernels.shape_space.frame import axis_of, frame, relative_velocity, rotate_diagonal
 from warprock.kernels.shape_space.stack import (
+    UPPER,
     Axes,
     Bodies,
     Numbers,
@@ -59,6 +61,14 @@ HOLD_X = 5
 HOLD_Y = 6
 BOX = FRICTION == "box"
 """Whether friction is bound as a box along a contact's directions, else as a cone."""
+
+PARALLEL = by_precision(1.0e-4, 1.0e-3)
+"""Angle [rad] up to which faces count as parallel, and all of their contacts have one normal: a
+face that slides cannot keep contacts of several. A force is off by this part at most."""
+ALONG_DEPTH = 8
+"""First of the slots on the upper face's edges along its depth, see shape/faces.py."""
+LOWER = 12
+"""First of the slots of the corners of the lower face."""
 
 SWEEPS = 20000
 """Largest number of sweeps of a solve; the second half of them is under-relaxed by 1/2."""
@@ -114,12 +124,14 @@ class Pose:
 class Touches:
     """The contacts of a stack in one pose.
 
-    Number; upper body, slot and law of each; gap [m]; levers from both centres of mass [m].
+    Number; upper body, slot, way (see `find_corners`) and law of each; gap [m]; levers from both
+    centres of mass [m].
     """
 
     total: int
     body: PointInts
     slot: PointInts
+    way: PointInts
     law: PointInts
     gap: PointNumbers
     ru: Points
@@ -170,14 +182,34 @@ def below_of(own: Own, k: int) -> Block:
 
 @wp.func(inline=False)
 def find_corners(own: Own, pose: Pose, k: int):
-    """Corners of the overlap of the faces of interface k, by slot: see `shared_corners`."""
+    """Corners of the overlap of the faces of interface k, by slot: see `shared_corners`.
+
+    The fourth value is a mask of the slots at which edges cross that run in other directions, of
+    faces that are not parallel. The *way* of a contact is its slot, or SLOTS more at such a
+    crossing.
+    """
     one = real(1.0)
     down = rows_of(pose.axes, k - 1)
     m = down * wp.transpose(rows_of(pose.axes, k))
     c = down * (pose.x[k] - pose.x[k - 1])
     lean = Vector(one, one, one)
-    places, gaps, there = shared_corners(block_of(own, k), below_of(own, k), m, c, lean)
-    return places, gaps, there
+    below = below_of(own, k)
+    places, gaps, there = shared_corners(block_of(own, k), below, m, c, lean)
+    tilted = size(m[2, 0]) + size(m[2, 1]) > PARALLEL
+    crossed = int(0)
+    for i in range(UPPER, LOWER):
+        # Edges along the width are crossed by those at the ends of the lower width.
+        wide = size(places[i, X] + below.centre_x) > below.half_width * (one + HALF * SAME)
+        deep = size(places[i, Y] + below.centre_y) > below.half_depth * (one + HALF * SAME)
+        crosses = tilted and wp.where(i < ALONG_DEPTH, wide, deep)
+        crossed = crossed | wp.where(crosses, 1 << i, 0)
+    return places, gaps, there, crossed
+
+
+@wp.func
+def way_of(slot: int, crossed: int) -> int:
+    """The way of a contact, see `find_corners`."""
+    return slot + wp.where((crossed & (1 << slot)) != 0, SLOTS, 0)
 
 
 @wp.func
@@ -188,11 +220,20 @@ def height_of(own: Own, pose: Pose, k: int, point: Vector) -> real:
 
 
 @wp.func
-def directions(axes: Axes, body: int, slot: int) -> Matrix:
+def directions(axes: Axes, body: int, way: int) -> Matrix:
     """Directions of a contact, one a row."""
-    e = rows_of(axes, wp.where(slot >= 12, body, body - 1))
+    e = rows_of(axes, wp.where(way >= LOWER and way < SLOTS, body, body - 1))
+    if way >= SLOTS:
+        # An edge of the upper face, and one of the lower face across it.
+        if way < SLOTS + ALONG_DEPTH:
+            e[0] = axes[3 * body]
+            e[2] = wp.normalize(wp.cross(e[0], axes[3 * body - 2]))
+        else:
+            e[0] = axes[3 * body - 3]
+            e[2] = wp.normalize(wp.cross(e[0], axes[3 * body + 1]))
+        e[1] = wp.cross(e[2], e[0])
     if BOX:  # noqa: SIM102, decided before launch
-        if slot >= 12:
+        if way >= LOWER:
             normal = Vector(e[2, 0], e[2, 1], e[2, 2])
             x = axes[3 * body - 3]
             x = wp.normalize(x - wp.dot(x, normal) * normal)
@@ -202,13 +243,15 @@ def directions(axes: Axes, body: int, slot: int) -> Matrix:
 
 
 @wp.func
-def add_contact(before: Touches, pose: Pose, k: int, slot: int, law: int, gap: real, place: Vector):
+def add_contact(before: Touches, pose: Pose, k: int, way: int, law: int, gap: real, place: Vector):
     """The contacts with one added, its place from the lower block's centre in that block's axes."""
     t = before
     i = t.total
+    slot = way % SLOTS
     lever = wp.transpose(rows_of(pose.axes, k - 1)) * place
     t.body[i] = k
     t.slot[i] = slot
+    t.way[i] = way
     t.law[i] = law
     t.gap[i] = gap
     t.rl[i] = lever
@@ -272,7 +315,7 @@ def solve_by_sweeps(sweeps: int, t: Touches, pose: Pose, first: Points, v: Bodie
         for i in range(t.total):
             k = t.body[i]
             low = k - 1
-            e = directions(pose.axes, k, t.slot[i])
+            e = directions(pose.axes, k, t.way[i])
             ju, jl = rows_of(pose.ease, k), rows_of(pose.ease, low)
             new = first[i]
             if step < 0:

@@ -12,6 +12,9 @@ from warprock.kernels.event_space.lane import Knots, Limits
 from warprock.kernels.event_space.stack.contact import (
     AWAIT,
     CONE,
+    HOLD,
+    HOLD_X,
+    HOLD_Y,
     KEEP,
     PUSH,
     Attitudes,
@@ -24,11 +27,13 @@ from warprock.kernels.event_space.stack.contact import (
     directions,
     find_corners,
     height_of,
+    sticking_bits,
     sticking_law,
+    way_of,
 )
 from warprock.kernels.shape.faces import SLOTS
 from warprock.kernels.shape_space.frame import frame, relative_velocity, rotate_diagonal
-from warprock.kernels.shape_space.stack import CONTACTS, Bodies, PointNumbers, rows_of
+from warprock.kernels.shape_space.stack import CONTACTS, Bodies, PointNumbers, Points, rows_of
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
 """Tolerance of the time of an event, as a part of the longest step."""
@@ -37,9 +42,9 @@ GRAIN = by_precision(1.0e-14, 1.0e-6)
 HOP = real(4.0)
 """A hop that lasts one step rises by its first velocity times the step over this number."""
 LEFT_OUT = real(0.0625)
-"""Velocity up to which a contact does not hop, over what gravity gives in the longest step: a free
-corner would be back within an eighth of that step. Errors of this are of the step's second order,
-as those of bounces that are left out."""
+"""Velocity up to which a contact does not hop, nor slides back, over what gravity gives in the
+longest step: a free corner would be back within an eighth of that step. Errors of this are of the
+step's second order, as those of bounces that are left out."""
 
 Kept = wp.types.matrix(shape=(16 * BLOCKS, 3), dtype=real)
 
@@ -144,7 +149,7 @@ def continue_contacts(own: Own, s: State, pose0: Pose, pose: Pose, rest: real) -
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
     for k in range(1, bodies):
-        places, _gaps, there = find_corners(own, pose, k)
+        places, _gaps, there, crossed = find_corners(own, pose, k)
         number = int(0)
         for i in range(slots):
             bit = 1 << i
@@ -156,7 +161,7 @@ def continue_contacts(own: Own, s: State, pose0: Pose, pose: Pose, rest: real) -
                     point = rows_of(pose.axes, k) * lever
                     touches = height_of(own, pose0, k, point) <= rest
                 if touches:
-                    t = add_contact(t, pose, k, i, CONE, real(0.0), places[i])
+                    t = add_contact(t, pose, k, way_of(i, crossed), CONE, real(0.0), places[i])
                     number += 1
     return t
 
@@ -179,8 +184,8 @@ def look_at_step(
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
     for k in range(1, bodies):
-        places, gaps, there = find_corners(own, pose, k)
-        places0, gaps0, there0 = find_corners(own, pose0, k)
+        places, gaps, there, crossed = find_corners(own, pose, k)
+        places0, gaps0, there0, crossed0 = find_corners(own, pose0, k)
         down, down0 = rows_of(pose.axes, k - 1), rows_of(pose0.axes, k - 1)
         n.there[k] = there
         n.closed = n.closed and there != 0
@@ -203,11 +208,11 @@ def look_at_step(
                     ru0 = wp.transpose(rows_of(pose0.axes, k)) * point
                     rl0 = ru0 + pose0.x[k] - pose0.x[k - 1]
                 rate = wp.dot(
-                    directions(pose.axes, k, i)[2],
+                    directions(pose.axes, k, way_of(i, crossed))[2],
                     relative_velocity(v[k], w[k], ru, v[k - 1], w[k - 1], rl),
                 )
                 rate0 = wp.dot(
-                    directions(pose0.axes, k, i)[2],
+                    directions(pose0.axes, k, way_of(i, crossed0))[2],
                     relative_velocity(s.v[k], s.w[k], ru0, s.v[k - 1], s.w[k - 1], rl0),
                 )
                 holds = (held[k] & bit) != 0
@@ -235,19 +240,52 @@ def look_at_step(
 
 
 @wp.func(inline=False)
+def find_stop(
+    t: Touches, pose: Pose, p: Points, s: State, vm: Bodies, wm: Bodies, slow: real
+) -> real:
+    """Part of a step after which the first contact has slid to a stop; above 1 if none has inside.
+
+    Friction does not turn a slide back. Where it would, the contact stops on the way.
+
+    Args:
+        t, pose, p: The contacts in the mean of the step, and their impulses [N s].
+        s: The state at its start.
+        vm, wm: Its mean motion [m/s], [rad/s].
+        slow: Slip up to which none counts [m/s].
+    """
+    found, zero = TWO * NEVER, real(0.0)
+    for i in range(t.total):
+        k = t.body[i]
+        low, slot = k - 1, t.slot[i]
+        law = sticking_law(slot, sticking_bits(slot, pose.friction[k], p[i]), CONE)
+        if p[i][2] > zero and law != HOLD:
+            e = directions(pose.axes, k, t.way[i])
+            first = e * relative_velocity(s.v[k], s.w[k], t.ru[i], s.v[low], s.w[low], t.rl[i])
+            mean = e * relative_velocity(vm[k], wm[k], t.ru[i], vm[low], wm[low], t.rl[i])
+            # Along the directions in which it slides.
+            x = wp.where(law == HOLD_X, zero, first[0])
+            y = wp.where(law == HOLD_Y, zero, first[1])
+            square = x * x + y * y
+            back = square - TWO * (x * mean[0] + y * mean[1])
+            if square > slow * slow and back > slow * wp.sqrt(square):
+                found = smaller(found, square / (square + back))
+    return found
+
+
+@wp.func(inline=False)
 def contacts_at_end(own: Own, pose: Pose, look: Look, held: Ints) -> Touches:
     """The contacts at the end of a step, with their laws for closing gaps."""
     t = Touches()
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
     for k in range(1, bodies):
-        places, gaps, _there = find_corners(own, pose, k)
+        places, gaps, _there, crossed = find_corners(own, pose, k)
         number = int(0)
         for i in range(slots):
             bit = 1 << i
             if (look.touch[k] & bit) != 0 and number < CONTACTS:
                 law = wp.where((held[k] & bit) != 0, KEEP, PUSH)
-                t = add_contact(t, pose, k, i, law, gaps[i], places[i])
+                t = add_contact(t, pose, k, way_of(i, crossed), law, gaps[i], places[i])
                 number += 1
     return t
 

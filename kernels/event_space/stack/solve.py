@@ -25,6 +25,12 @@ Else, for given l and lift the velocities minimise a convex function. Newton's m
 least value; a step that does not descend is halved, and one within linear pieces is exact. Then l
 is set to f and lift to that of u. This repeats until only round-off changes. Redundant contacts of
 a face do no harm.
+
+Lifts change slowly in these rounds. So after each of the first ones `descend_to_slips` goes on
+from there with discs of friction, l being the impulse. A stiffness of a few effective masses tells
+the pieces, and a step is halved until it comes nearer to the law. These rounds begin soft, so that
+l and not u tells the pieces. Where a contact slides fast at the start there may be a solution
+nearby that stops it. Rounds alone do not come to that one.
 """
 
 import warp as wp
@@ -49,21 +55,35 @@ from warprock.kernels.shape_space.frame import relative_velocity
 from warprock.kernels.shape_space.stack import Bodies, PointInts, PointNumbers, Points, rows_of
 
 STIFF = by_precision(1.0e4, 1.0e2)
-"""Stiffness c of a contact over its effective mass, in Newton's method..."""
+"""Stiffness c of a contact over its effective mass, in Newton's method of the last rounds."""
+SOFT = real(100.0)
+"""The same in the first round before slips."""
+STIFFER = real(10.0)
+"""Factor from a round before slips to the next one, up to STIFF."""
 FIRM = by_precision(1.0e7, 1.0e5)
-"""...and on given pieces. A change of l leaves about 1/FIRM of it: two come to round-off."""
+"""Stiffness on given pieces. A change of l leaves about 1/FIRM of it: two come to round-off."""
 PLIANT = by_precision(1.0e5, 1.0e3)
-"""...and where contacts slip."""
-BEFORE = FIRM if BOX else PLIANT
-"""Stiffness of what comes before Newton's method with a convex function."""
-SLIP_TURNS = 30
-"""Largest number of Newton steps there..."""
+"""Stiffness on given pieces where contacts slip."""
+EVEN = real(3.0)
+"""Stiffness that tells which contacts slip and where to."""
+SLIDE = real(0.1)
+"""Velocity from which a contact slides fast, as a part of the velocities."""
+SLIP_ROUNDS = 8
+"""Largest number of rounds before slips."""
+SLIP_TURNS = 12
+"""Largest number of Newton steps with slips after such a round."""
+SLIP_HALVINGS = 4
+"""Largest number of trials of such a step, each half as long as the one before."""
+DESCENDS = real(0.2)
+"""Least part by which a whole step comes nearer to the law."""
+TRIED = 30
+"""Largest number of Newton steps with slips where none is halved."""
 LOST = 6
-"""...and of those before the velocities settle, else they seldom do."""
+"""Largest number of such steps before the velocities settle; later they seldom do."""
 FAIR = by_precision(1.0e-4, 1.0e-2)
-"""Relative change of the velocities in a step from which they have settled..."""
+"""Relative change of the velocities in a step from which they have settled."""
 CLOSE = by_precision(1.0e-9, 1.0e-4)
-"""...and after which only round-off is left: the next change is about its square."""
+"""Relative change after which only round-off is left: the next one is about its square."""
 LEAST_GRIP = real(0.01)
 """Least stiffness of a contact along its face, over that across it."""
 TURNS = 12
@@ -71,45 +91,52 @@ TURNS = 12
 ROUNDS = 200
 """Largest number of rounds of Newton's method, each with one change of l."""
 LEAP = 8
-"""Lifts converge slowly, by a factor a round. Every so many rounds they are extrapolated..."""
+"""Rounds after which lifts are extrapolated: they converge slowly, by a factor a round."""
 FARTHEST = real(1000.0)
-"""...by at most this multiple of their last change."""
+"""Largest extrapolation of a lift, over its last change."""
 TRIES = 30
 """Largest number of Newton steps in a round."""
 HALVINGS = 8
 """Largest number of times that a step which does not descend is halved."""
 FIRST = 4
 """Gauss-Seidel sweeps for the first guess of the impulses."""
+ROUGH = by_precision(1.0e-6, 1.0e-3)
+"""Relative change of the velocities in a Newton step that ends a round before slips."""
 ALIKE = by_precision(1.0e-13, 1.0e-5)
-"""Relative change of the velocities in a Newton step that ends a round."""
+"""Relative change that ends any other round."""
 
 ENOUGH = by_precision(1.0e-14, 1.0e-6)
-"""Velocity by which contacts may break their laws, as a part of the velocities..."""
+"""Velocity by which contacts may break their laws, as a part of the velocities."""
 SOUND = by_precision(1.0e-6, 1.0e-4)
-"""...and if so many rounds do not reach that."""
+"""The same where all rounds do not reach `ENOUGH`."""
 
 DUST = by_precision(1.0e-13, 1.0e-5)
 """Round-off of the convex function."""
 
+LIGHTER = real(0.125)
+"""Weight of a ramp of the base's velocity over the one before; weights are velocities."""
+LIGHTEST = by_precision(1.0e-6, 1.0e-4)
+"""The least weight of a ramp, over the velocity step."""
+
 NONE = 0
 """The piece of a contact without impulse."""
 ALL = 1
-"""That of one whose impulse has every part: it sticks."""
+"""The piece of a contact whose impulse has every part: it sticks."""
 NORMAL = 2
-"""That of one without friction."""
+"""The piece of a contact without friction."""
 NO_Y = 3
-"""That of one without friction along y..."""
+"""The piece of a contact without friction along y."""
 NO_X = 4
-"""...and x."""
+"""The piece of a contact without friction along x."""
 CURVED = 5
-"""The one on which P is not linear: friction at its bound."""
+"""The piece on which P is not linear: friction at its bound."""
 
 GIVEN = 0
-"""A look at contacts on given pieces..."""
+"""A look at contacts on given pieces."""
 ANEW = 1
-"""...on the pieces of their arguments..."""
+"""A look at contacts on the pieces of their arguments."""
 RENEW = 2
-"""...and, after that, with l set to f and lifts to those of the velocities."""
+"""As `ANEW`; then l is set to f and lifts to those of the velocities."""
 
 SixRows = wp.types.matrix(shape=(6 * BLOCKS, 6), dtype=real)
 Sixes = wp.types.matrix(shape=(BLOCKS, 6), dtype=real)
@@ -124,13 +151,15 @@ class System:
     Attributes:
         t: The contacts.
         pose: Where the bodies are.
-        stiff: Stiffness c of each contact [kg].
+        mass: Effective mass of each contact across its face [kg].
+        firm: Stiffness c of a contact over that mass.
         v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
     """
 
     t: Touches
     pose: Pose
-    stiff: PointNumbers
+    mass: PointNumbers
+    firm: real
     v: Bodies
     w: Bodies
 
@@ -319,14 +348,15 @@ def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
     """The gradient and the convex function at a guess; the guess gets what the mode says."""
     # A field of a struct is read as a whole wherever it is indexed: once is enough.
     body = s.t.body
-    slot = s.t.slot
+    way = s.t.way
     law = s.t.law
     gap = s.t.gap
     ru = s.t.ru
     rl = s.t.rl
     axes = s.pose.axes
     friction = s.pose.friction
-    stiff = s.stiff
+    mass = s.mass
+    firm = s.firm
     asks = g.asks
     lifts = g.lift
     pieces = g.pieces
@@ -336,8 +366,8 @@ def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
     same, straight = bool(True), bool(True)
     bodies = int(BLOCKS + 1)
     for i in range(s.t.total):
-        k, c, piece, lift = body[i], stiff[i], pieces[i], lifts[i]
-        mu, e = friction[k], directions(axes, k, slot[i])
+        k, c, piece, lift = body[i], firm * mass[i], pieces[i], lifts[i]
+        mu, e = friction[k], directions(axes, k, way[i])
         u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
         if mode == RENEW:
             now = lift_of(law[i], mu, gap[i], u)
@@ -378,7 +408,7 @@ def look_at(s: wp.ref[System], g: wp.ref[Guess], mode: int) -> Slope:
 def stiffness_of(s: wp.ref[System], g: wp.ref[Guess], i: int) -> Matrix:
     """Stiffness of a contact in the axes of the base, c E^T P' E with its directions E [kg]."""
     k = s.t.body[i]
-    e = directions(s.pose.axes, k, s.t.slot[i])
+    e = directions(s.pose.axes, k, s.t.way[i])
     m = Matrix()
     piece = g.pieces[i]
     if piece == ALL:
@@ -387,13 +417,13 @@ def stiffness_of(s: wp.ref[System], g: wp.ref[Guess], i: int) -> Matrix:
         m = wp.outer(e[2], e[2])
     elif piece == CURVED:
         u = e * relative_velocity(g.v[k], g.w[k], s.t.ru[i], g.v[k - 1], g.w[k - 1], s.t.rl[i])
-        z = g.asks[i] - s.stiff[i] * Vector(u[0], u[1], u[2] + g.lift[i])
+        z = g.asks[i] - s.firm * s.mass[i] * Vector(u[0], u[1], u[2] + g.lift[i])
         _f, slope = project_on_law(s.t.law[i], s.pose.friction[k], z)
         m = wp.transpose(e) * (slope * e)
     elif piece != NONE:
         m = wp.outer(e[2], e[2])
         m += wp.where(piece == NO_Y, wp.outer(e[0], e[0]), wp.outer(e[1], e[1]))
-    return s.stiff[i] * m
+    return s.firm * s.mass[i] * m
 
 
 @wp.func(inline=False)
@@ -517,15 +547,40 @@ def project_on_disc(piece: int, law: int, mu: real, z: Vector) -> Vector:
 
 
 @wp.func
-def slope_on_disc(piece: int, mu: real, push: real, c: Vector, z: Vector) -> Matrix:
+def turning_of(mu: real, c: real, even: real, z: Vector) -> real:
+    """Stiffness of the friction of a contact that slips against a turn of its slip [kg].
+
+    `c` is the largest one, `even` that of the argument z [kg].
+    """
+    most = mu * z[2]
+    spare = wp.sqrt(z[0] * z[0] + z[1] * z[1]) - most
+    return wp.where(even * most < c * spare, even * most / spare, c)
+
+
+@wp.func
+def push_on_disc(
+    piece: int, mu: real, c: real, even: real, z: Vector, ask: Vector, u: Vector
+) -> Vector:
+    """The impulse of a contact on a piece at a velocity u, linear in u; see `slope_on_disc`."""
+    if piece != CURVED:
+        return project_on_piece(piece, CONE, mu, ask - c * u)
+    pull = wp.sqrt(z[0] * z[0] + z[1] * z[1])
+    x, y, push = z[0] / pull, z[1] / pull, ask[2] - c * u[2]
+    aside = turning_of(mu, c, even, z) * (x * u[1] - y * u[0])
+    return Vector(mu * push * x + aside * y, mu * push * y - aside * x, push)
+
+
+@wp.func
+def slope_on_disc(piece: int, mu: real, turns: real, c: Vector, z: Vector) -> Matrix:
     """How an impulse on a piece shrinks with the velocity of its contact [kg].
 
-    `push` is its normal impulse [N s], c the stiffness along each direction [kg].
+    `c` is the stiffness along each direction, `turns` that of friction at its bound, which is along
+    the argument z, against a turn of the slip [kg].
     """
     zero = real(0.0)
     if piece == CURVED:
         pull = wp.sqrt(z[0] * z[0] + z[1] * z[1])
-        x, y, turns = z[0] / pull, z[1] / pull, c[0] * mu * larger(push, zero) / pull
+        x, y = z[0] / pull, z[1] / pull
         return Matrix(
             turns * y * y, -turns * x * y, mu * x * c[2],
             -turns * x * y, turns * x * x, mu * y * c[2],
@@ -537,14 +592,15 @@ def slope_on_disc(piece: int, mu: real, push: real, c: Vector, z: Vector) -> Mat
 
 
 @wp.func(inline=False)
-def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bool):
+def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bool, given: bool):
     """The system of a Newton step, and whether all contacts stayed on their pieces.
 
     At the beginning the impulses tell the pieces. A contact that stays on its piece gets l = f, its
-    friction only once the velocities have `settled`; then all contacts do.
+    friction only once the velocities have `settled`; then all contacts do. On pieces that are
+    `given` l is the impulse.
     """
     body = s.t.body
-    slot = s.t.slot
+    way = s.t.way
     laws = s.t.law
     gap = s.t.gap
     ru = s.t.ru
@@ -553,7 +609,7 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bo
     friction = s.pose.friction
     light = s.pose.light
     inertia = s.pose.inertia
-    stiff = s.stiff
+    mass = s.mass
     asks = g.asks
     pieces = g.pieces
     v = g.v
@@ -574,18 +630,21 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bo
         load += larger(asks[q, 2], zero) / real(s.t.total)
     for q in range(s.t.total):
         k, law, ask = body[q], laws[q], asks[q]
-        mu, e = friction[k], directions(axes, k, slot[q])
+        mu, e = friction[k], directions(axes, k, way[q])
         u = e * relative_velocity(v[k], w[k], ru[q], v[k - 1], w[k - 1], rl[q])
-        c = stiff[q] * Vector(real(1.0), real(1.0), real(1.0))
-        if law == CONE and load > zero:
+        c = (PLIANT * mass[q]) * Vector(real(1.0), real(1.0), real(1.0))
+        if law == CONE and load > zero and not given:
             # Contacts of a face share its friction as they share its load.
             grip = smaller(larger(ask[2] / load, LEAST_GRIP), real(1.0))
             c = Vector(grip * c[0], grip * c[1], c[2])
-        off = wp.cw_mul(c, Vector(u[0], u[1], u[2] + gap[q]))
+        at = Vector(u[0], u[1], u[2] + gap[q])
+        off = wp.cw_mul(c, at)
         was = pieces[q]
         piece = piece_on_disc(law, mu, ask - off)
         guessed = begins and law == CONE and ask[2] > zero
-        if guessed:
+        if given:
+            piece = was
+        elif guessed:
             piece = wp.where(sticking_bits(0, mu, ask) == 0, CURVED, ALL)
             if piece == ALL:
                 ask = Vector(zero, zero, ask[2])
@@ -594,17 +653,27 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bo
             turned = (ask[0] - off[0]) * ask[0] + (ask[1] - off[1]) * ask[1] < zero
             piece = wp.where(turned, ALL, CURVED)
         same = same and piece == was
-        if settled or (piece == was and not begins):
-            f = project_on_disc(piece, law, mu, ask - off)
+        if settled or (piece == was and not begins and not given):
+            stays = project_on_disc(piece, law, mu, ask - off)
             if law == CONE and piece == ALL and not settled:
-                f = Vector(ask[0], ask[1], f[2])
-            ask = f
+                stays = Vector(ask[0], ask[1], stays[2])
+            ask = stays
         asks[q] = ask
         pieces[q] = piece
         if piece != NONE:
             z = ask - off
-            m = slope_on_disc(piece, mu, wp.where(guessed, ask[2], z[2]), c, z)
-            push = wp.transpose(e) * project_on_disc(piece, law, mu, z)
+            aside, f = real(0.0), Vector()
+            if given:
+                even = EVEN * mass[q]
+                z = ask - even * at
+                aside = turning_of(mu, c[2], even, z)
+                f = push_on_disc(piece, mu, c[2], even, z, ask, at)
+            else:
+                pull = wp.sqrt(z[0] * z[0] + z[1] * z[1])
+                aside = c[0] * mu * larger(wp.where(guessed, ask[2], z[2]), zero) / pull
+                f = project_on_disc(piece, law, mu, z)
+            m = slope_on_disc(piece, mu, aside, c, z)
+            push = wp.transpose(e) * f
             force[k] = force[k] - push
             spin[k] = spin[k] - wp.cross(ru[q], push)
             force[k - 1] = force[k - 1] + push
@@ -705,8 +774,8 @@ def solve_with_slips(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
     """Whether a guess becomes the solution by Newton's method with discs of friction."""
     reach, near, settled = wp.length_sq(s.t.ru[0]), bool(False), bool(False)
     bodies = int(BLOCKS + 1)
-    for turn in range(SLIP_TURNS):
-        system, same = look_at_slips(s, g, turn == 0, settled)
+    for turn in range(TRIED):
+        system, same = look_at_slips(s, g, turn == 0, settled, False)
         if near and same:
             return True
         dv, dw = eliminate(system)
@@ -720,6 +789,85 @@ def solve_with_slips(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
         settled = change <= FAIR * FAIR * norm_sq
         if not (change < NEVER) or (turn >= LOST and not settled):
             return False
+    return False
+
+
+@wp.func(inline=False)
+def break_of_law(s: wp.ref[System], g: wp.ref[Guess]) -> real:
+    """How far a guess is from the law, as an energy [J]; it gets its pieces."""
+    total, pieces = real(0.0), PointInts()
+    body = s.t.body
+    way = s.t.way
+    law = s.t.law
+    gap = s.t.gap
+    ru = s.t.ru
+    rl = s.t.rl
+    axes = s.pose.axes
+    friction = s.pose.friction
+    mass = s.mass
+    asks = g.asks
+    v = g.v
+    w = g.w
+    for i in range(s.t.total):
+        k, even = body[i], EVEN * mass[i]
+        mu, e = friction[k], directions(axes, k, way[i])
+        u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
+        z = asks[i] - even * Vector(u[0], u[1], u[2] + gap[i])
+        piece = piece_on_disc(law[i], mu, z)
+        total += wp.length_sq(asks[i] - project_on_disc(piece, law[i], mu, z)) / even
+        pieces[i] = piece
+    g.pieces = pieces
+    return total
+
+
+@wp.func(inline=False)
+def follow_slips(s: wp.ref[System], g: wp.ref[Guess], dv: Bodies, dw: Bodies) -> Points:
+    """The impulses at the end of a whole Newton step."""
+    body = s.t.body
+    way = s.t.way
+    ru = s.t.ru
+    rl = s.t.rl
+    mass = s.mass
+    asks = g.asks
+    pieces = g.pieces
+    v = g.v
+    w = g.w
+    for i in range(s.t.total):
+        k, even, c = body[i], EVEN * mass[i], PLIANT * mass[i]
+        low, lift = k - 1, Vector(real(0.0), real(0.0), s.t.gap[i])
+        e = directions(s.pose.axes, k, way[i])
+        u = e * relative_velocity(v[k], w[k], ru[i], v[low], w[low], rl[i]) + lift
+        du = e * relative_velocity(dv[k], dw[k], ru[i], dv[low], dw[low], rl[i])
+        z = asks[i] - even * u
+        asks[i] = push_on_disc(pieces[i], s.pose.friction[k], c, even, z, asks[i], u + du)
+    return asks
+
+
+@wp.func(inline=False)
+def descend_to_slips(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
+    """Whether a guess becomes the solution by Newton steps that come nearer to the law."""
+    far = break_of_law(s, g)
+    for _turn in range(SLIP_TURNS):
+        system, _same = look_at_slips(s, g, False, False, True)
+        dv, dw = eliminate(system)
+        asks = g.asks
+        v = g.v
+        w = g.w
+        more = follow_slips(s, g, dv, dw) - asks
+        before, part, fits = real(far), real(1.0), bool(False)
+        for _again in range(SLIP_HALVINGS):
+            g.asks = asks + part * more
+            g.v = v + part * dv
+            g.w = w + part * dw
+            far = break_of_law(s, g)
+            fits = far <= (real(1.0) - DESCENDS * part) * before
+            if fits:
+                break
+            part = HALF * part
+        # Only a whole step makes velocities those of the impulses.
+        enough = part == real(1.0) and far <= ENOUGH * ENOUGH * size_of(s, g)
+        if not fits or enough:
+            return enough
     return False
 
 
@@ -748,10 +896,10 @@ def continue_pieces(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
         z = g.asks[i]
         if law != CONE or z[2] <= zero:
             # No impulse tells: by the velocity.
-            mu, e = s.pose.friction[k], directions(s.pose.axes, k, s.t.slot[i])
+            mu, e = s.pose.friction[k], directions(s.pose.axes, k, s.t.way[i])
             u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
             lift = lift_of(law, mu, s.t.gap[i], u)
-            z = z - s.stiff[i] * Vector(u[0], u[1], u[2] + lift)
+            z = z - s.firm * s.mass[i] * Vector(u[0], u[1], u[2] + lift)
             g.lift[i] = lift
         piece = piece_of(law, s.pose.friction[k], z)
         if piece == CURVED:
@@ -781,8 +929,8 @@ def continue_pieces(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
 
 
 @wp.func(inline=False)
-def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
-    """Whether as many rounds at most make a guess the solution."""
+def solve_by_newton(rounds: int, alike: real, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
+    """Whether as many rounds at most make a guess the solution; `alike` ends a round."""
     done, norm_sq, ready = bool(False), real(0.0), bool(False)
     factored, on, before, reach = Factor(), PointInts(), PointNumbers(), wp.length_sq(s.t.ru[0])
     bodies = int(BLOCKS + 1)
@@ -818,7 +966,7 @@ def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
                 turns = reach * wp.length_sq(part * dw[k])
                 change += (wp.length_sq(part * dv[k]) + turns) / s.pose.light[k]
             norm_sq = size_of(s, g)
-            if exact or change <= ALIKE * ALIKE * norm_sq:
+            if exact or change <= alike * alike * norm_sq:
                 fits = True
                 break
         last = g.lift
@@ -842,6 +990,20 @@ def solve_by_newton(rounds: int, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
 
 
 @wp.func(inline=False)
+def slides(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
+    """Whether a contact slides fast along its face at the velocities of a guess."""
+    found, least = bool(False), SLIDE * SLIDE * size_of(s, g)
+    for i in range(s.t.total):
+        k = s.t.body[i]
+        low = k - 1
+        e = directions(s.pose.axes, k, s.t.way[i])
+        u = e * relative_velocity(g.v[k], g.w[k], s.t.ru[i], g.v[low], g.w[low], s.t.rl[i])
+        along = u[0] * u[0] + u[1] * u[1]
+        found = found or (s.mass[i] * along > least and u[2] * u[2] < SLIDE * SLIDE * along)
+    return found
+
+
+@wp.func(inline=False)
 def solve(
     rounds: int, t: Touches, pose: Pose, first: Points, v: Bodies, w: Bodies, near_v: Bodies,
     near_w: Bodies,
@@ -853,15 +1015,15 @@ def solve(
     """
     if t.total == 0:
         return first, v, w, True
-    s = System(t, pose, PointNumbers(), v, w)
+    s = System(t, pose, PointNumbers(), FIRM, v, w)
     g = Guess(first, t.gap, PointInts(), near_v, near_w)
     for i in range(t.total):
         k = t.body[i]
-        n = directions(pose.axes, k, t.slot[i])[2]
+        n = directions(pose.axes, k, t.way[i])[2]
         up, low = wp.cross(t.ru[i], n), wp.cross(t.rl[i], n)
         turns = wp.dot(up, rows_of(pose.ease, k) * up)
         turns += wp.dot(low, rows_of(pose.ease, k - 1) * low)
-        s.stiff[i] = FIRM / (pose.light[k] + pose.light[k - 1] + turns)
+        s.mass[i] = real(1.0) / (pose.light[k] + pose.light[k - 1] + turns)
     good = continue_pieces(s, g)
     if good:
         return g.asks, g.v, g.w, True
@@ -869,35 +1031,66 @@ def solve(
     if good:
         return asks, u, o, True
     if not BOX:
-        for i in range(t.total):
-            s.stiff[i] = s.stiff[i] * (PLIANT / FIRM)
         g = Guess(asks, t.gap, PointInts(), u, o)
         good = solve_with_slips(s, g)
         if good:
             return g.asks, g.v, g.w, True
     for i in range(t.total):
         k = t.body[i]
-        e = directions(pose.axes, k, t.slot[i])
+        e = directions(pose.axes, k, t.way[i])
         at = e * relative_velocity(u[k], o[k], t.ru[i], u[k - 1], o[k - 1], t.rl[i])
         g.lift[i] = lift_of(t.law[i], pose.friction[k], t.gap[i], at)
-        s.stiff[i] = s.stiff[i] * (STIFF / BEFORE)
     g.asks = asks
     g.v = u
     g.w = o
-    good = solve_by_newton(rounds, s, g)
+    near = Guess(first, t.gap, PointInts(), near_v, near_w)
+    if not BOX and rounds == ROUNDS and not slides(s, near):
+        s.firm = SOFT
+        for _round in range(SLIP_ROUNDS):
+            good = solve_by_newton(1, ROUGH, s, g)
+            near = g
+            good = descend_to_slips(s, near)
+            if good:
+                return near.asks, near.v, near.w, True
+            s.firm = smaller(STIFFER * s.firm, STIFF)
+    s.firm = STIFF
+    good = solve_by_newton(rounds, ALIKE, s, g)
     return g.asks, g.v, g.w, good
 
 
-@wp.func
-def solve_impact(t: Touches, pose: Pose, v: Bodies, w: Bodies):
-    """Velocities after an impact of contacts that obey CONE, and whether it is solved.
+@wp.func(inline=False)
+def solve_impact(t: Touches, pose: Pose, v: Bodies, w: Bodies, kick: real):
+    """Impulses of an impact of contacts that obey CONE [N s], velocities, and whether it is solved.
+
+    A velocity step of the base moves no contact up or down. So "no impulse, all slides" obeys the
+    law, also where friction presses a corner on what it slides on and stops it at once. Of these
+    solutions the limit of a steep ramp is wanted. In a ramp the weight acts, too. It is all there
+    is at first, and counts ever less beside the acceleration of the base. So the impact is solved
+    with weights that fall from the velocity step to next to nothing, each time from the impulses of
+    the one before.
 
     Args:
         t: The contacts.
         pose: Where the bodies are.
         v, w: Velocity [m/s] and angular velocity [rad/s] of each body before.
+        kick: Velocity step of the base [m/s], or 0.
     """
-    _p, v1, w1, fits = solve(ROUNDS, t, pose, Points(), v, w, v, w)
+    bodies = int(BLOCKS + 1)
+    p, v1, w1, fits = Points(), Bodies(), Bodies(), bool(False)
+    for again in range(2):
+        # If a ramp was not solved, in smaller parts.
+        lighter = wp.where(again == 0, LIGHTER, HALF)
+        p = Points()
+        weight = real(kick)
+        while weight > LIGHTEST * kick and not fits:
+            pressed = Bodies()
+            for k in range(1, bodies):
+                pressed[k] = v[k] - Vector(real(0.0), real(0.0), weight)
+            p, v1, w1, good = solve(ROUNDS, t, pose, p, pressed, w, v1, w1)
+            weight = lighter * weight
+            fits = good and weight <= LIGHTEST * kick
     if not fits:
-        _p, v1, w1, fits = solve_by_sweeps(SWEEPS, t, pose, Points(), v, w)
-    return v1, w1, fits
+        p, v1, w1, fits = solve(ROUNDS, t, pose, Points(), v, w, v, w)
+    if not fits:
+        p, v1, w1, fits = solve_by_sweeps(SWEEPS, t, pose, Points(), v, w)
+    return p, v1, w1, fits

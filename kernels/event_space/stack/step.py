@@ -8,19 +8,21 @@ with one clock a lane. One step of length d:
        I_m w_m = L + sum r x p / 2, such that v_m and w_m obey the contact law at all interfaces;
     2. attitudes turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L. A block
        without contacts flies, see `turn_freely` in shape_space/block.py;
-    3. if inside the step a corner lands, or hops by more than `rest_gap`, the step is not taken:
-       the next one ends there. A corner has landed within `rest_gap` of the face. A contact that
-       leaves slowly does not hop, see `LEFT_OUT` in event_space/stack/look.py;
+    3. if inside the step a corner lands, hops by more than `rest_gap`, or slides to a stop, the
+       step is not taken: the next one ends there. A corner has landed within `rest_gap` of the
+       face. A contact that leaves or slides back slowly does neither, see `LEFT_OUT` in
+       event_space/stack/look.py;
     4. the gaps of contacts that pushed are closed, which removes the drift. v and w are projected
        on these contacts: one that stuck does not move, one that slid neither leaves nor approaches.
        If corners landed or the base steps its velocity, an impact with friction of all contacts
-       follows: inelastic, or with a restitution (event_space/stack/bounce.py).
+       follows: inelastic, or with a restitution (event_space/stack/bounce.py). What a step of the
+       base does is the limit of a steep ramp, see `solve_impact` in event_space/stack/solve.py.
 
 A stack whose mean motion from rest is round-off stands still: its pose keeps every bit. On a base
 at rest it waits in one step.
 
-The ends of slips and the opening of contacts are not located. A contact that sticks in the mean of
-a step stops at its end.
+The beginning of slips and the opening of contacts are not located. A contact that sticks in the
+mean of a step stops at its end.
 """
 
 import warp as wp
@@ -37,12 +39,14 @@ from warprock.kernels.event_space.stack.contact import (
     Ints,
     Own,
     Pose,
+    Touches,
     block_of,
     pose_of,
     solve_by_sweeps,
     sticking_bits,
 )
 from warprock.kernels.event_space.stack.look import (
+    LEFT_OUT,
     NEARLY,
     Kept,
     Look,
@@ -51,6 +55,7 @@ from warprock.kernels.event_space.stack.look import (
     contacts_at_end,
     continue_contacts,
     energy,
+    find_stop,
     laws_of_velocity,
     look_at_step,
     momenta,
@@ -93,6 +98,21 @@ class Mean:
 
 
 @wp.func
+def forces_after(t: Touches, pose: Pose, p: Points, gravity: real) -> Kept:
+    """A guess of the forces after an impact [N]: its impulses, in sum as large as at rest."""
+    found, push, load = Kept(), real(0.0), real(0.0)
+    bodies = int(BLOCKS + 1)
+    for k in range(1, bodies):
+        # All interfaces below a block carry it.
+        load += real(k) * gravity / pose.light[k]
+    for i in range(t.total):
+        push += p[i][2]
+    for i in range(t.total):
+        found[16 * (t.body[i] - 1) + t.slot[i]] = p[i] * (load / larger(push, TINY))
+    return found
+
+
+@wp.func
 def end_step(
     own: Own, limits: Limits, reached: State, pose: Pose, seen: Look, b: Base, held: Ints,
     stuck: Ints,
@@ -122,12 +142,14 @@ def end_step(
         for i in range(t.total):
             t.law[i] = CONE
         if BOUNCES:
-            v1, w1, left, fits = bounce(own.rebound, t, pose, v, w)
+            v1, w1, left, fits = bounce(own.rebound, t, pose, v, w, wp.length(b.kick))
             for k in range(1, bodies):
                 look.touch[k] = look.touch[k] & ~left[k]
                 look.closed = look.closed and left[k] == 0
         else:
-            v1, w1, fits = solve_impact(t, pose, v, w)
+            p, v1, w1, fits = solve_impact(t, pose, v, w, wp.length(b.kick))
+            if look.landed:
+                n.force = forces_after(t, pose, p, gravity)
         n.lost = n.lost + before - energy(own, gravity, n.x, n.q, v1, w1)
         # The base's work on the blocks is at the mean of both velocities: see account.py.
         for k in range(1, bodies):
@@ -231,7 +253,9 @@ def integrate(
         n.turn[k] = d * wm[k]
     look = look_at_step(own, limits, s, n, pose0, last, held, d)
     if look.cut < NEVER:
-        return retry_step(s, look.cut, d, NEARLY * limits.longest_step)
+        again = retry_step(s, look.cut, d, NEARLY * limits.longest_step)
+        again.force = n.force
+        return again
     n.lost = s.lost + energy_before + work
     n.deepest = larger(s.deepest, look.deepest)
     n = end_step(own, limits, n, last, look, b, held, stuck)
@@ -267,6 +291,9 @@ def step(own: Own, limits: Limits, motion: BaseMotion, end: real, s: State) -> S
         if d > LEAST * limits.longest_step:
             return retry_step(s, HALF * d, d, near)
         p, vm, wm, good = solve_by_sweeps(SWEEPS, t, pose, first, v, w)
+    stop = find_stop(t, pose, p, s, vm, wm, LEFT_OUT * limits.gravity * limits.longest_step)
+    if stop * d < d - near:
+        return retry_step(s, stop * d, d, near)
     n = s
     n.force = Kept()
     for i in range(t.total):
