@@ -267,8 +267,8 @@ def run_lanes(
                 rest[i] = Rest()
             beta, eased = real(solve.beta), real(solve.eased)
             for rank in range(step.packs):
-                # Forces that are not unique would drift to one side, step by step.
-                pack = wp.where(number % 2 == 0, rank, step.packs - 1 - rank)
+                # Forces that are not unique would drift to one side: turn back at new contacts.
+                pack = wp.where(step.half == 0, rank, step.packs - 1 - rank)
                 meets = laid.packs[lane, pack]
                 for i in range(WIDTH):
                     sides[i] = laid.sides[lane, pack * WIDTH + i]

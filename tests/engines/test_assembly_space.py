@@ -183,6 +183,19 @@ def test_a_chunk_has_no_more_lanes_than_there_is_memory_for(
     assert done == [2, 4, 5]
 
 
+def test_walls_that_stand_on_a_still_table_do_not_creep() -> None:
+    # Contacts are found anew once a corner has moved by .1 g dt^2, 1e-6 m: from the first second
+    # on, when they have settled, walls stay within a tenth of that.
+    wall, end = bricks(3, 4), 3.0
+    kinds = [solids(wall), solids(turned(wall, 0.8)), solids(turned(wall, 2.0))]
+    still = no_motion(tilting([0.0] * len(kinds), end).x)
+    found = Assembly(AssemblySettings()).run(
+        lanes_of(kinds), SpatialMotions(still, still, still), SampleTimes(end, 1.0, places=True)
+    )
+    path = np.stack([found[axis] for axis in "xyz"])
+    assert np.linalg.norm(path[..., 3] - path[..., 1], axis=0).max() < 1e-7
+
+
 def test_a_block_slides_as_its_friction_lets_it() -> None:
     friction, end = 0.2, 2.0
     block = [
