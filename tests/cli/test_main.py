@@ -113,11 +113,12 @@ for name in {[name for name in RUNNABLE_CASES if name not in READS_MORE]}:
                 (
                     "import warprock.paper.reproduce, warprock.paper.print_tables, "
                     "warprock.paper.page, warprock.report.writing",
-                    {"rich", "pydantic", "numpy"},
+                    {"rich", "pydantic", "numpy", "warprock.settings.programs"},
                 ),
                 (
                     "import warprock.findings.kinds as p; p.kinds()",
-                    {"rich", "pydantic", "numpy", "pandas", "pyarrow", "warp", "scipy"},
+                    {"rich", "pydantic", "numpy", "pandas", "pyarrow", "warp", "scipy"}
+                    | {"warprock.settings.programs"},
                 ),
             ],
         ),

@@ -265,8 +265,11 @@ def test_a_column_of_drums_is_a_stack(count: int):
     assert (found["status"] == Status.OK).all()
     # Joints open in a whole step: late by up to that, of a pulse of 0.4 s.
     assert found["uplift_time"] == pytest.approx(same["uplift_time"], abs=step)
+    # Where six joints open, impacts have more than one answer: peaks scatter by up to 6e-4 at steps
+    # of 0.4 to 0.0125 ms.
+    close = step / 0.4 if count == 2 else 1e-3
     for name in ("peak_rotation", "peak_displacement", "peak_opening"):
-        assert found[name] == pytest.approx(same[name], rel=step / 0.4)
+        assert found[name] == pytest.approx(same[name], rel=close)
     # A joint may be at the bound from which it counts as opened.
     assert found["opened_joints"] == pytest.approx(same["opened_joints"], abs=1)
 
