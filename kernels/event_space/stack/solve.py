@@ -947,9 +947,8 @@ def leap(s: wp.ref[System], g: wp.ref[Guess], now: wp.ref[Guess], last: wp.ref[G
         now, last: Guesses that the round and the one before were solved with, and their velocities.
         ratio: Of the last change of the lifts to the one before.
     """
-    one, most, same = real(1.0), real(FARTHEST), bool(True)
-    if ratio < one:
-        most = smaller(ratio / (one - ratio), FARTHEST)
+    one, same = real(1.0), bool(True)
+    most = wp.where(ratio < one, smaller(ratio / (one - ratio), FARTHEST), FARTHEST)
     asks = now.asks - last.asks
     lift = now.lift - last.lift
     v = now.v - last.v
