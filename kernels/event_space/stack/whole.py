@@ -32,6 +32,7 @@ from warprock.kernels.event_space.stack.contact import (
 )
 from warprock.kernels.event_space.stack.look import GRAIN, NEARLY, State
 from warprock.kernels.shape.faces import SLOTS
+from warprock.kernels.shape_space.body import spans
 from warprock.kernels.shape_space.frame import frame
 from warprock.kernels.shape_space.stack import (
     CONTACTS,
@@ -43,8 +44,9 @@ from warprock.kernels.shape_space.stack import (
     rows_of,
 )
 
-STUCK = by_precision(1.0e-9, 1.0e-4)
-"""Velocity up to which blocks move as one, over theirs and what gravity gives in a step."""
+STUCK = by_precision(1.0e-6, 1.0e-4)
+"""Velocity up to which blocks move as one, over theirs and what gravity gives in a step: far below
+the slips and lifts that count (`LEFT_OUT`), above what closing gaps leaves of sticking contacts."""
 CLOSED = by_precision(1.0e-9, 1.0e-4)
 """Gap up to which a corner is closed, as a part of the half height of the lowest block."""
 
@@ -140,22 +142,27 @@ def is_closed(s: State) -> bool:
 
 
 @wp.func
-def add_face(before: Whole, k: int, number: int) -> Whole:
-    """The stack with the middle and the spread of an overlap of so many corners."""
-    on, m, part = before, Vector(), real(1.0) / real(number)
-    xx, xy, yy = real(0.0), real(0.0), real(0.0)
-    for i in range(number):
-        m = m + part * before.corners[CONTACTS * (k - 1) + i]
-    for i in range(number):
-        r = before.corners[CONTACTS * (k - 1) + i] - m
-        xx += part * r[0] * r[0]
-        xy += part * r[0] * r[1]
-        yy += part * r[1] * r[1]
-    over = real(1.0) / larger(xx * yy - xy * xy, TINY)
-    on.count[k] = number
-    on.middle[k] = m
-    on.spread[k] = Vector(over * yy, -over * xy, over * xx)
-    return on
+def spread_of(on: wp.ref[Whole], k: int, pressing: int):
+    """Middle of the corners of face k that press, and `spread` as of `Whole`; their number.
+
+    The number is zero if they span no plane.
+    """
+    m, xx, xy, yy, number = Vector(), real(0.0), real(0.0), real(0.0), real(0.0)
+    first, count = CONTACTS * (k - 1), on.count[k]
+    for i in range(count):
+        if (pressing & (1 << i)) != 0:
+            m = m + on.corners[first + i]
+            number += real(1.0)
+    m = m / larger(number, real(1.0))
+    for i in range(count):
+        if (pressing & (1 << i)) != 0:
+            r = on.corners[first + i] - m
+            xx += r[0] * r[0]
+            xy += r[0] * r[1]
+            yy += r[1] * r[1]
+    flat = spans(number, xx, xy, yy)
+    over = number / wp.where(flat, xx * yy - xy * xy, real(1.0))
+    return m, Vector(over * yy, -over * xy, over * xx), wp.where(flat, number, real(0.0))
 
 
 @wp.func(inline=False)
@@ -189,7 +196,7 @@ def whole_of(own: Own, limits: Limits, s: State) -> Whole:
         for i in range(3):
             on.inertia[3 * k + i] = inertia[i]
     # All of that is in the axes of the base so far.
-    one, other, number = Vector(), Vector(), int(0)
+    one, other, touching = Vector(), Vector(), int(0)
     for below in range(BLOCKS):
         k = below + 1
         places, gaps, there, _crossed = find_corners(own, pose, k)
@@ -204,14 +211,13 @@ def whole_of(own: Own, limits: Limits, s: State) -> Whole:
                 on.holds = on.holds and (not touches or s.still or size(gaps[i]) <= close)
                 if k == 1 and touches:
                     other = at
-                    if number == 0:
+                    if touching == 0:
                         one = at
-                    number += 1
+                    touching += 1
                     foot = foot + at
                 found += 1
-        on.holds = on.holds and found > 2
         on.count[k] = found
-    foot = foot / real(number)
+    foot = foot / real(touching)
     on.holds = on.holds and (s.still or moves_as_one(own, limits, s, foot))
     for k in range(1, bodies):
         e = rows_of(pose.axes, k - 1)
@@ -230,10 +236,13 @@ def whole_of(own: Own, limits: Limits, s: State) -> Whole:
         for i in range(3):
             on.axes[3 * k + i] = axes[i]
             on.inertia[3 * k + i] = turned[i]
-        on = add_face(on, k, found)
+        m, spread, number = spread_of(on, k, (1 << found) - 1)
+        on.middle[k] = m
+        on.spread[k] = spread
+        on.holds = on.holds and number > zero
     if on.turns:
         on.way = HALF * (down * (other - one))
-        on.over = wp.where(number == 1, zero, HALF / larger(wp.length(on.way), TINY))
+        on.over = wp.where(touching == 1, zero, HALF / larger(wp.length(on.way), TINY))
         a = on.centre[1]
         square = wp.dot(a, a) * wp.identity(n=3, dtype=real) - wp.outer(a, a)
         on.mobility = mobility_of(
@@ -245,28 +254,37 @@ def whole_of(own: Own, limits: Limits, s: State) -> Whole:
 @wp.func
 def carries(on: wp.ref[Whole], k: int, mu: real, push: Vector, twist: Vector) -> bool:
     """Whether a face carries the impulse of its part, and its moment about the part's centre."""
-    zero, one, e, number = real(0.0), real(1.0), rows_of(on.axes, k), on.count[k]
+    zero, one, e, count = real(0.0), real(1.0), rows_of(on.axes, k), on.count[k]
     p, h, m, spread = e * push, e * twist, on.middle[k], on.spread[k]
-    over = one / larger(p[2], TINY)
+    over, first = one / larger(p[2], TINY), CONTACTS * (k - 1)
     # The centre of pressure, and the moment about it.
     x, y = over * (m[2] * p[0] - h[1]), over * (h[0] + m[2] * p[1])
     along, across = over * p[0], over * p[1]
     torsion = over * h[2] - x * across + y * along
-    gx = spread[0] * (x - m[0]) + spread[1] * (y - m[1])
-    gy = spread[1] * (x - m[0]) + spread[2] * (y - m[1])
-    polar, least, most, part = zero + TINY, one + zero, zero + zero, one / real(number)
-    first = CONTACTS * (k - 1)
-    for i in range(number):
-        r = on.corners[first + i]
-        n = one + gx * (r[0] - m[0]) + gy * (r[1] - m[1])
-        least = smaller(least, n)
-        polar += part * n * ((r[0] - x) * (r[0] - x) + (r[1] - y) * (r[1] - y))
-    turn = torsion / polar
-    for i in range(number):
-        r = on.corners[first + i]
-        tx, ty = along - turn * (r[1] - y), across + turn * (r[0] - x)
-        most = larger(most, tx * tx + ty * ty)
-    return p[2] > zero and least >= zero and most < INSIDE * INSIDE * mu * mu
+    pressing, left, number, polar = int(0), (1 << count) - 1, real(count), TINY + zero
+    gx, gy = zero + zero, zero + zero
+    while pressing != left and number > zero:
+        # Corners that would pull are left out.
+        if pressing != 0:
+            m, spread, number = spread_of(on, k, left)
+        pressing = int(left)
+        gx = spread[0] * (x - m[0]) + spread[1] * (y - m[1])
+        gy = spread[1] * (x - m[0]) + spread[2] * (y - m[1])
+        polar = TINY + zero
+        for i in range(count):
+            r = on.corners[first + i]
+            n = one + gx * (r[0] - m[0]) + gy * (r[1] - m[1])
+            if (pressing & (1 << i)) != 0:
+                if n < zero:
+                    left = left & ~(1 << i)
+                polar += n * ((r[0] - x) * (r[0] - x) + (r[1] - y) * (r[1] - y))
+    turn, most = torsion * number / polar, zero + zero
+    for i in range(count):
+        if (pressing & (1 << i)) != 0:
+            r = on.corners[first + i]
+            tx, ty = along - turn * (r[1] - y), across + turn * (r[0] - x)
+            most = larger(most, tx * tx + ty * ty)
+    return p[2] > zero and number > zero and most < INSIDE * INSIDE * mu * mu
 
 
 @wp.func
