@@ -85,8 +85,8 @@ class Rolled:
 
 @wp.func(inline=True)
 def mobility_of(about: Matrix, e: Vector) -> Matrix:
-    """Inverse of an inertia about a hinge: about a point, or along an axis e if that is not zero."""
-    m = wp.outer(e, e) / larger(wp.dot(e, about * e), TINY)
+    """Inverse of an inertia about a point, or about an axis e through it if that is not zero."""
+    m = wp.outer(e, e) * (real(1.0) / larger(wp.dot(e, about * e), TINY))
     if wp.dot(e, e) == real(0.0):
         m = wp.inverse(about)
     return m

@@ -44,6 +44,8 @@ from warprock.kernels.shape_space.stack import (
     rows_of,
 )
 
+LOWEST = 1
+"""The lowest block, and the part that is the whole stack."""
 STUCK = by_precision(1.0e-6, 1.0e-4)
 """Velocity up to which blocks move as one, over theirs and what gravity gives in a step: far below
 the slips and lifts that count (`LEFT_OUT`), above what closing gaps leaves of sticking contacts."""
@@ -119,19 +121,21 @@ class Rolled:
 @wp.func
 def moves_as_one(own: Own, limits: Limits, s: State, foot: Vector) -> bool:
     """Whether all blocks have the velocities of one body that turns about a point."""
-    h, apart = block_of(own, 1).half_height, real(0.0)
-    speed = wp.length(s.v[1]) + wp.length(s.w[1]) * h + limits.gravity * limits.longest_step
+    h, apart = block_of(own, LOWEST).half_height, real(0.0)
+    speed = (
+        wp.length(s.v[LOWEST]) + wp.length(s.w[LOWEST]) * h + limits.gravity * limits.longest_step
+    )
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
-        slip = s.v[k] - wp.cross(s.w[1], s.x[k] - foot)
-        apart = larger(apart, wp.length(slip) + h * wp.length(s.w[k] - s.w[1]))
+        slip = s.v[k] - wp.cross(s.w[LOWEST], s.x[k] - foot)
+        apart = larger(apart, wp.length(slip) + h * wp.length(s.w[k] - s.w[LOWEST]))
     return apart <= STUCK * speed
 
 
 @wp.func
 def is_closed(s: State) -> bool:
     """Whether all upper faces touch at all corners, and the lowest block at a hinge or at rest."""
-    on, closed = s.touch[1], bool(True)
+    on, closed = s.touch[LOWEST], bool(True)
     bodies = int(BLOCKS + 1)
     for k in range(2, bodies):
         closed = closed and s.there[k] != 0 and s.touch[k] == s.there[k]
@@ -172,8 +176,8 @@ def whole_of(own: Own, limits: Limits, s: State) -> Whole:
     if not is_closed(s):
         return on
     pose = pose_of(own, s.x, s.q)
-    close = CLOSED * block_of(own, 1).half_height
-    down = rows_of(pose.axes, 1)
+    close = CLOSED * block_of(own, LOWEST).half_height
+    down = rows_of(pose.axes, LOWEST)
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
     on.turns = not s.still
@@ -209,7 +213,7 @@ def whole_of(own: Own, limits: Limits, s: State) -> Whole:
                 on.corners[CONTACTS * (k - 1) + found] = at
                 touches = (s.touch[k] & bit) != 0
                 on.holds = on.holds and (not touches or s.still or size(gaps[i]) <= close)
-                if k == 1 and touches:
+                if k == LOWEST and touches:
                     other = at
                     if touching == 0:
                         one = at
@@ -226,7 +230,7 @@ def whole_of(own: Own, limits: Limits, s: State) -> Whole:
         found = on.count[k]
         for i in range(found):
             at = on.corners[CONTACTS * (k - 1) + i]
-            if k == 1 and on.turns:
+            if k == LOWEST and on.turns:
                 on.corners[i] = down * (at - foot)
             else:
                 on.corners[CONTACTS * (k - 1) + i] = e * (at - mid)
@@ -243,10 +247,10 @@ def whole_of(own: Own, limits: Limits, s: State) -> Whole:
     if on.turns:
         on.way = HALF * (down * (other - one))
         on.over = wp.where(touching == 1, zero, HALF / larger(wp.length(on.way), TINY))
-        a = on.centre[1]
+        a = on.centre[LOWEST]
         square = wp.dot(a, a) * wp.identity(n=3, dtype=real) - wp.outer(a, a)
         on.mobility = mobility_of(
-            rows_of(on.inertia, 1) + on.mass[1] * square, (TWO * on.over) * on.way
+            rows_of(on.inertia, LOWEST) + on.mass[LOWEST] * square, (TWO * on.over) * on.way
         )
     return on
 
@@ -300,12 +304,12 @@ def find_landing(
     near, clear, zero = NEARLY * limits.longest_step, bool(True), real(0.0)
     first = NEVER + zero
     for i in range(UPPER):
-        if (s.touch[1] & (1 << i)) == 0:
+        if (s.touch[LOWEST] & (1 << i)) == 0:
             r1 = r * on.corners[i]
             if r1[2] <= limits.rest_gap:
                 clear = False
-                r0 = frame(s.q[1]) * on.corners[i]
-                rate0, rate = wp.cross(s.w[1], r0)[2], wp.cross(n.w, r1)[2]
+                r0 = frame(s.q[LOWEST]) * on.corners[i]
+                rate0, rate = wp.cross(s.w[LOWEST], r0)[2], wp.cross(n.w, r1)[2]
                 if d > near and r1[2] < -larger(near * size(rate) + grain, limits.rest_gap):
                     start = larger(r0[2], zero)
                     cut = first_root(start, rate0, r1[2], d)
@@ -320,7 +324,7 @@ def find_landing(
 def roll(own: Own, limits: Limits, on: wp.ref[Whole], b: Base, s: State) -> Rolled:
     """The step of a stack as one body; see `roll` in event_space/block/pack.py."""
     zero, d, n = real(0.0), b.d, Rolled()
-    q, w, lever, inertia = s.q[1], s.w[1], on.centre[1], rows_of(on.inertia, 1)
+    q, w, lever, inertia = s.q[LOWEST], s.w[LOWEST], on.centre[LOWEST], rows_of(on.inertia, LOWEST)
     n.cut = NEVER
     r0, middle = frame(q), frame(rotate_unnormalised(q, (HALF * d) * w))
     back = wp.transpose(middle)
@@ -328,7 +332,7 @@ def roll(own: Own, limits: Limits, on: wp.ref[Whole], b: Base, s: State) -> Roll
     # Angular velocity at the start, and its mean, in the block's axes.
     first = wp.transpose(r0) * w
     v = turn * wp.cross(first, lever)
-    momentum, mass = turn * (inertia * first), on.mass[1]
+    momentum, mass = turn * (inertia * first), on.mass[LOWEST]
     mean = on.mobility * (momentum + mass * wp.cross(lever, v - pull))
     n.clear = True
     bodies = int(BLOCKS + 1)
@@ -336,7 +340,7 @@ def roll(own: Own, limits: Limits, on: wp.ref[Whole], b: Base, s: State) -> Roll
         c, own_inertia, mu = on.centre[k], rows_of(on.inertia, k), block_of(own, k).friction
         push = on.mass[k] * (wp.cross(mean, c) - turn * wp.cross(first, c) + pull)
         twist = own_inertia * mean - turn * (own_inertia * first)
-        if k == 1 and on.turns:
+        if k == LOWEST and on.turns:
             e = middle * ((on.over + on.over) * on.way)
             fits = holds_hinge(mu, middle * push, middle * twist, middle * c, e, on.over)
         else:
@@ -354,7 +358,7 @@ def roll(own: Own, limits: Limits, on: wp.ref[Whole], b: Base, s: State) -> Roll
     raw = middle * (TWO * wp.cross(mean, lever)) - r0 * wp.cross(first, lever)
     last = on.mobility * (reached * spin + mass * wp.cross(lever, reached * raw))
     n.w = r * last
-    foot = s.x[1] - r0 * on.blocks[1]
+    foot = s.x[LOWEST] - r0 * on.blocks[LOWEST]
     n.foot = Vector(foot[0], foot[1], zero)
     vm = middle * wp.cross(mean, lever)
     fall = (r0 * lever)[2] + foot[2] - (r * lever)[2]
@@ -367,7 +371,7 @@ def roll(own: Own, limits: Limits, on: wp.ref[Whole], b: Base, s: State) -> Roll
     n.clear = size(n.rise[2]) < LEVEL and total - total == zero
     n.clear = n.clear and r[2, 2] > PARALLEL
     if n.clear:
-        grain = GRAIN * block_of(own, 1).half_height
+        grain = GRAIN * block_of(own, LOWEST).half_height
         clear, cut = find_landing(limits, on, n, r, s, grain, d)
         n.clear = clear
         n.cut = cut
