@@ -21,6 +21,9 @@ with one clock a lane. One step of length d:
 A stack whose mean motion from rest is round-off stands still: its pose keeps every bit. On a base
 at rest it waits in one step.
 
+Before all that, a stack whose blocks move as one, or stand still, takes the step of one body where
+nothing happens in it (event_space/stack/whole.py).
+
 The beginning of slips and the opening of contacts are not located. A contact that sticks in the
 mean of a step stops at its end.
 """
