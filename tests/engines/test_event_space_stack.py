@@ -20,6 +20,7 @@ from tests.shared.spatial_blocks import (
 )
 from warprock.engines.base import KernelEngine
 from warprock.engines.event import Event
+from warprock.engines.impulse import Impulse
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import (
     Control,
@@ -295,8 +296,18 @@ def test_pairs_that_slide_after_a_velocity_step_converge() -> None:
         assert apart(one, other) <= 1e-3
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.6])
-def test_a_tilted_block_slides_over_the_edge_below_it_as_in_the_plane(restitution: float) -> None:
+@pytest.mark.parametrize(
+    "engine",
+    [
+        Event(EventSettings(time_step=1e-3)),
+        Event(EventSettings(time_step=1e-3, restitution=0.6)),
+        Impulse(ImpulseSettings(substeps=199, iterations=60)),
+    ],
+    ids=["event", "event that bounces", "impulse"],
+)
+def test_a_tilted_block_slides_over_the_edge_below_it_as_in_the_plane(
+    engine: Event | Impulse,
+) -> None:
     """What touches is an edge of the upper face across one of the lower face.
 
     With the normal of the lower face there rotations of these pairs were .02 to .15 rad off.
@@ -306,14 +317,15 @@ def test_a_tilted_block_slides_over_the_edge_below_it_as_in_the_plane(restitutio
     flat = dataclasses.replace(
         pair.take(np.zeros(4, np.intp)), rotation_start=tilts[:, None] * np.array([0.0, 1.0])
     )
-    settings = [EventSettings(time_step=h, restitution=restitution) for h in (1e-3, 2.5e-4)]
+    restitution = engine.settings.restitution if isinstance(engine, Event) else 0.0
+    fine = EventSettings(time_step=2.5e-4, restitution=restitution)
     times = SampleTimes(0.35, 0.01, places=True)
-    plane = run_batch("event", flat, unmoved(4).components[0], times, settings=settings[1])
+    plane = run_batch("event", flat, unmoved(4).components[0], times, settings=fine)
     # In space a tilted block starts on its lowest corner, which juts out here.
-    start = run_batch("event", in_space(flat), unmoved(4), times, settings=settings[1])
+    start = run_batch("event", in_space(flat), unmoved(4), times, settings=fine)
     moved = [(plane[name] - start[name])[:, :, 0] for name in ("x", "z")]
     lanes = in_space(flat, offset=flat.offset + moved[0], gap_start=moved[1])
-    found = KernelEngine.run(Event(settings[0]), lanes, unmoved(4), times)
+    found = KernelEngine.run(engine, lanes, unmoved(4), times)
     assert np.all(found["status"] == Status.OK)
     assert np.max(found["peak_slide"]) > 0.01
     # Of first order in the step, where slides begin and end.
