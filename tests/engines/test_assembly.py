@@ -239,8 +239,8 @@ def test_an_impact_takes_what_it_should_wherever_in_a_step_it_is():
     p = np.sqrt(0.75 * GRAVITY / np.hypot(0.5, 2.0))
     kept = 1.0 - 1.5 * np.sin(alpha) ** 2
     lost = p * (speeds[0] - speeds[1]) / ((1.0 + kept) * p * p * np.sin(alpha) * step)
-    # Other errors of a swing are .015 at most at 3,072 starts. Two solves for a corner that lands at
-    # the very end of a step take .5 too much.
+    # Other errors of a swing are .015 at most at 3,072 starts. A corner that lands at the very end
+    # of a step would take .5 too much in two steps of one solve each.
     assert np.abs(lost).max() < 0.02
 
 
