@@ -10,8 +10,9 @@ changed by from the end of one sweep to the end of the next, and d what the latt
 k sweeps after the last start. It starts again where |d|^2 is `GROWN` times its least in the step
 (adaptive restart: O'Donoghue and Candes 2015, *Foundations of Computational Mathematics* 15). |d|^2
 grows for a while wherever going on does any good: with 1 in place of 10 a wall of 60 bricks took
-1.4 to 3 times as many sweeps. In a lane with friction above `STEEP` it is 1 nevertheless: there N
-that overshoots takes (T, S) with it, to another answer of those that an impact has.
+1.4 to 3 times as many sweeps. In a lane with friction above `STEEP` it is 1 nevertheless for the
+first `LONG` sweeps: there N that overshoots takes (T, S) with it, to another of the answers that an
+impact has.
 
 Whether a step is settled is told by p: where impulses go on evenly, d may be a fiftieth of it.
 
@@ -41,6 +42,10 @@ in ten of bricks under a sine. Where blocks that slide and fall wedge one anothe
 in circles, or impulses grow without end; the length of the step is a larger error there: what
 touches late by a step has moved by all of it."""
 
+STRICT = 100
+"""The same where a friction of the lane is above `STEEP`: what an impact leaves there may turn a
+column about its upright, and corners of one edge then land one after the other."""
+
 
 @wp.struct
 class Solve:
@@ -57,7 +62,7 @@ class Solve:
         square: |d|^2 of this sweep [J].
         least: Its least in this step.
         left: `worst` of the last sweep [m/s].
-        loose: What may be left after `LONG` sweeps, where it is steep after `LATE` [m/s].
+        loose: What may be left after `LONG` sweeps, in a steep lane after `STRICT` [m/s].
     """
 
     goes: int
@@ -101,12 +106,12 @@ def decide(bound: real, most: int, solve: wp.ref[Solve]):
         solve: Its solve.
     """
     zero = real(0.0)
-    strict = wp.where(solve.steep > 0, LATE, LONG)
-    left = wp.where(solve.sweeps < strict, bound, solve.loose)
+    steep = solve.steep > 0
+    left = wp.where(solve.sweeps < wp.where(steep, STRICT, LONG), bound, solve.loose)
     goes = solve.worst > left and solve.sweeps + 1 < most
     solve.least = wp.where(solve.sweeps == 0, solve.square, smaller(solve.square, solve.least))
-    most_grown = wp.where(solve.steep > 0, real(1.0), GROWN)
-    grown = solve.square > most_grown * solve.least
+    growth = wp.where(steep and solve.sweeps < LONG, real(1.0), GROWN)
+    grown = solve.square > growth * solve.least
     solve.age = wp.where(grown or solve.sweeps == 0, 0, solve.age + 1)
     age = real(solve.age)
     kept = smaller(age / (age + real(3.0)), MOST_KEPT)
