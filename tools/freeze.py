@@ -124,6 +124,8 @@ def lines(asked: argparse.Namespace) -> Iterator[str]:
         try:
             whole = expand_lanes(load_case(name))
         except InputError as error:
+            if asked.cases:
+                raise
             yield f"lanes {name} left out: {error}"
             continue
         yield from lane_lines(name, whole, asked)
@@ -148,8 +150,11 @@ def main() -> None:
             f"this would hash {package.__file__}: run python -m tools.freeze in {ROOT}"
         )
     start_warp()
-    for line in lines(asked):
-        print(line, flush=True)
+    try:
+        for line in lines(asked):
+            print(line, flush=True)
+    except InputError as error:
+        raise SystemExit(str(error)) from None
 
 
 if __name__ == "__main__":

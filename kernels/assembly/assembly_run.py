@@ -61,6 +61,7 @@ from warprock.kernels.assembly.landing import (
     STILL,
     STRIKES,
     Borne,
+    comes_down,
     landing_part,
     leaves_by,
     may_land,
@@ -230,6 +231,14 @@ def run_lanes(
             landing = int(0)
             for i in range(LANES):
                 clock[i].phase = clock[i].phase + clock[i].strikes
+                clock[i].lands = wp.where(clock[i].strikes > 0, 0, clock[i].lands)
+            for q in range(contact_count):
+                a, b = blocks_of(laid, pack, q // 2)
+                for i in range(LANES):
+                    opening = opening_speed(contact[q, i], new[a, i], new[b, i])
+                    lands = clock[i].strikes > 0 and contact[q, i].wn == real(0.0)
+                    lands = lands and comes_down(weighs, contact[q, i].b, opening)
+                    clock[i].lands = wp.where(lands, 1, clock[i].lands)
             for q in range(contact_count):
                 a, b = blocks_of(laid, pack, q // 2)
                 for i in range(LANES):
@@ -251,6 +260,7 @@ def run_lanes(
                     borne[q, i].t = wp.where(hits, impulse[q, i].t, borne[q, i].t)
                     impulse[q, i].n = wp.where(hits, zero, impulse[q, i].n)
                     impulse[q, i].t = wp.where(hits, zero, impulse[q, i].t)
+                    hits = hits and clock[i].lands > 0
                     contact[q, i].wn = wp.where(
                         hits, real(1.0) / contact[q, i].kn, contact[q, i].wn
                     )

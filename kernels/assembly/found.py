@@ -61,6 +61,7 @@ class Clock:
         phase: Which solve of a step it is in, see landing.py.
         strikes: 1 where the next one of a step in which a corner lands begins, else 0.
         part: The part of the step after which the first corner lands.
+        lands: 1 where one lands before the end of the step, else 0.
         drift: How far what steps have left unsettled has moved blocks [m].
     """
 
@@ -74,6 +75,7 @@ class Clock:
     phase: int
     strikes: int
     part: real
+    lands: int
     drift: real
 
 

@@ -14,6 +14,10 @@ which gravity slows it down. So a step in which a corner lands is solved three t
              (1/2 + tau) (N1, T1) instead; once more the impact of the others
 
 Of several corners the first one counts. What touches where no joint has it lands in one solve.
+
+A corner that lands at the very end of a step would take so little of its impact in it that nothing
+leaves, and of the rest of the impact the next step would know nothing. It lands at the start of
+that one instead (`comes_down`), up to STILL g h^2 deep.
 """
 
 import warp as wp
@@ -47,14 +51,25 @@ def may_land(weighs: real, b: real, carried: real, opening: real) -> bool:
         carried: Its normal impulse in the last step [N s].
         opening: Its velocity u_n before the step [m/s].
     """
-    parted = b > real(0.0) and carried == real(0.0)
-    return parted and -opening > FAST * weighs and b < weighs - opening
+    return carried == real(0.0) and -opening > FAST * weighs and b < weighs - opening
 
 
 @wp.func
 def landing_part(b: real, opening: real) -> real:
     """The part of a step after which a contact lands, by b and u_n before the step; 1 if later."""
     return b / larger(-opening, b)
+
+
+@wp.func
+def comes_down(weighs: real, b: real, opening: real) -> bool:
+    """Whether a contact lands within a step, and not at the very end of it.
+
+    Args:
+        weighs: Gravity times step [m/s].
+        b: Velocity b of the contact [m/s].
+        opening: Velocity u_n with which it would open without the impact [m/s].
+    """
+    return b + opening < -STILL * weighs
 
 
 @wp.func

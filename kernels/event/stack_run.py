@@ -249,7 +249,7 @@ def observe(
             seen.peak[k] = highest
             seen.peak_time[k] = at
         touch = s.pose.touch[k]
-        if not s.plain:
+        if CHAINS or not s.stuck:
             seen.slide[k] = slide_place(blocks, s.pose, k) - offset[k]
             if CHAINS:
                 seen.slide[k] = seen.slide[k] - blocks.rolled[k]
@@ -296,6 +296,8 @@ def between_steps(
 @wp.func
 def load_block(blocks: wp.ref[Blocks], b: Block, k: int):
     """Sets what does not change of block k."""
+    blocks.mass[k] = real(1.0) / b.inverse_mass
+    blocks.inertia[k] = real(1.0) / b.inverse_inertia
     blocks.inverse_mass[k] = b.inverse_mass
     blocks.inverse_inertia[k] = b.inverse_inertia
     blocks.friction[k] = b.friction

@@ -10,9 +10,10 @@ import warp as wp
 from warprock.kernels.algebra.vectors import Quaternion, Vector
 from warprock.kernels.event_space.block.moves import rotate_attitude, rotate_freely
 from warprock.kernels.event_space.lane import Knobs, Lane, Limits, base_motion, read_samples
-from warprock.kernels.event_space.stack.contact import Ints, Own, Rebound, block_of, pose_of
+from warprock.kernels.event_space.stack.contact import BOX, Ints, Own, Rebound, block_of, pose_of
 from warprock.kernels.event_space.stack.look import State, look_at_step, momenta
 from warprock.kernels.event_space.stack.step import step
+from warprock.kernels.event_space.stack.whole import Whole, whole_of
 from warprock.kernels.lane.modes import RUNNING, STALLED
 from warprock.kernels.motion.kinds import Motion
 from warprock.kernels.shape.interface import GROUND
@@ -123,6 +124,7 @@ def run_lanes(
         own.rebound = Rebound(lanes[lane].rebound, lanes[lane].slow)
     s = start(own, limits)
     s0 = s
+    on = Whole()
     for k in range(BLOCKS):
         found.blocks[k, lane] = BlockResult()
     observe(own, s, found)
@@ -135,8 +137,12 @@ def run_lanes(
         while s.mode == RUNNING and s.time < until:
             steps += 1
             motion = read_samples(motion, s.knots, pool)
-            n = step(own, limits, motion, end, s)
-            if n.taken:
+            if not (BOX or on.holds):
+                on = whole_of(own, limits, s)
+            n = step(own, limits, motion, end, on, s)
+            on.holds = on.holds and n.whole
+            # A stack that stands still has nothing new to observe.
+            if n.taken and not (s.still and n.still):
                 observe(own, n, found)
                 if not n.closed:
                     uplift_time = smaller(uplift_time, s.time)

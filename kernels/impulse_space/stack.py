@@ -19,6 +19,11 @@ once a step: L p + C (r x p) and C^T p + J (r x p), where the sum over both bodi
 So a sweep knows two bodies by V and W alone while it visits an interface; then both get the sum of
 its impulses.
 
+A contact has that third axis for its normal, but where a corner of the lower face touches the upper
+one, whose normal it has, and where edges of faces that are not parallel cross: there the normal is
+that of both edges. Such contacts have directions of their own; the sweeps turn slips into them and
+impulses back. An interface without any, in all lanes of a thread, leaves that out.
+
 The sweeps go from the ground up. In a mirrored scene they visit the corners of an interface in
 mirrored order: slots are those of the mirror image in which the block leans to the positive side
 along x and along y. erp moves all blocks above an interface along its normal, by erp times its
@@ -42,7 +47,16 @@ from warprock.kernels.impulse_space.block import (
     spin_of,
 )
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
-from warprock.kernels.shape.faces import Faces, edge_corner, lower_corner, upper_corner
+from warprock.kernels.shape.faces import (
+    ALONG_DEPTH,
+    LOWER,
+    PARALLEL,
+    Faces,
+    crosses,
+    edge_corner,
+    lower_corner,
+    upper_corner,
+)
 from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape_space.block import Block, slide_of, turn_freely, turns_of
 from warprock.kernels.shape_space.block_found import Peaks, observe_slide, observe_turns
@@ -411,19 +425,85 @@ def effect_of(m: Mobility, at: Contact) -> Effect:
 
 
 @wp.func
-def gains_of(effect: Effect, at: Contact) -> Gains:
-    """Effect of impulses at a contact on its velocity; zero if there is none."""
-    one, on = real(1.0), at.on
-    off = one - on
-    k11 = off + fused_less(effect.turn_z1, at.y, fused(effect.turn_y1, at.h, effect.x1))
-    k12 = fused_less(effect.turn_z2, at.y, fused(effect.turn_y2, at.h, effect.x2))
-    k13 = fused_less(effect.turn_z3, at.y, fused(effect.turn_y3, at.h, effect.x3))
-    k22 = off + fused_less(effect.turn_x2, at.h, fused(effect.turn_z2, at.x, effect.y2))
-    k23 = fused_less(effect.turn_x3, at.h, fused(effect.turn_z3, at.x, effect.y3))
-    k33 = off + fused_less(effect.turn_y3, at.x, fused(effect.turn_x3, at.y, effect.z3))
-    p1, p2, p3 = slip_gains(on, k11, k12, k22)
-    h = stop_gains(on, Symmetric(k11, k12, k13, k22, k23, k33))
-    return Gains(k13, k23, on / k33, p1, p2, p3, h.xx, h.xy, h.xz, h.yy, h.yz, h.zz)
+def yield_of(effect: Effect, at: Contact) -> Symmetric:
+    """Velocity of a contact per impulse on it [1/kg]; the unit matrix if there is none."""
+    off = real(1.0) - at.on
+    return Symmetric(
+        off + fused_less(effect.turn_z1, at.y, fused(effect.turn_y1, at.h, effect.x1)),
+        fused_less(effect.turn_z2, at.y, fused(effect.turn_y2, at.h, effect.x2)),
+        fused_less(effect.turn_z3, at.y, fused(effect.turn_y3, at.h, effect.x3)),
+        off + fused_less(effect.turn_x2, at.h, fused(effect.turn_z2, at.x, effect.y2)),
+        fused_less(effect.turn_x3, at.h, fused(effect.turn_z3, at.x, effect.y3)),
+        off + fused_less(effect.turn_y3, at.x, fused(effect.turn_x3, at.y, effect.z3)),
+    )  # fmt: skip
+
+
+@wp.func
+def gains_of(k: Symmetric, on: real) -> Gains:
+    """Effect of impulses at a contact on its velocity, from `yield_of`; zero if there is none."""
+    p1, p2, p3 = slip_gains(on, k.xx, k.xy, k.yy)
+    h = stop_gains(on, k)
+    return Gains(k.xz, k.yz, on / k.zz, p1, p2, p3, h.xx, h.xy, h.xz, h.yy, h.yz, h.zz)
+
+
+@wp.func
+def normal_of(slot: int, spot: Spot, m: Turn, faces: Faces) -> Triple:
+    """Normal of the contact at a slot.
+
+    Args:
+        slot: The slot.
+        spot: Its place.
+        m: Attitude of the upper body in the axes of the lower one.
+        faces: The two faces.
+    """
+    zero, one = real(0.0), real(1.0)
+    tilted = size(m.r31) + size(m.r32) > PARALLEL
+    lower = slot >= LOWER and tilted
+    cross = tilted and crosses(slot, spot.x, spot.y, faces.a, faces.b)
+    wide = cross and slot < ALONG_DEPTH
+    deep = cross and not wide
+    x = wp.where(lower, m.r13, wp.where(wide, -m.r31, zero))
+    y = wp.where(lower, m.r23, wp.where(deep, -m.r32, zero))
+    z = wp.where(lower, m.r33, wp.where(wide, m.r11, wp.where(deep, m.r22, one)))
+    over = one / wp.sqrt(product(x, y, z, x, y, z))
+    there = spot.on > zero
+    return Triple(
+        wp.where(there, over * x, zero), wp.where(there, over * y, zero),
+        wp.where(there, over * z, one),
+    )  # fmt: skip
+
+
+@wp.func
+def directions_of(n: Triple) -> Turn:
+    """Directions of a contact with a normal, one a column: the first is as near x as can be."""
+    one, zero = real(1.0), real(0.0)
+    part = wp.sqrt(fused_less(n.x, n.x, one))
+    x, y, z = part, -n.x * n.y / part, -n.x * n.z / part
+    return Turn(x, zero, n.x, y, n.z / part, n.y, z, -n.y / part, n.z)
+
+
+@wp.func
+def turn_yield(k: Symmetric, e: Turn) -> Symmetric:
+    """`yield_of` along the directions of a contact."""
+    a = into_body(e, times(k, Triple(e.r11, e.r21, e.r31)))
+    b = into_body(e, times(k, Triple(e.r12, e.r22, e.r32)))
+    c = into_body(e, times(k, Triple(e.r13, e.r23, e.r33)))
+    return Symmetric(a.x, b.x, c.x, b.y, c.y, c.z)
+
+
+@wp.func
+def turn_effect(effect: Effect, e: Turn) -> Effect:
+    """`effect_of` of impulses along the directions of a contact."""
+    x = into_body(e, Triple(effect.x1, effect.x2, effect.x3))
+    y = into_body(e, Triple(effect.y1, effect.y2, effect.y3))
+    z = into_body(e, Triple(effect.z1, effect.z2, effect.z3))
+    a = into_body(e, Triple(effect.turn_x1, effect.turn_x2, effect.turn_x3))
+    b = into_body(e, Triple(effect.turn_y1, effect.turn_y2, effect.turn_y3))
+    c = into_body(e, Triple(effect.turn_z1, effect.turn_z2, effect.turn_z3))
+    return Effect(
+        x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z,
+        a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z,
+    )  # fmt: skip
 
 
 @wp.func

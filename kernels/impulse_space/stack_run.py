@@ -47,6 +47,7 @@ from warprock.kernels.impulse_space.stack import (
     Wrench,
     add_effect,
     add_impulse,
+    directions_of,
     effect_of,
     find_contact,
     find_edge_spot,
@@ -60,6 +61,7 @@ from warprock.kernels.impulse_space.stack import (
     mobility_of,
     mode_after,
     motion_between,
+    normal_of,
     observe_block,
     observe_spot,
     place_between,
@@ -71,6 +73,9 @@ from warprock.kernels.impulse_space.stack import (
     square_of,
     support_of,
     turn_between,
+    turn_effect,
+    turn_yield,
+    yield_of,
 )
 from warprock.kernels.lane.modes import RUNNING
 from warprock.kernels.launch.instance import ONE_VECTOR
@@ -85,6 +90,8 @@ from warprock.kernels.shape_space.lanes import (
     Symmetric,
     Triple,
     Turn,
+    into_base,
+    into_body,
     turn_of,
 )
 from warprock.kernels.shape_space.stack import CONTACTS, UPPER, face_pair
@@ -114,6 +121,8 @@ Order = wp.types.vector(length=SLOTS + 1, dtype=int)
 Counts = wp.types.vector(length=BLOCKS + 1, dtype=int)
 """Rows of contacts of an interface that a lane of the thread uses."""
 Places = wp.types.vector(length=LANES, dtype=int)
+Skewed = wp.types.vector(length=ROWS, dtype=int)
+"""Lanes of the thread in which a contact has directions of its own."""
 
 
 @kernel
@@ -143,7 +152,12 @@ def run_lanes(
     effect = rows(Effect, ROWS)
     gains = rows(Gains, ROWS)
     impulse = rows(Impulse, ROWS)
+    ways = rows(Turn, ROWS)
     slot = Slots()
+    slip = rows(Triple)
+    more = rows(Triple)
+    normal = rows(Triple)
+    between = rows(Turn)
     faces = rows(Faces)
     opens = rows(Opening)
     total = rows(Opening)
@@ -153,6 +167,7 @@ def run_lanes(
     given = rows(Wrench)
     seen = rows(Result)
     base, dv, hint, number, busy, change = Three(), Three(), Three(), Places(), Counts(), R()
+    skewed = Skewed()
     part, going, fastest, flip = R(), R(), R(), Three()
     bodies, directions, slots = int(BLOCKS + 1), int(2), int(SLOTS)  # loops stay
     uppers, edges, spare, order = int(UPPER), int(12), int(SLOTS * BLOCKS), Order()
@@ -183,13 +198,14 @@ def run_lanes(
             count += 1
             time = real(count) * dt
             half = larger(time - HALF * dt, HALF * dt)
+            for d in range(3):
+                if (knobs.moves >> d) % 2 == 1:
+                    for i in range(LANES):
+                        rides = base_velocity(motions[d, first + i], half, pool)
+                        hint[d, i] = rides - base[d, i]
+                        dv[d, i] = wp.where(count > 0, hint[d, i], zero)
+                        base[d, i] = wp.where(count > 0, rides, zero)
             for i in range(LANES):
-                for d in range(3):
-                    way = motions[d, first + i]
-                    rides = base_velocity(way, half, pool)
-                    hint[d, i] = rides - base[d, i]
-                    dv[d, i] = wp.where(count > 0, hint[d, i], zero)
-                    base[d, i] = wp.where(count > 0, rides, zero)
                 shift[i] = Triple(zero, zero, zero)
                 total[i] = Opening(zero, zero, -FAR)
                 fastest[i] = zero
@@ -210,6 +226,7 @@ def run_lanes(
                 partial, most = int(0), int(0)
                 for i in range(LANES):
                     m = turn_between(turn[k, i], turn[low, i])
+                    between[i] = m
                     away = place_between(state[k, i], state[low, i], turn[low, i])
                     starts = Triple(hint[X, i], hint[Y, i], hint[Z, i])
                     was = lean[k, i]
@@ -304,6 +321,7 @@ def run_lanes(
                             spot[n, i] = here
                 busy[k] = most
                 for n in range(most):
+                    skewed[row + n] = 0
                     for i in range(LANES):
                         p = impulse[row + n, i]
                         p.n = wp.where(count > 0, p.n, load[k, i] / real(wp.max(number[i], 1)))
@@ -313,7 +331,23 @@ def run_lanes(
                             spot[n, i], lean[k, i], below, foot[k, i], knobs
                         )
                         effect[row + n, i] = effect_of(mobility[i], contact[row + n, i])
-                        gains[row + n, i] = gains_of(effect[row + n, i], contact[row + n, i])
+                        at_rest = yield_of(effect[row + n, i], contact[row + n, i])
+                        gains[row + n, i] = gains_of(at_rest, contact[row + n, i].on)
+                for n in range(wp.where(partial > 0, most, 0)):
+                    those = int(0)
+                    for i in range(LANES):
+                        at = normal_of(slot[row + n, i], spot[n, i], between[i], faces[i])
+                        normal[i] = at
+                        those += wp.where(at.z < one, 1, 0)
+                    skewed[row + n] = those
+                    if those > 0:
+                        for i in range(LANES):
+                            e = directions_of(normal[i])
+                            ways[row + n, i] = e
+                            flat = yield_of(effect[row + n, i], contact[row + n, i])
+                            at_rest = turn_yield(flat, e)
+                            gains[row + n, i] = gains_of(at_rest, contact[row + n, i].on)
+                            effect[row + n, i] = turn_effect(effect[row + n, i], e)
                 for i in range(LANES):
                     raised = shift[i]
                     all_seen = total[i]
@@ -328,9 +362,13 @@ def run_lanes(
                 for n in range(busy[k]):
                     c = row + n
                     for i in range(LANES):
-                        p = impulse[c, i]
+                        more[i] = Triple(impulse[c, i].fx, impulse[c, i].fy, impulse[c, i].n)
+                    if skewed[c] > 0:
+                        for i in range(LANES):
+                            more[i] = into_base(ways[c, i], more[i])
+                    for i in range(LANES):
                         sum = given[i]
-                        add_impulse(contact[c, i], Triple(p.fx, p.fy, p.n), sum)
+                        add_impulse(contact[c, i], more[i], sum)
                         given[i] = sum
                 for i in range(LANES):
                     u = new[k, i]
@@ -359,21 +397,29 @@ def run_lanes(
                     for n in range(busy[k]):
                         c = row + n
                         for i in range(LANES):
-                            slip = slip_of(contact[c, i], moving[i])
+                            slip[i] = slip_of(contact[c, i], moving[i])
+                        if skewed[c] > 0:
+                            for i in range(LANES):
+                                slip[i] = into_body(ways[c, i], slip[i])
+                        for i in range(LANES):
                             p = solve_contact(
-                                mu[k, i], contact[c, i], gains[c, i], impulse[c, i], slip
+                                mu[k, i], contact[c, i], gains[c, i], impulse[c, i], slip[i]
                             )
                             works = going[i] > zero
                             dx = wp.where(works, p.fx - impulse[c, i].fx, zero)
                             dy = wp.where(works, p.fy - impulse[c, i].fy, zero)
                             dz = wp.where(works, p.n - impulse[c, i].n, zero)
                             impulse[c, i] = wp.where(works, p, impulse[c, i])
-                            more = Triple(dx, dy, dz)
+                            more[i] = Triple(dx, dy, dz)
                             v = moving[i]
-                            add_effect(effect[c, i], more, v)
+                            add_effect(effect[c, i], more[i], v)
                             moving[i] = v
+                        if skewed[c] > 0:
+                            for i in range(LANES):
+                                more[i] = into_base(ways[c, i], more[i])
+                        for i in range(LANES):
                             sum = given[i]
-                            add_impulse(contact[c, i], more, sum)
+                            add_impulse(contact[c, i], more[i], sum)
                             given[i] = sum
                     for i in range(LANES):
                         u = new[k, i]
@@ -406,9 +452,13 @@ def run_lanes(
                     moving[i] = motion_between(foot[k, i], turn[low, i], new[k, i], new[low, i])
                 for n in range(busy[k]):
                     for i in range(LANES):
-                        slip = slip_of(contact[row + n, i], moving[i])
-                        sped = contact[row + n, i].on * dot(slip.x, slip.y, slip.x, slip.y)
-                        fastest[i] = larger(fastest[i], sped)
+                        slip[i] = slip_of(contact[row + n, i], moving[i])
+                    if skewed[row + n] > 0:
+                        for i in range(LANES):
+                            slip[i] = into_body(ways[row + n, i], slip[i])
+                    for i in range(LANES):
+                        sped = dot(slip[i].x, slip[i].y, slip[i].x, slip[i].y)
+                        fastest[i] = larger(fastest[i], contact[row + n, i].on * sped)
             running = int(0)
             for i in range(LANES):
                 going[i] = wp.where(seen[i].mode == RUNNING, one, zero)

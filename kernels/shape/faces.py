@@ -20,6 +20,15 @@ import warp as wp
 SLOTS = 16
 SAME = real(1.0e-6)
 """Part of a face by which another one may stick out and still count as inside."""
+UPPER = 4
+"""Number of the slots of the upper face's own corners, the first ones."""
+ALONG_DEPTH = 8
+"""First of the slots on the upper face's edges along its depth."""
+LOWER = 12
+"""First of the slots of the corners of the lower face."""
+PARALLEL = by_precision(1.0e-4, 1.0e-3)
+"""Angle [rad] up to which faces count as parallel, and all of their contacts have one normal: a
+face that slides cannot keep contacts of several. A force is off by this part at most."""
 
 
 @wp.func
@@ -143,3 +152,18 @@ def corner(slot: int, f: Faces):
         return x, y, gap, there
     x, y, gap, there = lower_corner(slot, f)
     return x, y, gap, there
+
+
+@wp.func
+def crosses(slot: int, x: real, y: real, wide: real, deep: real) -> bool:
+    """Whether edges of both faces that run in other directions cross at a slot.
+
+    Args:
+        slot: The slot.
+        x, y: Its place in the plan of the lower face [m].
+        wide, deep: Half width and half depth of the lower face [m].
+    """
+    # Edges along the width are crossed by those at the ends of the lower width.
+    part = real(1.0) + HALF * SAME
+    ends = wp.where(slot < ALONG_DEPTH, size(x) > wide * part, size(y) > deep * part)
+    return slot >= UPPER and slot < LOWER and ends

@@ -51,6 +51,7 @@ class Blocks:
     Attributes:
         half_height, half_width: Half sizes of boxes; for bodies the depth of the edge below the
             centre of mass, and its half length [m].
+        mass, inertia: [kg], [kg m^2].
         inverse_mass, inverse_inertia: [1/kg], [1/(kg m^2)].
         friction: Coefficient of friction at the interface below the block.
         foot: Rotation relative to the body below at which the edge lies flat [rad].
@@ -65,6 +66,8 @@ class Blocks:
 
     half_height: Values
     half_width: Values
+    mass: Values
+    inertia: Values
     inverse_mass: Values
     inverse_inertia: Values
     friction: Values

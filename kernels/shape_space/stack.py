@@ -8,15 +8,13 @@ bottom face of block k and the top face below (see shape/faces.py).
 import warp as wp
 
 from warprock.kernels.algebra.vectors import Matrix, Vector
-from warprock.kernels.shape.faces import SLOTS, Faces, corner, mirror_slot
+from warprock.kernels.shape.faces import SLOTS, UPPER, Faces, corner, mirror_slot
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.frame import turn_of_matrix
 from warprock.kernels.shape_space.lanes import Triple, Turn
 
 CONTACTS = 8
 """Largest number of contacts of an interface: the slots of shape/faces.py."""
-UPPER = 4
-"""Slots of the upper face's own corners, the first ones."""
 WHOLE = 15
 """Bits of their slots, all set."""
 

@@ -219,10 +219,12 @@ def test_an_impact_takes_what_it_should_wherever_in_a_step_it_is():
 
     Where an impact leaves r of an angular velocity, one solve of that step takes up to 1.5 (1 + r)
     A h too much, with A = p^2 sin(alpha) that with which an upright block is slowed down. Here a
-    corner lands at 32 places of a step.
+    corner lands at 32 places of a step, and 224 times at its very end or just after it: Housner's
+    block does so 1.2498071 s after the start, this one some .03 of a step earlier.
     """
-    lanes, step, alpha = 32, 2e-4, np.arctan2(1.0, 4.0)
-    starts = step * np.arange(lanes) / lanes
+    step, alpha = 2e-4, np.arctan2(1.0, 4.0)
+    parts = np.concatenate([np.arange(32) / 32, np.linspace(-0.01, 0.05, 224) - 1.2498071 / step])
+    starts, lanes = step * (parts % 1.0), len(parts)
     motions = dataclasses.replace(sine(lanes, 0.5, 1.0, 0.5), start=starts)
     block, times = make_lanes(np.ones(lanes), 4.0, friction=NO_SLIDING), SampleTimes(2.0, 2e-3)
     exact = run_batch("housner", block, motions, times)["rotation"]
@@ -237,8 +239,9 @@ def test_an_impact_takes_what_it_should_wherever_in_a_step_it_is():
     p = np.sqrt(0.75 * GRAVITY / np.hypot(0.5, 2.0))
     kept = 1.0 - 1.5 * np.sin(alpha) ** 2
     lost = p * (speeds[0] - speeds[1]) / ((1.0 + kept) * p * p * np.sin(alpha) * step)
-    # A fiftieth of that.
-    assert np.abs(lost).max() < 0.03
+    # Other errors of a swing are .015 at most at 3,072 starts. A corner that lands at the very end
+    # of a step would take .5 too much in two steps of one solve each.
+    assert np.abs(lost).max() < 0.02
 
 
 @pytest.mark.parametrize("count", first(1, [2, 7]))

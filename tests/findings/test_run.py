@@ -9,6 +9,7 @@ import pytest
 
 from tests.shared.case_texts import pulse_text
 from warprock.case.load import load_case
+from warprock.findings.refinement import refinement_sentences
 from warprock.findings.run import peak_sentences, run_sentences, tie_sentences
 from warprock.model.response import Outcome
 from warprock.running.case_run import run_case
@@ -76,3 +77,20 @@ def test_the_largest_force_of_a_tie_is_that_of_a_usable_lane() -> None:
     assert none == "The largest force of a tie is 4 kN; none broke."
     assert tie_sentences(facts, table.iloc[2:]) == []
     assert tie_sentences(facts, table.drop(columns="peak_tie_force_N")) == []
+
+
+def test_lanes_that_no_step_settles_leave_the_distributions_that_the_case_asks_for() -> None:
+    counts = {"met": 0, "missed": 0, "sensitive": 1, "refined": 1}
+    facts = {
+        "engine": {"name": "event", "settings": {"time_step": 5e-3}},
+        "tolerance": 0.01,
+        "lanes": 1,
+        "status": {"sensitive": 1},
+        "refinement": {**counts, "first_step_count": 1, "total_step_count": 4},
+    }
+    for resolved, advice in (
+        ({}, "an [ensemble] in the case, and its distributions instead of single lanes."),
+        ({"ensemble": {"members": 8}}, "the distributions of the cells instead of single lanes."),
+    ):
+        said = refinement_sentences({**facts, "case": {"resolved": resolved}})[-1]
+        assert said.endswith(f"where that does not help, {advice}")

@@ -70,6 +70,7 @@ def struck(
         before *= np.tile([-1.0, 1.0, -1.0], BLOCKS)
     rows = np.zeros(LANES, dtype=Blocks.numpy_dtype())
     rows["half_height"], rows["half_width"] = half_height, half_width
+    rows["mass"], rows["inertia"] = mass, inertia
     rows["inverse_mass"], rows["inverse_inertia"] = 1.0 / mass, 1.0 / inertia
     rows["friction"] = random.choice(friction, (LANES, BLOCKS))
     place, after, settled = launch(rows, theta, anchor, touch, glide, before, kept)
@@ -158,6 +159,7 @@ def test_a_block_that_is_dropped_flat_on_another_leaves_by_the_law_of_central_im
     half, theta = np.full((1, BLOCKS), 0.2), np.zeros((1, BLOCKS))
     rows = np.zeros(1, dtype=Blocks.numpy_dtype())
     rows["half_height"], rows["half_width"], rows["friction"] = half, half, 0.5
+    rows["mass"], rows["inertia"] = mass, mass * 0.04 / 1.5
     rows["inverse_mass"], rows["inverse_inertia"] = 1.0 / mass, 1.5 / (mass * 0.04)
     touch, before = np.zeros((1, BLOCKS)), np.zeros((1, 3 * BLOCKS))
     touch[0, 1], before[0, 4] = CLOSED, -speed

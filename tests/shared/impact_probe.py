@@ -62,7 +62,7 @@ def strike(
     pose.touch = touching
     mass = real(0.0)
     for k in range(BLOCKS):
-        mass += real(1.0) / blocks[lane].inverse_mass[k]
+        mass += blocks[lane].mass[k]
     dust = RoundOff(real(1.0e-12), real(1.0e-12) * mass)
     jacobian, found = Jacobian(), Solution()
     fill_jacobian(blocks[lane], pose, jacobian)

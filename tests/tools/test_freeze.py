@@ -9,6 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from tools import freeze
+from warprock import InputError
 from warprock.engines.launching import Form
 from warprock.model.response import LANE_FIELDS
 
@@ -51,6 +52,11 @@ def test_another_answer_has_another_line(lines: Callable[..., list[str]]) -> Non
     changed = {a.rsplit(" ", 1)[0] for a, b in zip(one, other, strict=True) if a != b}
     assert f"lanes {CASE} housner float64 packed rotation" in changed
     assert f"inputs {CASE}" not in changed
+
+
+def test_a_case_that_is_asked_for_is_never_left_out(lines: Callable[..., list[str]]) -> None:
+    with pytest.raises(InputError, match="no-such-case"):
+        lines("no-such-case")
 
 
 def test_what_belongs_to_the_moment_is_left_out() -> None:

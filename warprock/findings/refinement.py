@@ -83,10 +83,17 @@ def _counted(
         found.append(
             f"Sensitive: {counted(counts[SENSITIVE], 'lane')}, whose numbers depend on the step"
             f"{down_to}: chaos, or close to overturning. Next: a smaller step, {advice}; where "
-            "that does not help, an [ensemble] in the case, and its distributions instead of "
-            "single lanes."
+            f"that does not help, {_distributions(facts)} instead of single lanes."
         )
     return found
+
+
+def _distributions(facts: Mapping[str, Any]) -> str:
+    """What tells of lanes that no step settles."""
+    case = facts.get("case")
+    if isinstance(case, Mapping) and "ensemble" in case["resolved"]:
+        return "the distributions of the cells"
+    return "an [ensemble] in the case, and its distributions"
 
 
 def bad_sentences(facts: Mapping[str, Any]) -> list[str]:

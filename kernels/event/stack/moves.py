@@ -33,6 +33,7 @@ from warprock.kernels.shape.stack import (
     slide_place,
     three_of,
     turn_block,
+    turn_foot,
     turn_of,
     upright_place,
 )
@@ -265,6 +266,7 @@ def find_departure(
 @wp.func(inline=False)
 def lay_down(blocks: wp.ref[Blocks], old: wp.ref[Pose], falls: Counts, new: wp.ref[Pose]):
     """Sets the pose with fallen blocks flat on what is below, and landed ends on their faces."""
+    turned = bool(False)
     for k in range(BLOCKS):
         was = old.touch[k]
         touch = wp.where(falls[k] == OPEN, was, falls[k])
@@ -273,11 +275,19 @@ def lay_down(blocks: wp.ref[Blocks], old: wp.ref[Pose], falls: Counts, new: wp.r
         theta = old.theta[k]
         if touch == CLOSED:
             theta = flat_rotation(blocks, new, k)
-        turn_block(blocks, new, k, theta)
+        moved = turned
+        turned = theta != old.theta[k]
+        if turned:
+            turn_block(blocks, new, k, theta)
+        else:
+            new.theta[k] = theta
+            new.sine[k] = old.sine[k]
+            new.cosine[k] = old.cosine[k]
+            turn_foot(blocks, new, k)
         new.touch[k] = touch
         new.along[k] = old.along[k]
         new.above[k] = old.above[k]
-        if touch != OPEN:
+        if touch != OPEN and (turned or moved or falls[k] != OPEN):
             anchor = find_anchor(blocks, old, k, was)
             if touch == CLOSED:
                 anchor.place = upright_place(blocks, k, was, anchor)

@@ -9,7 +9,7 @@ import warp as wp
 
 from warprock.kernels.event.body.weight import nearest_lack
 from warprock.kernels.event.lift import held_time, round_off
-from warprock.kernels.event.stack.rocking import Chain, chain_of, interface_forces
+from warprock.kernels.event.stack.links import Chain, interface_forces, set_levers
 from warprock.kernels.event.stack.rocking_end import Loads, face_load, reach_of
 from warprock.kernels.event.stack.state import Limits, Shaking, State
 from warprock.kernels.motion.kinds import Acceleration, expand
@@ -25,10 +25,12 @@ class Bounds:
 
 
 @wp.func
-def still_loads(chain: wp.ref[Chain], pose: wp.ref[Pose], ax: real, az: real) -> Loads:
+def still_loads(
+    blocks: wp.ref[Blocks], chain: wp.ref[Chain], pose: wp.ref[Pose], ax: real, az: real
+) -> Loads:  # fmt: skip
     """Loads of a stack that moves with its base; its acceleration, upwards with gravity [m/s^2]."""
     loads = Loads()
-    fx, fz, u, w = interface_forces(chain, ax * chain.mass, az * chain.mass)
+    fx, fz, u, w = interface_forces(chain, ax * blocks.mass, az * blocks.mass)
     loads.fx = fx
     loads.fz = fz
     loads.sine = pose.sine
@@ -54,9 +56,10 @@ def tighten(bounds: wp.ref[Bounds], spare: real, rate: real):
 @wp.func(inline=False)
 def rest_bounds(blocks: wp.ref[Blocks], pose: wp.ref[Pose]) -> Bounds:
     """Bounds of a stack at rest; the margins are those of `spare_of`."""
-    chain = chain_of(blocks, pose, pose.touch)
-    weight = still_loads(chain, pose, real(0.0), real(1.0))
-    push = still_loads(chain, pose, real(1.0), real(0.0))
+    chain = Chain()
+    set_levers(blocks, pose, pose.touch, chain)
+    weight = still_loads(blocks, chain, pose, real(0.0), real(1.0))
+    push = still_loads(blocks, chain, pose, real(1.0), real(0.0))
     bounds = Bounds(NEVER, NEVER)
     for k in range(BLOCKS):
         normal0, along0 = face_load(blocks, chain.under, weight, k)

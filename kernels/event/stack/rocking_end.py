@@ -8,17 +8,21 @@ import warp as wp
 
 from warprock.kernels.event.block.begin import first_root
 from warprock.kernels.event.stack.curves import Curve, Curves, load_of, rate_of, value_of
-from warprock.kernels.event.stack.rocking import Chain, Rocking
+from warprock.kernels.event.stack.links import Chain
+from warprock.kernels.event.stack.rocking import Rocking
 from warprock.kernels.event.stack.state import GRAIN, NEARLY, SOON, Limits
 from warprock.kernels.shape.stack import (
     CLOSED,
+    Anchor,
     Blocks,
     Counts,
     Pose,
-    Triples,
     Values,
+    flat_rotation,
     lower_face,
+    place_block,
     side_of,
+    turn_block,
 )
 
 if CHAINS:
@@ -123,24 +127,32 @@ def spare_of(
 
 @wp.func
 def spare_at(
-    blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts, r: wp.ref[Rocking], tau: real
-) -> real:
-    """`spare_of` at a time in a step."""
+    blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts, chain: wp.ref[Chain],
+    r: wp.ref[Rocking], tau: real, new: wp.ref[Pose],
+) -> real:  # fmt: skip
+    """`spare_of` at a time in a step; sets the pose then."""
     loads = Loads()
+    new.touch = touch
     for k in range(BLOCKS):
         loads.fx[k] = load_of(r.fx[wp.static(k)], tau)
         loads.fz[k] = load_of(r.fz[k], tau)
         loads.moment[k] = load_of(r.moment[k], tau)
         theta = value_of(r.theta[k], tau)
-        loads.sine[k] = sine(theta)
-        loads.cosine[k] = cosine(theta)
-    return spare_of(blocks, pose, touch, r.chain.under, loads)
+        if touch[k] == CLOSED:
+            theta = flat_rotation(blocks, new, k)
+        turn_block(blocks, new, k, theta)
+        anchor = Anchor(chain.place[k], real(1 - 2 * chain.under[k]))
+        place_block(blocks, new, k, touch[k], anchor)
+    loads.sine = new.sine
+    loads.cosine = new.cosine
+    return spare_of(blocks, pose, touch, chain.under, loads)
 
 
 @wp.func
 def spare_first(
-    blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts, r: wp.ref[Rocking]
-) -> real:
+    blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts, chain: wp.ref[Chain],
+    r: wp.ref[Rocking],
+) -> real:  # fmt: skip
     """`spare_of` at the start of a step."""
     loads = Loads()
     for k in range(BLOCKS):
@@ -149,7 +161,7 @@ def spare_first(
         loads.moment[k] = r.moment[k, 0]
     loads.sine = pose.sine
     loads.cosine = pose.cosine
-    return spare_of(blocks, pose, touch, r.chain.under, loads)
+    return spare_of(blocks, pose, touch, chain.under, loads)
 
 
 @wp.func
@@ -224,7 +236,7 @@ def find_impact(
 @wp.func(inline=False)
 def find_end(
     blocks: wp.ref[Blocks], limits: wp.ref[Limits], pose: wp.ref[Pose], touch: Counts,
-    r: wp.ref[Rocking], d: real,
+    chain: wp.ref[Chain], r: wp.ref[Rocking], d: real, new: wp.ref[Pose],
 ):  # fmt: skip
     """The end of a step in which all contacts stick.
 
@@ -233,8 +245,10 @@ def find_end(
         limits: The lane's limits.
         pose: Their pose, with the ends that touched before.
         touch: Ends that touch and stick in the step.
+        chain: The chain that they make.
         r: Polynomials of the step.
         d: Longest length of the step [s].
+        new: The pose at its end.
 
     Returns:
         Length of the step; LACKS, ROLLS or SPENT; whether a block falls flat.
@@ -247,9 +261,9 @@ def find_end(
     else:
         slack = SLIGHT * weight
         low = real(0.0)
-        at_low = spare_first(blocks, pose, touch, r) + slack
+        at_low = spare_first(blocks, pose, touch, chain, r) + slack
         high = real(d1)
-        at_high = spare_at(blocks, pose, touch, r, high) + slack
+        at_high = spare_at(blocks, pose, touch, chain, r, high, new) + slack
         if not at_low >= real(0.0):
             found = LACKS
         elif at_high < real(0.0):
@@ -257,7 +271,7 @@ def find_end(
             left = int(SECANT_STEPS)
             while left > 0:
                 middle = low + (high - low) * at_low / (at_low - at_high)
-                at = spare_at(blocks, pose, touch, r, middle) + slack
+                at = spare_at(blocks, pose, touch, chain, r, middle, new) + slack
                 d1 = middle
                 left = wp.where(size(at) <= CLOSE * weight, 0, left - 1)
                 if at < real(0.0):
@@ -272,21 +286,3 @@ def find_end(
             if d1 <= SOON * limits.longest_step:
                 found = LACKS
     return d1, found, lands
-
-
-@wp.func
-def velocity_at(chain: wp.ref[Chain], pose: wp.ref[Pose], p: Curves, tau: real) -> Triples:
-    """Velocities of all blocks at a time in a step; `pose` is the pose then."""
-    v = Triples()
-    x = real(0.0)
-    z = real(0.0)
-    for k in range(BLOCKS):
-        spin = rate_of(p[k], tau)
-        s = pose.sine[k]
-        c = pose.cosine[k]
-        v[3 * k] = x - spin * (chain.bz[k] * c - chain.bx[k] * s)
-        v[3 * k + 1] = z + spin * (chain.bx[k] * c + chain.bz[k] * s)
-        v[3 * k + 2] = spin
-        x = x + spin * (chain.cz[k] * c - chain.cx[k] * s)
-        z = z - spin * (chain.cx[k] * c + chain.cz[k] * s)
-    return v

@@ -4,6 +4,7 @@ import warp as wp
 
 from warprock.kernels.event.body.weight import Weight
 from warprock.kernels.event.stack.curves import Curves
+from warprock.kernels.event.stack.links import Chain
 from warprock.kernels.motion.kinds import Motion
 from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.stack import CLOSED, Blocks, Counts, Pose, Triples, Values, three_of
@@ -110,8 +111,9 @@ class State:
         taken: Whether the last trial was taken.
         deepest: How deep an end was in a face at the end of a step, before it was put back [m].
         search: Search for the moment at which a contact lets go.
-        plain: Whether the last step rocked and had no event.
+        stuck: Whether all contacts stuck in the last step.
         curve: Rotations in the last step, as polynomials of the time since its start.
+        chain: The chain that it is while its contacts stick.
         rising: Velocity of the base upwards [m/s].
         risen: Knots of its vertical motion passed.
     """
@@ -132,8 +134,9 @@ class State:
     taken: bool
     deepest: real
     search: Search
-    plain: bool
+    stuck: bool
     curve: Curves
+    chain: Chain
     if VERTICAL:
         rising: real
         risen: int
@@ -231,8 +234,8 @@ def kinetic_energy(blocks: wp.ref[Blocks], velocity: Triples) -> real:
     energy = real(0.0)
     for k in range(BLOCKS):
         v = three_of(velocity, k)
-        energy += HALF * (v[0] * v[0] + v[1] * v[1]) / blocks.inverse_mass[k]
-        energy += HALF * v[2] * v[2] / blocks.inverse_inertia[k]
+        energy += HALF * (v[0] * v[0] + v[1] * v[1]) * blocks.mass[k]
+        energy += HALF * v[2] * v[2] * blocks.inertia[k]
     return energy
 
 
@@ -257,8 +260,8 @@ def lost_in_impact(
         before, after = three_of(free, k), three_of(velocity, k)
         less, total = before - after, before + after
         along = less[0] * (total[0] + t.kick) + less[1] * (total[1] + rise)
-        lost += HALF * along / blocks.inverse_mass[k]
-        lost += HALF * less[2] * total[2] / blocks.inverse_inertia[k]
+        lost += HALF * along * blocks.mass[k]
+        lost += HALF * less[2] * total[2] * blocks.inertia[k]
     return lost
 
 

@@ -17,6 +17,9 @@ every block:
        stepped its velocity, this is the inelastic impact with Coulomb friction, in which all ends
        of the stack take part that touch then.
 
+A stack that sticks before an impact and after it is a chain, whose angular velocities say all of it
+(event/stack/strike.py). So is one in which an interface closes at the start of a step.
+
 A closed interface shares one rotation, and while it sticks one motion, exactly. So a stack that
 nothing moves stays where it is to the last digit, and on a base at rest it waits in one step.
 
@@ -37,6 +40,7 @@ import warp as wp
 from warprock.kernels.event.body.weight import kicks
 from warprock.kernels.event.stack.chain import Contacts, constrain, relative_velocity
 from warprock.kernels.event.stack.contact import RoundOff, Solution, solve
+from warprock.kernels.event.stack.links import hold_together, link
 from warprock.kernels.event.stack.moves import find_departure, find_stop, glue, lay_down, opening
 from warprock.kernels.event.stack.state import (
     DUST,
@@ -54,6 +58,7 @@ from warprock.kernels.event.stack.state import (
     largest_speeds,
     lost_in_impact,
 )
+from warprock.kernels.event.stack.strike import strike
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.shape.stack import (
     CLOSED,
@@ -145,7 +150,7 @@ def mode_of(blocks: wp.ref[Blocks], s: wp.ref[State], near: real) -> int:
     for k in range(BLOCKS):
         if CHAINS:
             mode = wp.where(has_left(blocks, s.pose, k), SLID_OFF, mode)
-        else:
+        elif not s.stuck:
             low, _height = lower_face(blocks, k)
             room = low + blocks.half_width[k] - near * size(s.rate[3 * k])
             if size(slide_place(blocks, s.pose, k)) >= room:
@@ -199,7 +204,8 @@ def take_step(s: wp.ref[State], t: wp.ref[Trial], n: wp.ref[State]):
     n.base = s.base + t.dv + t.kick
     n.cap = NEVER
     n.taken = True
-    n.plain = t.plain
+    n.chain.known = False
+    n.stuck = t.rocks
     n.search.stage = wp.where(t.spends, FOUND, STEADY)
     n.calm = (
         at_rest(s.pose.touch, s.slip) and at_rest(n.pose.touch, n.slip)
@@ -209,6 +215,14 @@ def take_step(s: wp.ref[State], t: wp.ref[Trial], n: wp.ref[State]):
         n.rising = s.rising + t.weight.gained + t.weight.kick
         n.risen = s.risen + wp.where(t.weight.passed, 1, 0)
         n.calm = n.calm and t.weight.gained == real(0.0) and t.weight.kick == real(0.0)
+
+
+@wp.func
+def round_off(limits: wp.ref[Limits], velocity: Triples) -> RoundOff:
+    """What counts as round-off in an impact at given velocities."""
+    speed, _spin = largest_speeds(velocity)
+    grain = DUST * (speed + limits.gravity * limits.longest_step)
+    return RoundOff(grain, grain * limits.mass)
 
 
 @wp.func
@@ -227,9 +241,7 @@ def collide(
         found: The impact; with ends that touch then, and directions of sliding before it.
     """
     if t.struck:
-        speed, _spin = largest_speeds(free)
-        grain = DUST * (speed + limits.gravity * limits.longest_step)
-        dust = RoundOff(grain, grain * limits.mass)
+        dust = round_off(limits, free)
         touch = found.contacts.hold
         found.contacts.hold = guess_held(t.pose.touch, touch)
         if BOUNCES:
@@ -243,6 +255,45 @@ def collide(
         found.solved = True
         found.velocity = free
         constrain(smooth, g, found.contacts, found.velocity)
+
+
+@wp.func
+def conclude(blocks: wp.ref[Blocks], limits: wp.ref[Limits], n: wp.ref[State]):
+    """Sets the mode of a state that a step has reached, and keeps its rotations in range."""
+    n.mode = mode_of(blocks, n, NEARLY * limits.longest_step)
+    for k in range(BLOCKS):
+        n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
+
+
+@wp.func
+def stick_on(
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], s: wp.ref[State], t: wp.ref[Trial],
+    n: wp.ref[State],
+):  # fmt: skip
+    """Ends a step with the velocities of a stack that goes on to stick at all its contacts."""
+    n.slip = Counts()
+    n.rate = Triples()
+    n.lost = s.lost + lost_in_impact(blocks, t, t.velocity, n.velocity)
+    take_step(s, t, n)
+    n.chain.known = True
+    conclude(blocks, limits, n)
+
+
+@wp.func
+def strikes_chain(
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], t: wp.ref[Trial], n: wp.ref[State]
+) -> bool:  # fmt: skip
+    """Whether a step ends with an impact of a stack that sticks before and after; see `strike`."""
+    ramps = t.kick != real(0.0)
+    if VERTICAL:
+        ramps = kicks(t.weight, t.kick)
+    found = t.rocks and t.struck and not ramps
+    if BOUNCES:
+        found = False
+    if found:
+        guess = guess_held(t.pose.touch, n.pose.touch)
+        found = strike(blocks, t, guess, round_off(limits, t.velocity), n)
+    return found
 
 
 @wp.func
@@ -286,9 +337,7 @@ def project(
             n.rate[3 * k + i] = u[i]
     n.lost = n.lost + t.lost
     take_step(s, t, n)
-    n.mode = mode_of(blocks, n, NEARLY * limits.longest_step)
-    for k in range(BLOCKS):
-        n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
+    conclude(blocks, limits, n)
     if n.mode != BROKEN and not (impact.solved and t.settled):
         n.mode = UNSOLVED
 
@@ -320,16 +369,17 @@ def end_step(
     pose, g = Pose(), Jacobian()
     slip = t.slip
     lay_down(blocks, t.pose, falls, pose)
-    fill_jacobian(blocks, pose, g)
     cut = t.cut
-    for k in range(BLOCKS):
-        u = relative_velocity(g, t.velocity, k)
-        stop, after = find_stop(s, t, k, u[0], NEARLY * limits.longest_step)
-        cut = smaller(cut, stop)
-        if not CHAINS:
-            leaves = find_departure(blocks, s, t, k, NEARLY * limits.longest_step)
-            cut = smaller(cut, leaves)
-        slip[k] = after
+    if not t.rocks:
+        fill_jacobian(blocks, pose, g)
+        for k in range(BLOCKS):
+            u = relative_velocity(g, t.velocity, k)
+            stop, after = find_stop(s, t, k, u[0], NEARLY * limits.longest_step)
+            cut = smaller(cut, stop)
+            if not CHAINS:
+                leaves = find_departure(blocks, s, t, k, NEARLY * limits.longest_step)
+                cut = smaller(cut, leaves)
+            slip[k] = after
     if cut < NEVER:
         cut_short(limits, t, cut, n)
     else:
@@ -340,7 +390,16 @@ def end_step(
             n.swing[k] = t.velocity[3 * k + 2]
         n.impacts = s.impacts + hits
         n.deepest = larger(t.deep, s.deepest)
-        project(blocks, limits, s, t, g, n)
+        if t.resting and t.rocks:
+            link(blocks, n.pose, n.pose.touch, n.chain)
+            n.velocity = hold_together(blocks, n.chain, n.pose, n.pose.touch, t.velocity)
+            stick_on(blocks, limits, s, t, n)
+        elif strikes_chain(blocks, limits, t, n):
+            stick_on(blocks, limits, s, t, n)
+        else:
+            if t.rocks:
+                fill_jacobian(blocks, pose, g)
+            project(blocks, limits, s, t, g, n)
 
 
 @wp.func

@@ -6,11 +6,12 @@ from warprock.kernels.event.block.begin import base_change, first_root
 from warprock.kernels.event.body.weight import Weight, kicks, weight_in
 from warprock.kernels.event.stack.chain import Contacts, relative_velocity
 from warprock.kernels.event.stack.contact import RoundOff, Solution, solve
-from warprock.kernels.event.stack.curves import value_of
+from warprock.kernels.event.stack.curves import rate_of
+from warprock.kernels.event.stack.links import link, velocities_of
 from warprock.kernels.event.stack.moves import find_closing, find_landing, move, opening, settles
 from warprock.kernels.event.stack.rest import look_ahead
 from warprock.kernels.event.stack.rocking import Terms, predict_rocking
-from warprock.kernels.event.stack.rocking_end import LACKS, SPENT, find_end, velocity_at
+from warprock.kernels.event.stack.rocking_end import LACKS, SPENT, find_end
 from warprock.kernels.motion.kinds import expand, knot_step, knot_time
 from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.stack import (
@@ -196,14 +197,19 @@ def try_rocking(
         z = expand(above.motion, above.segment, s.time, above.value, above.slope)
         up = Terms(z.a0, z.a1, z.a2, z.a3, z.a4)
     up[0] = up[0] + limits.gravity
-    r = predict_rocking(blocks, limits, s.pose, touch, s.velocity, along, up)
+    if not s.chain.known:
+        link(blocks, s.pose, touch, s.chain)
+    r = predict_rocking(blocks, limits, s.pose, touch, s.chain, s.velocity, along, up)
     if r.waits:
         t.resting = True
         t.rocks = True
         t.settled = True
         close_at_start(s, r.rests, t)
         return
-    d1, found, lands = find_end(blocks, limits, s.pose, touch, r, smaller(d, r.reach))
+    pose = Pose()
+    d1, found, lands = find_end(
+        blocks, limits, s.pose, touch, s.chain, r, smaller(d, r.reach), pose
+    )
     if found == LACKS:
         return
     move_base(limits, shaking, target, s, d1, t)
@@ -213,13 +219,11 @@ def try_rocking(
     t.rocks = True
     t.spends = found == SPENT
     t.curve = r.theta
-    mean = Triples()
-    per = real(1.0) / larger(d1, SLOWEST)
+    t.pose = pose
+    spins = Values()
     for k in range(BLOCKS):
-        mean[3 * k + 2] = (value_of(r.theta[k], d1) - s.pose.theta[k]) * per
-    still = Values()
-    move(blocks, s.pose, touch, mean, still, d1, t.pose)
-    t.velocity = velocity_at(r.chain, t.pose, r.theta, d1)
+        spins[k] = rate_of(r.theta[k], d1)
+    t.velocity = velocities_of(s.chain, t.pose, spins)
     t.plain = not lands and not t.struck
     if CHAINS:
         # A body may come to its next edge.
@@ -286,7 +290,10 @@ def try_step(
             # If the force is lacking from the start there is no moment to search for.
             t.switches = t.switches and not (stuck and s.search.stage == STEADY)
             if stuck and s.search.stage != SEEKING and sticks(t.pose.touch, t.slip):
+                # Its chain is not that of the ends that touch in the state.
+                s.chain.known = False
                 try_rocking(blocks, limits, shaking, target, s, t.pose.touch, d, t)
+                s.chain.known = False
     if not (t.plain or t.resting):
         find_events(blocks, limits, s, t)
 

@@ -84,6 +84,15 @@ class Rolled:
 
 
 @wp.func(inline=True)
+def mobility_of(about: Matrix, e: Vector) -> Matrix:
+    """Inverse of an inertia about a point, or about an axis e through it if that is not zero."""
+    m = wp.outer(e, e) * (real(1.0) / larger(wp.dot(e, about * e), TINY))
+    if wp.dot(e, e) == real(0.0):
+        m = wp.inverse(about)
+    return m
+
+
+@wp.func(inline=True)
 def hinge_of(block: Block, stance: int) -> Hinge:
     """The hinge of a stance; a flat block does not turn."""
     zero, one = real(0.0), real(1.0)
@@ -194,6 +203,16 @@ def end_margins(mu: real, p: Vector, twist: Vector, arm: Vector, e: Vector, over
     return smaller(room1, room2), smaller(one[2], other[2]), more
 
 
+@wp.func(inline=True)
+def holds_hinge(mu: real, p: Vector, twist: Vector, arm: Vector, e: Vector, over: real) -> bool:
+    """Whether friction and weight hold a hinge; arguments as of `end_margins`."""
+    zero = real(0.0)
+    room, push, more = end_margins(mu, p, twist, arm, e, over)
+    along = wp.dot(p, e)
+    sticks = over > zero or p[0] * p[0] + p[1] * p[1] <= mu * mu * p[2] * p[2]
+    return sticks and room >= zero and push >= zero and along * along <= more
+
+
 @wp.struct
 class Instant:
     """A block that turns about a hinge, at one end of a step.
@@ -269,18 +288,14 @@ def mean_motion(block: Block, h: Hinge, free: Vector, momentum: Vector, middle: 
     Returns:
         Velocity, angular velocity and angular momentum; whether friction can hold the hinge.
     """
-    zero = real(0.0)
-    mu = block.friction
     arm = in_base(middle, h.lever)
     w = turn_about_hinge(h, middle, momentum + wp.cross(arm, free))
     v = wp.cross(w, arm)
     p = v - free
     spun = scale_in_body(middle, h.inertia, w)
     e = in_base(middle, h.way) * (h.over + h.over)
-    room, push, more = end_margins(mu, p, spun - momentum, arm, e, h.over)
-    along = wp.dot(p, e)
-    sticks = h.over > zero or p[0] * p[0] + p[1] * p[1] <= mu * mu * p[2] * p[2]
-    return v, w, spun, sticks and room >= zero and push >= zero and along * along <= more
+    holds = holds_hinge(block.friction, p, spun - momentum, arm, e, h.over)
+    return v, w, spun, holds
 
 
 @wp.func(inline=True)

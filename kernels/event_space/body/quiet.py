@@ -21,6 +21,7 @@ from warprock.kernels.event_space.block.pack import (
     frame,
     level_edge,
     mean_motion,
+    mobility_of,
     scale_in_body,
     turn_about_hinge,
 )
@@ -93,12 +94,10 @@ def hinge_of(inertia: Vector, one: Vector, other: Vector, single_point: bool) ->
     h = Hinge()
     a = -HALF * (one + other)
     about = wp.diag(inertia) + wp.dot(a, a) * wp.identity(n=3, dtype=real) - wp.outer(a, a)
-    m = wp.inverse(about)
     if not single_point:
         h.way = HALF * (other - one)
         h.over = HALF / wp.length(h.way)
-        e = (TWO * h.over) * h.way
-        m = wp.outer(e, e) * (real(1.0) / wp.dot(e, about * e))
+    m = mobility_of(about, (TWO * h.over) * h.way)
     h.lever = a
     h.inertia = inertia
     h.mobility = Vector(m[0, 0], m[1, 1], m[2, 2])

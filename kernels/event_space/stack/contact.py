@@ -21,7 +21,14 @@ impulses are not unique, but the motion is.
 import warp as wp
 
 from warprock.kernels.algebra.vectors import Matrix, Vector, X, Y
-from warprock.kernels.shape.faces import SAME, SLOTS
+from warprock.kernels.shape.faces import (
+    ALONG_DEPTH,
+    LOWER,
+    PARALLEL,
+    SLOTS,
+    UPPER,
+    crosses,
+)
 from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.contact import (
@@ -40,7 +47,6 @@ from warprock.kernels.shape_space.contact import (
 )
 from warprock.kernels.shape_space.frame import axis_of, frame, relative_velocity, rotate_diagonal
 from warprock.kernels.shape_space.stack import (
-    UPPER,
     Axes,
     Bodies,
     Numbers,
@@ -61,14 +67,6 @@ HOLD_X = 5
 HOLD_Y = 6
 BOX = FRICTION == "box"
 """Whether friction is bound as a box along a contact's directions, else as a cone."""
-
-PARALLEL = by_precision(1.0e-4, 1.0e-3)
-"""Angle [rad] up to which faces count as parallel, and all of their contacts have one normal: a
-face that slides cannot keep contacts of several. A force is off by this part at most."""
-ALONG_DEPTH = 8
-"""First of the slots on the upper face's edges along its depth, see shape/faces.py."""
-LOWER = 12
-"""First of the slots of the corners of the lower face."""
 
 SWEEPS = 20000
 """Largest number of sweeps of a solve; the second half of them is under-relaxed by 1/2."""
@@ -198,11 +196,9 @@ def find_corners(own: Own, pose: Pose, k: int):
     tilted = size(m[2, 0]) + size(m[2, 1]) > PARALLEL
     crossed = int(0)
     for i in range(UPPER, LOWER):
-        # Edges along the width are crossed by those at the ends of the lower width.
-        wide = size(places[i, X] + below.centre_x) > below.half_width * (one + HALF * SAME)
-        deep = size(places[i, Y] + below.centre_y) > below.half_depth * (one + HALF * SAME)
-        crosses = tilted and wp.where(i < ALONG_DEPTH, wide, deep)
-        crossed = crossed | wp.where(crosses, 1 << i, 0)
+        x, y = places[i, X] + below.centre_x, places[i, Y] + below.centre_y
+        cross = tilted and crosses(i, x, y, below.half_width, below.half_depth)
+        crossed = crossed | wp.where(cross, 1 << i, 0)
     return places, gaps, there, crossed
 
 

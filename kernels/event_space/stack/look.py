@@ -58,7 +58,7 @@ class State:
     interface; whether a block flies; whether the stack stands still on all of its contacts; time
     [s]; knots of the motion passed; base velocity [m/s]; cap, the longest next step [s]; mode;
     lost energy [J]; deepest penetration [m]; impacts; trials since a step was taken; whether the
-    last one was taken.
+    last one was taken; whether it moved the stack as one.
     """
 
     x: Bodies
@@ -82,6 +82,7 @@ class State:
     impacts: int
     tries: int
     taken: bool
+    whole: bool
 
 
 @wp.struct

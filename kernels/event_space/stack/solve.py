@@ -26,11 +26,16 @@ least value; a step that does not descend is halved, and one within linear piece
 is set to f and lift to that of u. This repeats until only round-off changes. Redundant contacts of
 a face do no harm.
 
-Lifts change slowly in these rounds. So after each of the first ones `descend_to_slips` goes on
-from there with discs of friction, l being the impulse. A stiffness of a few effective masses tells
-the pieces, and a step is halved until it comes nearer to the law. These rounds begin soft, so that
-l and not u tells the pieces. Where a contact slides fast at the start there may be a solution
-nearby that stops it. Rounds alone do not come to that one.
+Lifts change slowly in these rounds: often by the same factor, or not less at all until a contact
+comes to another piece. Where two changes are aligned, a `leap` goes on along them, to the limit of
+their geometric series or to the first contact that comes to another piece. It goes the way of the
+rounds, and so comes to the same solution.
+
+After each of the first rounds, and once a leap has ended, `descend_to_slips` goes on with discs of
+friction, l being the impulse. A stiffness of a few effective masses tells the pieces, and a step is
+halved until it comes nearer to the law. The first rounds begin soft, so that l and not u tells the
+pieces. Where a contact slides fast at the start they are left out. There may be another solution
+nearby, which stops the slide or turns the block at once; rounds alone go on sliding.
 """
 
 import warp as wp
@@ -65,13 +70,13 @@ FIRM = by_precision(1.0e7, 1.0e5)
 PLIANT = by_precision(1.0e5, 1.0e3)
 """Stiffness on given pieces where contacts slip."""
 EVEN = real(3.0)
-"""Stiffness that tells which contacts slip and where to."""
-SLIDE = real(0.1)
-"""Velocity from which a contact slides fast, as a part of the velocities."""
-SLIP_ROUNDS = 8
-"""Largest number of rounds before slips."""
+"""Stiffness that tells which contacts slip and where to, in the first rounds."""
+SURE = real(100.0)
+"""The same after a leap. Near a solution a larger one tells more of them right."""
+FAST = real(10.0)
+"""Speed from which a contact slides fast, over what loads change in the speed of a block."""
 SLIP_TURNS = 12
-"""Largest number of Newton steps with slips after such a round."""
+"""Largest number of Newton steps with slips after a round."""
 SLIP_HALVINGS = 4
 """Largest number of trials of such a step, each half as long as the one before."""
 DESCENDS = real(0.2)
@@ -90,10 +95,10 @@ TURNS = 12
 """Largest number of changes of l or of linear pieces."""
 ROUNDS = 200
 """Largest number of rounds of Newton's method, each with one change of l."""
-LEAP = 8
-"""Rounds after which lifts are extrapolated: they converge slowly, by a factor a round."""
+ALIGNED = real(0.99)
+"""Squared cosine of the changes of lifts in two rounds from which a leap goes on along them."""
 FARTHEST = real(1000.0)
-"""Largest extrapolation of a lift, over its last change."""
+"""Largest leap, over the change of a round."""
 TRIES = 30
 """Largest number of Newton steps in a round."""
 HALVINGS = 8
@@ -153,6 +158,7 @@ class System:
         pose: Where the bodies are.
         mass: Effective mass of each contact across its face [kg].
         firm: Stiffness c of a contact over that mass.
+        even: Stiffness that tells which contacts slip, over that mass.
         v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
     """
 
@@ -160,6 +166,7 @@ class System:
     pose: Pose
     mass: PointNumbers
     firm: real
+    even: real
     v: Bodies
     w: Bodies
 
@@ -664,7 +671,7 @@ def look_at_slips(s: wp.ref[System], g: wp.ref[Guess], begins: bool, settled: bo
             z = ask - off
             aside, f = real(0.0), Vector()
             if given:
-                even = EVEN * mass[q]
+                even = s.even * mass[q]
                 z = ask - even * at
                 aside = turning_of(mu, c[2], even, z)
                 f = push_on_disc(piece, mu, c[2], even, z, ask, at)
@@ -809,7 +816,7 @@ def break_of_law(s: wp.ref[System], g: wp.ref[Guess]) -> real:
     v = g.v
     w = g.w
     for i in range(s.t.total):
-        k, even = body[i], EVEN * mass[i]
+        k, even = body[i], s.even * mass[i]
         mu, e = friction[k], directions(axes, k, way[i])
         u = e * relative_velocity(v[k], w[k], ru[i], v[k - 1], w[k - 1], rl[i])
         z = asks[i] - even * Vector(u[0], u[1], u[2] + gap[i])
@@ -833,7 +840,7 @@ def follow_slips(s: wp.ref[System], g: wp.ref[Guess], dv: Bodies, dw: Bodies) ->
     v = g.v
     w = g.w
     for i in range(s.t.total):
-        k, even, c = body[i], EVEN * mass[i], PLIANT * mass[i]
+        k, even, c = body[i], s.even * mass[i], PLIANT * mass[i]
         low, lift = k - 1, Vector(real(0.0), real(0.0), s.t.gap[i])
         e = directions(s.pose.axes, k, way[i])
         u = e * relative_velocity(v[k], w[k], ru[i], v[low], w[low], rl[i]) + lift
@@ -929,12 +936,51 @@ def continue_pieces(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
 
 
 @wp.func(inline=False)
+def leap(s: wp.ref[System], g: wp.ref[Guess], now: wp.ref[Guess], last: wp.ref[Guess], ratio: real):
+    """Goes on along the change of a round to where a contact comes to another piece, or about so.
+
+    Changes whose ratio is below 1 are a geometric series (Aitken): at most to its limit.
+
+    Args:
+        s: The system.
+        g: The guess after the round; updated.
+        now, last: Guesses that the round and the one before were solved with, and their velocities.
+        ratio: Of the last change of the lifts to the one before.
+    """
+    one, same = real(1.0), bool(True)
+    most = wp.where(ratio < one, smaller(ratio / (one - ratio), FARTHEST), FARTHEST)
+    asks = now.asks - last.asks
+    lift = now.lift - last.lift
+    v = now.v - last.v
+    w = now.w - last.w
+    far, longer = smaller(one, most), smaller(one, most)
+    while same and longer > real(0.0):
+        ahead = Guess(
+            now.asks + far * asks, now.lift + far * lift, now.pieces, now.v + far * v,
+            now.w + far * w,
+        )  # fmt: skip
+        slope = look_at(s, ahead, ANEW)
+        same = slope.same
+        longer = wp.where(same, smaller(most - far, far), real(0.0))
+        far = far + longer
+    # The round itself went by `ratio`.
+    far = larger(far - ratio, real(0.0))
+    g.asks = g.asks + far * asks
+    g.v = g.v + far * v
+    g.w = g.w + far * w
+    for i in range(s.t.total):
+        g.lift[i] = larger(g.lift[i] + far * lift[i], s.t.gap[i])
+
+
+@wp.func(inline=False)
 def solve_by_newton(rounds: int, alike: real, s: wp.ref[System], g: wp.ref[Guess]) -> bool:
     """Whether as many rounds at most make a guess the solution; `alike` ends a round."""
     done, norm_sq, ready = bool(False), real(0.0), bool(False)
     factored, on, before, reach = Factor(), PointInts(), PointNumbers(), wp.length_sq(s.t.ru[0])
     bodies = int(BLOCKS + 1)
-    for turn in range(rounds):
+    last = Guess(g.asks, g.lift, g.pieces, g.v, g.w)
+    leapt = bool(False)
+    for _turn in range(rounds):
         fits = bool(False)
         slope = look_at(s, g, ANEW)
         for _try in range(TRIES):
@@ -969,19 +1015,21 @@ def solve_by_newton(rounds: int, alike: real, s: wp.ref[System], g: wp.ref[Guess
             if exact or change <= alike * alike * norm_sq:
                 fits = True
                 break
-        last = g.lift
+        now = Guess(g.asks, g.lift, g.pieces, g.v, g.w)
         slope = look_at(s, g, RENEW)
-        more = g.lift - last
-        if turn % LEAP == LEAP - 1 and rounds == ROUNDS:
-            # Changes that shrink are a geometric series (Aitken). Where they grow, a leap ends at
-            # another solution than the rounds do, with a slip that no finer step has.
-            ratio, one = wp.dot(more, before) / larger(wp.dot(before, before), TINY), real(1.0)
-            ahead = real(0.0)
-            if ratio < one:
-                ahead = smaller(ratio / (one - ratio), FARTHEST)
-            for i in range(s.t.total):
-                reached = larger(g.lift[i] + ahead * more[i], s.t.gap[i])
-                g.lift[i] = wp.where(s.t.law[i] == CONE, reached, g.lift[i])
+        more = g.lift - now.lift
+        along, was = wp.dot(more, before), wp.dot(before, before)
+        leaps = along > real(0.0) and along * along >= ALIGNED * wp.dot(more, more) * was
+        if leaps and rounds == ROUNDS:
+            leap(s, g, now, last, along / was)
+            more = PointNumbers()
+        elif leapt and not BOX:
+            near = Guess(g.asks, g.lift, g.pieces, g.v, g.w)
+            if descend_to_slips(s, near):
+                g = near
+                return True
+        leapt = leaps and rounds == ROUNDS
+        last = now
         before = more
         done = fits and slope.change <= SOUND * SOUND * norm_sq
         if fits and slope.change <= ENOUGH * ENOUGH * norm_sq:
@@ -991,15 +1039,19 @@ def solve_by_newton(rounds: int, alike: real, s: wp.ref[System], g: wp.ref[Guess
 
 @wp.func(inline=False)
 def slides(s: wp.ref[System], g: wp.ref[Guess]) -> bool:
-    """Whether a contact slides fast along its face at the velocities of a guess."""
-    found, least = bool(False), SLIDE * SLIDE * size_of(s, g)
+    """Whether a contact slides fast at the velocities of a guess; before an impact none does."""
+    found, most = bool(False), real(0.0)
+    bodies = int(BLOCKS + 1)
+    for k in range(1, bodies):
+        most = larger(most, wp.length_sq(s.v[k] - g.v[k]))
     for i in range(s.t.total):
         k = s.t.body[i]
         low = k - 1
         e = directions(s.pose.axes, k, s.t.way[i])
         u = e * relative_velocity(g.v[k], g.w[k], s.t.ru[i], g.v[low], g.w[low], s.t.rl[i])
         along = u[0] * u[0] + u[1] * u[1]
-        found = found or (s.mass[i] * along > least and u[2] * u[2] < SLIDE * SLIDE * along)
+        fast = most > real(0.0) and along > FAST * FAST * most
+        found = found or (fast and u[2] * u[2] < along)
     return found
 
 
@@ -1015,7 +1067,7 @@ def solve(
     """
     if t.total == 0:
         return first, v, w, True
-    s = System(t, pose, PointNumbers(), FIRM, v, w)
+    s = System(t, pose, PointNumbers(), FIRM, EVEN, v, w)
     g = Guess(first, t.gap, PointInts(), near_v, near_w)
     for i in range(t.total):
         k = t.body[i]
@@ -1046,14 +1098,14 @@ def solve(
     near = Guess(first, t.gap, PointInts(), near_v, near_w)
     if not BOX and rounds == ROUNDS and not slides(s, near):
         s.firm = SOFT
-        for _round in range(SLIP_ROUNDS):
+        while s.firm <= STIFF:
             good = solve_by_newton(1, ROUGH, s, g)
             near = g
-            good = descend_to_slips(s, near)
-            if good:
+            if descend_to_slips(s, near):
                 return near.asks, near.v, near.w, True
-            s.firm = smaller(STIFFER * s.firm, STIFF)
+            s.firm = STIFFER * s.firm
     s.firm = STIFF
+    s.even = SURE
     good = solve_by_newton(rounds, ALIKE, s, g)
     return g.asks, g.v, g.w, good
 

@@ -21,6 +21,9 @@ with one clock a lane. One step of length d:
 A stack whose mean motion from rest is round-off stands still: its pose keeps every bit. On a base
 at rest it waits in one step.
 
+Before all that, a stack whose blocks move as one, or stand still, takes the step of one body where
+nothing happens in it (event_space/stack/whole.py).
+
 The beginning of slips and the opening of contacts are not located. A contact that sticks in the
 mean of a step stops at its end.
 """
@@ -61,6 +64,7 @@ from warprock.kernels.event_space.stack.look import (
     momenta,
 )
 from warprock.kernels.event_space.stack.solve import ROUNDS, solve, solve_impact
+from warprock.kernels.event_space.stack.whole import Whole, roll, state_after
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.shape_space.frame import frame, rotate_diagonal
 from warprock.kernels.shape_space.stack import Bodies, Points, rows_of
@@ -264,12 +268,46 @@ def integrate(
 
 
 @wp.func
-def step(own: Own, limits: Limits, motion: BaseMotion, end: real, s: State) -> State:
+def advance_clock(s: State, b: Base) -> State:
+    """The state after the time of a step in which no block moves."""
+    n = s
+    n.time = b.time
+    n.knots = b.knots
+    n.base = s.base + b.change + b.kick
+    n.cap = NEVER
+    n.tries = 0
+    n.taken = True
+    n.whole = False
+    return n
+
+
+@wp.func
+def step(
+    own: Own, limits: Limits, motion: BaseMotion, end: real, on: wp.ref[Whole], s: State
+) -> State:  # fmt: skip
     """One trial step of one lane, at most to its next knot or to `end`.
 
     Returns the state after it. If an event lies inside, that is the old state with a new `cap`.
+    `on` is the stack as one body, if it is one.
     """
     b = next_step_of_stack(limits, motion, end, s)
+    if on.holds and b.d > TINY and wp.length_sq(b.kick) == real(0.0):
+        easy = roll(own, limits, on, b, s)
+        if easy.cut < NEVER:
+            return retry_step(s, easy.cut, b.d, NEARLY * limits.longest_step)
+        if easy.clear:
+            n = advance_clock(s, b)
+            if on.turns:
+                n = state_after(on, n, easy)
+            n.whole = True
+            return n
+    n = any_step(own, limits, s, b)
+    return n
+
+
+@wp.func(inline=False)
+def any_step(own: Own, limits: Limits, s: State, b: Base) -> State:
+    """One trial step with any events."""
     d, near = b.d, NEARLY * limits.longest_step
     bodies = int(BLOCKS + 1)
     spin = momenta(own, s)
@@ -294,19 +332,13 @@ def step(own: Own, limits: Limits, motion: BaseMotion, end: real, s: State) -> S
     stop = find_stop(t, pose, p, s, vm, wm, LEFT_OUT * limits.gravity * limits.longest_step)
     if stop * d < d - near:
         return retry_step(s, stop * d, d, near)
-    n = s
+    n = advance_clock(s, b)
     n.force = Kept()
     for i in range(t.total):
         k, bit = t.body[i], 1 << t.slot[i]
         n.force[16 * (k - 1) + t.slot[i]] = p[i] * (TWO / larger(d, NEARLY * near))
         held[k] = held[k] | wp.where(p[i][2] > real(0.0), bit, 0)
         stuck[k] = stuck[k] | sticking_bits(t.slot[i], pose.friction[k], p[i])
-    n.time = b.time
-    n.knots = b.knots
-    n.base = s.base + b.change + b.kick
-    n.cap = NEVER
-    n.tries = 0
-    n.taken = True
     n.mode = wp.where(good, s.mode, UNSOLVED)
     slow = STILL * limits.gravity
     stands = stands_still(own, s.v, s.w, slow * limits.longest_step)
