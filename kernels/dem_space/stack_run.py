@@ -73,6 +73,7 @@ def run_lanes(
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time; rows of points: a, b, share, kind."""
     # Of bodies, the ground first.
+    block = rows(Block, BLOCKS + 1)
     state = rows(State, BLOCKS + 1)
     load = rows(Load, BLOCKS + 1)
     peaks = rows(Peaks, BLOCKS + 1)
@@ -95,8 +96,10 @@ def run_lanes(
         pace[i].creep = lanes[first + i].creep
         seen[i] = start_seen(lanes[first + i].uplift_time)
         moves = moves | lanes[first + i].moves
+        for k in range(bodies):
+            block[k, i] = blocks[k, first + i]
         for k in range(1, bodies):
-            s0, p0 = start_block(blocks[k, first + i])
+            s0, p0 = start_block(block[k, i])
             state[k, i] = s0
             peaks[k, i] = p0
             since[k, i] = NEVER
@@ -122,7 +125,7 @@ def run_lanes(
                 h = k - 1
                 for i in range(LANES):
                     link, slide_x, slide_y = find_contacts(
-                        blocks[k, first + i], blocks[h, first + i], state[k, i], state[h, i]
+                        block[k, i], block[h, i], state[k, i], state[h, i]
                     )
                     contact[i] = link
                     peaks[k, i].slide_x = slide_x
@@ -160,21 +163,17 @@ def run_lanes(
                 for i in range(LANES):
                     jolt = Jolt(base[X, i].dv, base[Y, i].dv, base[Z, i].dv)
                     s = state[k, i]
-                    integrate(
-                        pace[i], blocks[k, first + i], knobs, jolt, load[k, i], s, energy[i].loss
-                    )
+                    integrate(pace[i], block[k, i], knobs, jolt, load[k, i], s, energy[i].loss)
                     state[k, i] = s
                     load[k, i] = Load()
                     tops = peaks[k, i]
-                    seen[i].mode = observe_block(
-                        pace[i], blocks[k, first + i], s, tops, seen[i].mode
-                    )
+                    seen[i].mode = observe_block(pace[i], block[k, i], s, tops, seen[i].mode)
                     peaks[k, i] = tops
         if found.attitudes.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
                     past = time_past(until, pace[i].steps, pace[i].dt, seen[i].mode)
-                    was = pose_before(blocks[k, first + i], past, state[k, i])
+                    was = pose_before(block[k, i], past, state[k, i])
                     for c in range(4):
                         found.attitudes[sample, k, c, first + i] = was[c]
                     for c in range(4, wp.where(found.places.shape[0] > 0, 7, 4)):

@@ -66,7 +66,8 @@ FAR = real(1.0e30)
 class Knobs:
     """Settings of a step; `rate` is the inverse of the time step [1/s].
 
-    Only impulse_space/bounce.py reads `restitution`.
+    `moves` is the sum of 1 where a base of any lane moves along x, 2 along y and 4 along z. Only
+    impulse_space/bounce.py reads `restitution`.
     """
 
     time_step: real
@@ -75,6 +76,7 @@ class Knobs:
     collision_margin: real
     erp: real
     sweeps: int
+    moves: int
     restitution: real
 
 

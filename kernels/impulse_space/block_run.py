@@ -157,6 +157,7 @@ def run_lanes(
     """Runs LANES lanes a thread, all at the same time; `throws` are how blocks start if THROWN."""
     pack, _one = wp.tid()
     first, dt, zero, time = pack * LANES, knobs.time_step, real(0.0), real(0.0)
+    block = rows(Block)
     box = rows(Box)
     state = rows(State)
     free = rows(Velocity)
@@ -171,16 +172,16 @@ def run_lanes(
     base, dv, apart, since, plane, busy = Three(), Three(), Corner(), R(), R(), Counts()
     corners, count = int(4), int(0)  # no constant: else Warp would unroll the loops over it
     for i in range(LANES):
-        block = blocks[0, first + i]
-        box[i] = box_of(block)
+        block[i] = blocks[0, first + i]
+        box[i] = box_of(block[i])
         if THROWN:
-            state[i] = start_throw(block, knobs, throws[first + i])
-            peaks[i] = start_throw_peaks(block, state[i])
+            state[i] = start_throw(block[i], knobs, throws[first + i])
+            peaks[i] = start_throw_peaks(block[i], state[i])
         else:
-            state[i] = start_block(block, knobs)
-            peaks[i] = start_block_peaks(block)
-        lean[i] = Lean(sign_of(block.centre_x), sign_of(block.centre_y))
-        seen[i] = start_lane(block)
+            state[i] = start_block(block[i], knobs)
+            peaks[i] = start_block_peaks(block[i])
+        lean[i] = Lean(sign_of(block[i].centre_x), sign_of(block[i].centre_y))
+        seen[i] = start_lane(block[i])
     if THROWN:
         own = blocks[0, first]
         tumbles = throws[first].tumbles == 1
@@ -190,7 +191,7 @@ def run_lanes(
         for c in range(corners):
             for i in range(LANES):
                 # The touching corners share its weight.
-                impulse[c, i].n = HALF * dt * knobs.gravity / blocks[0, first + i].standing
+                impulse[c, i].n = HALF * dt * knobs.gravity / block[i].standing
     for sample in range(sample_times.shape[0]):
         while time < sample_times[sample]:
             if THROWN:
@@ -210,13 +211,13 @@ def run_lanes(
                         apart[c, ONLY] = zero
             count += 1
             time, half = real(count) * dt, (real(count) - HALF) * dt
-            for i in range(LANES):
-                for d in range(3):
-                    way = motions[d, first + i]
-                    v = base_velocity(way, half, pool)
-                    dv[d, i] = v - base[d, i]
-                    base[d, i] = v
-            # A loop of its own: what reads a record and does more than that is no vector code.
+            # Loops of their own: what reads a record and does more than that is no vector code.
+            for d in range(3):
+                if (knobs.moves >> d) % 2 == 1:
+                    for i in range(LANES):
+                        v = base_velocity(motions[d, first + i], half, pool)
+                        dv[d, i] = v - base[d, i]
+                        base[d, i] = v
             for i in range(LANES):
                 flat = stands(
                     impulse[REAR, i], impulse[AHEAD_X, i], impulse[AHEAD_Y, i], impulse[LOWEST, i]
@@ -344,16 +345,15 @@ def run_lanes(
                 )
                 observe_contacts(live, time, gaps[i], slides, since[i], sees)
                 if THROWN:
-                    block = blocks[0, first + i]
                     before, began = peaks[i], in_first_axes(s, named)
                     sees.mode = mode_after(sees.mode, began)
-                    peaks[i] = observe_block(live, time, block, began, before)
+                    peaks[i] = observe_block(live, time, block[i], began, before)
                     if tumbles:
-                        peaks[i] = observe_tumbling(block, s, before, peaks[i])
+                        peaks[i] = observe_tumbling(block[i], s, before, peaks[i])
                         sees.mode = wp.where(sees.mode == OVERTURNED, RUNNING, sees.mode)
                 else:
                     sees.mode = mode_after(sees.mode, s)
-                    peaks[i] = observe_block(live, time, blocks[0, first + i], s, peaks[i])
+                    peaks[i] = observe_block(live, time, block[i], s, peaks[i])
                 seen[i] = sees
                 state[i] = s
         past = time - sample_times[sample]
@@ -361,7 +361,7 @@ def run_lanes(
             live, inverse, s = seen[i].mode == RUNNING, inverse_of(box[i]), state[i]
             if THROWN:
                 inverse, s = (
-                    inverse_of(box_of(blocks[0, first + i])),
+                    inverse_of(box_of(block[i])),
                     in_first_axes(state[i], named),
                 )
             qx, qy, qz, qw = attitude_at(live, -past, inverse, s)

@@ -131,12 +131,13 @@ def run_lanes(
         while time < sample_times[sample]:
             count += 1
             time, half = real(count) * dt, (real(count) - HALF) * dt
+            for d in range(3):
+                if (knobs.moves >> d) % 2 == 1:
+                    for i in range(LANES):
+                        v = base_velocity(motions[d, first + i], half, pool)
+                        dv[d, i] = v - base[d, i]
+                        base[d, i] = v
             for i in range(LANES):
-                for d in range(3):
-                    ride = motions[d, first + i]
-                    v = base_velocity(ride, half, pool)
-                    dv[d, i] = v - base[d, i]
-                    base[d, i] = v
                 change = Triple(dv[X, i], dv[Y, i], dv[Z, i])
                 r = turn_of(state[i])
                 j = inertia_of(r, inverse[i])

@@ -198,13 +198,14 @@ def run_lanes(
             count += 1
             time = real(count) * dt
             half = larger(time - HALF * dt, HALF * dt)
+            for d in range(3):
+                if (knobs.moves >> d) % 2 == 1:
+                    for i in range(LANES):
+                        rides = base_velocity(motions[d, first + i], half, pool)
+                        hint[d, i] = rides - base[d, i]
+                        dv[d, i] = wp.where(count > 0, hint[d, i], zero)
+                        base[d, i] = wp.where(count > 0, rides, zero)
             for i in range(LANES):
-                for d in range(3):
-                    way = motions[d, first + i]
-                    rides = base_velocity(way, half, pool)
-                    hint[d, i] = rides - base[d, i]
-                    dv[d, i] = wp.where(count > 0, hint[d, i], zero)
-                    base[d, i] = wp.where(count > 0, rides, zero)
                 shift[i] = Triple(zero, zero, zero)
                 total[i] = Opening(zero, zero, -FAR)
                 fastest[i] = zero

@@ -95,6 +95,9 @@ class Impulse(KernelEngine):
         knobs.erp = self.settings.erp
         if lanes.spatial:
             knobs.sweeps = self.settings.iterations
+            knobs.moves = sum(
+                int(part.moves.any()) << d for d, part in enumerate(motions.components)
+            )
             knobs.restitution = self.settings.restitution
             return spatial_inputs(lanes) | {"knobs": knobs}
         if lanes.stacked:

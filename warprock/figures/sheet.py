@@ -70,6 +70,18 @@ def subplots(rows: int, columns: int, size: tuple[float, float], **ask: Any) -> 
     return figure, figure.subplots(rows, columns, squeeze=False, **ask)
 
 
+def panel_title(axes: Axes, title: str) -> None:
+    """Names a panel at its upper left; nothing else is written there.
+
+    Told where its title lies, Matplotlib does not look for it each time it draws the panel.
+
+    Args:
+        axes: The panel, with no numbers at its upper edge and none above its scale.
+        title: Its name.
+    """
+    axes.set_title(title, y=1.0)
+
+
 def headline(figure: Figure, title: str, about: str) -> None:
     """Puts what a figure says above it, and below that, smaller, what is drawn.
 

@@ -26,6 +26,7 @@ from warprock.figures.sheet import (
     TIME_LABEL,
     headline,
     legend_below,
+    panel_title,
     style,
     subplots,
 )
@@ -151,7 +152,7 @@ def draw_histories(
             row[-1].set_ylim(_LEAST, 1.0)
             row[-1].set_xlim(*windows[0])
             row[-1].set_ylabel("largest |difference|\nso far [-]")
-            row[0].set_title(f"{engine}, {setting}")
+            panel_title(row[0], f"{engine}, {setting}")
             row[0].set_ylabel(SHORT_ROTATION_LABEL)
             handles, names = row[0].get_legend_handles_labels()
             row[-1].legend(handles, names, loc="center left", bbox_to_anchor=(1.0, 0.5))

@@ -16,6 +16,7 @@ from warprock.figures.sheet import (
     TIME_LABEL,
     headline,
     legend_below,
+    panel_title,
     style,
     subplots,
 )
@@ -74,7 +75,7 @@ def _panel_grid(panels: Sequence[Panel], windows: Sequence[Window]) -> tuple[Any
     figure.get_layout_engine().set(wspace=0.04)
     for row, (name, _ratios) in zip(grid, panels, strict=True):
         row[0].set_ylabel(SHORT_ROTATION_LABEL)
-        row[0].set_title(name)
+        panel_title(row[0], name)
     for axes, window in zip(grid[-1], windows, strict=True):
         axes.set_xlim(*window)
         axes.set_xlabel(TIME_LABEL)

@@ -24,6 +24,7 @@ from warprock.figures.sheet import (
     TIME_LABEL,
     headline,
     legend_below,
+    panel_title,
     style,
     subplots,
 )
@@ -104,7 +105,7 @@ def draw_free_response(
                     residual.plot(
                         times, ratio - ratios["housner"], label=engine, **ENGINE_STYLES[engine]
                     )
-            response.set_title(title)
+            panel_title(response, title)
             response.set_ylabel(SHORT_ROTATION_LABEL)
             residual.set_ylabel("impulse minus\nhousner [-]")
         grid[-1, 0].set_xlabel(TIME_LABEL)
@@ -154,7 +155,7 @@ def draw_free_panels(
                 if engine != "housner":
                     difference = (ratio - ratios["housner"])[shown]
                     residual.plot(times[shown], 1e3 * difference, **ENGINE_STYLES[engine])
-            response.set_title(title)
+            panel_title(response, title)
             if column == 0:
                 response.set_ylabel(SHORT_ROTATION_LABEL)
                 residual.set_ylabel("impulse minus\nhousner [10⁻³]")

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLUE, GREY, PURPLE, VERMILION
-from warprock.figures.sheet import TIME_LABEL, headline, legend_below, style, subplots
+from warprock.figures.sheet import TIME_LABEL, headline, legend_below, panel_title, style, subplots
 from warprock.paper.printed import BLOCKS, REFERENCE_DEGREES
 
 Array = npt.NDArray[np.float64]
@@ -65,7 +65,7 @@ def draw_stack_histories(
                 for engine, ratio in mine.items():
                     look = STACK_STYLES[engine]
                     axes.plot(times[shown], ratio[at], label=STACK_NAMES[engine], **look)
-                axes.set_title(name)
+                panel_title(axes, name)
             for axes in grid[:, 0]:
                 axes.set_ylabel(RATIO_LABEL)
             for axes in grid[-1]:

@@ -12,7 +12,7 @@ import pandas as pd
 
 from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLACK, BLUE, GREEN, ORANGE, PALE, PURPLE, SKY, VERMILION
-from warprock.figures.sheet import headline, legend_below, style, subplots
+from warprock.figures.sheet import headline, legend_below, panel_title, style, subplots
 from warprock.paper.printed import PAPER_NAMES, REFERENCE_DEGREES
 
 Array = npt.NDArray[np.float64]
@@ -113,7 +113,7 @@ def draw_stack_peaks(
                     va="top",
                     fontsize=8.5,
                 )
-            axes.set_title(f"{panel.block} block")
+            panel_title(axes, f"{panel.block} block")
             axes.set_ylabel(f"largest rotation / {REFERENCE_DEGREES} deg [-]")
             axes.set_ylim(0.0, (1.15 if panel.fallen else 1.0) * axes.get_ylim()[1])
             for edge in np.arange(len(order) - 1) + 0.5:
@@ -195,7 +195,7 @@ def draw_collapse(stem: str, table: pd.DataFrame) -> Drawing:
         image: Any = None
         for axes, ((frequency, amplitude, scale), rows) in zip(grid.flat, panels, strict=True):
             image = _draw_shares(axes, rows)
-            axes.set_title(f"{frequency:g} Hz, {amplitude:g} mm ({scale})")
+            panel_title(axes, f"{frequency:g} Hz, {amplitude:g} mm ({scale})")
         for axes in grid[-1]:
             axes.set_xlabel("chamfer [mm]")
         for axes in grid[:, 0]:

@@ -6,6 +6,7 @@ Rotations of a stack are divided by 9.85 deg, as the paper's are.
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import numpy as np
 import numpy.typing as npt
@@ -48,8 +49,9 @@ SHARES = {
 """Quantiles of an ensemble: column -> share of members at or below it."""
 
 
+@functools.lru_cache(maxsize=4)
 def peak_table(runs: PaperRuns, name: str, *overrides: str) -> pd.DataFrame:
-    """Peaks of every engine, lane and block of a case of stacks.
+    """Peaks of every engine, lane and block of a case of stacks, made once and not to be changed.
 
     Returns:
         A row each with `frequency_hz`, `amplitude_mm`, `reading`, `geometry`, `edges`, `block`
