@@ -8,7 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
-from tests.shared.blocks import make_stacks, sines, velocity_steps
+from tests.shared.blocks import make_stacks, ramp, sines, velocity_steps
 from tests.shared.kinds import lanes_of, motions_of
 from tests.shared.spatial_blocks import (
     along,
@@ -25,7 +25,6 @@ from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import (
     Control,
     GroundMotions,
-    HarmonicMotions,
     MotionKind,
     SpatialMotions,
 )
@@ -75,17 +74,6 @@ def in_general_position(count: int, friction: float) -> SpatialLanes:
     parts["offset"] = rng.uniform(-0.001, 0.001, (count, 2)) * upper
     parts["offset_across"] = rng.uniform(-0.001, 0.001, (count, 2)) * upper
     return SpatialLanes(**parts)
-
-
-def ramp(speed: np.ndarray, duration: float) -> HarmonicMotions:
-    """Bases that come to a velocity by half a sine of acceleration, in a time [s], and keep it."""
-    zero = np.zeros_like(speed)
-    return HarmonicMotions(
-        start=zero, stop=zero + duration, velocity_step_start=zero, velocity_step_stop=zero,
-        velocity_final=speed, frequency=zero + 0.5 / duration,
-        acceleration_amplitude=0.5 * np.pi * speed / duration, phase=zero,
-        velocity_offset=0.5 * speed,
-    )  # fmt: skip
 
 
 def dropped(count: int) -> SpatialLanes:
