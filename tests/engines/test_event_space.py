@@ -7,7 +7,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tests.shared.blocks import Array, at_rest, free_lanes, make_lanes, sines, velocity_steps
+from tests.shared.blocks import (
+    Array,
+    at_rest,
+    free_lanes,
+    make_lanes,
+    ramp,
+    sines,
+    velocity_steps,
+)
 from tests.shared.corner_roll import rolled, tumbled
 from tests.shared.spatial_blocks import along, in_space, mirrored, spatial_lanes, unmoved
 from warprock.engines.bodies import box_bodies
@@ -373,6 +381,31 @@ def scenes() -> tuple[SpatialLanes, GroundMotions, SampleTimes]:
         for _ in range(3)
     )
     return lanes, along(x, y, z), SampleTimes(1.0, 0.02)
+
+
+@pytest.mark.parametrize("friction", [1.0, 1.8])
+def test_a_velocity_step_of_the_base_is_the_limit_of_a_steep_ramp(friction: float) -> None:
+    """Where the block slides, and where a corner sticks.
+
+    Without the ramp one of these blocks slid on an edge at 1.8, by steps of 1.2 ms and less.
+    """
+    rng, count = np.random.default_rng(5), 24
+    speed = rng.uniform(0.1, 0.5, count) * rng.choice([-1.0, 1.0], count)
+    yaw = rng.uniform(-0.3, 0.3, count)
+    width = rng.uniform(0.15, 0.3, count)
+    lanes = spatial_lanes(width, 0.6, friction=friction, depth=0.4, yaw_start=yaw)
+    times, one = SampleTimes(0.2, 0.02), np.ones(count)
+    step, way = velocity_steps(speed, 0.0 * one, 10.0 * one), ramp(speed, 2.5e-4)
+    steep = respond(lanes, along(way, way.scaled(0.3 * one)), times, 1.25e-5)
+    found = [
+        respond(lanes, along(step, step.scaled(0.3 * one)), times, length)
+        for length in (2.5e-3, 3e-4)
+    ]
+    rotations = [each["rotation"] for each in (steep, *found)]
+    peak = np.abs(rotations[0]).max(axis=1)
+    # A ramp of 1 ms differs from one of .25 ms by less than a twentieth.
+    assert np.all(np.abs(rotations[2] - rotations[0]).max(axis=1) <= 0.1 * peak)
+    assert np.all(np.abs(rotations[2] - rotations[1]).max(axis=1) <= 0.02 * peak)
 
 
 def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(unjudged: None) -> None:

@@ -8,7 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
-from tests.shared.blocks import make_stacks, sines, velocity_steps
+from tests.shared.blocks import make_stacks, ramp, sines, velocity_steps
 from tests.shared.kinds import lanes_of, motions_of
 from tests.shared.spatial_blocks import (
     along,
@@ -25,7 +25,6 @@ from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import (
     Control,
     GroundMotions,
-    HarmonicMotions,
     MotionKind,
     SpatialMotions,
 )
@@ -75,17 +74,6 @@ def in_general_position(count: int, friction: float) -> SpatialLanes:
     parts["offset"] = rng.uniform(-0.001, 0.001, (count, 2)) * upper
     parts["offset_across"] = rng.uniform(-0.001, 0.001, (count, 2)) * upper
     return SpatialLanes(**parts)
-
-
-def ramp(speed: np.ndarray, duration: float) -> HarmonicMotions:
-    """Bases that come to a velocity by half a sine of acceleration, in a time [s], and keep it."""
-    zero = np.zeros_like(speed)
-    return HarmonicMotions(
-        start=zero, stop=zero + duration, velocity_step_start=zero, velocity_step_stop=zero,
-        velocity_final=speed, frequency=zero + 0.5 / duration,
-        acceleration_amplitude=0.5 * np.pi * speed / duration, phase=zero,
-        velocity_offset=0.5 * speed,
-    )  # fmt: skip
 
 
 def dropped(count: int) -> SpatialLanes:
@@ -175,6 +163,31 @@ def test_a_stack_that_sticks_rocks_as_one_block(
     assert errors[0] <= 2e-4
     # A quarter of the step leaves a sixteenth, less what an uplift that is not located adds.
     assert errors[1] <= errors[0] / 6.0
+
+
+@pytest.mark.parametrize("below", [[0.8], [1.0, 0.8]], ids=["pair", "three"])
+def test_a_block_on_a_pedestal_rocks_as_on_the_ground(below: list[float]) -> None:
+    """Through ten impacts, while what is under it stands."""
+    one, size = np.ones(1), np.array(below)
+    stack = spatial_stack(
+        [*below, 0.2], [*(0.3 * np.ones_like(size)), 0.6],
+        depth=[[*below, 0.3]], friction=2.0, yaw_start=[[*(0.3 * size), 0.0]],
+    )  # fmt: skip
+    block = spatial_lanes(0.2 * one, 0.6 * one, depth=0.3, friction=2.0)
+    motion = along(
+        sines(Control.ACCELERATION, 0.6 * GRAVITY * one, 4.0 * one, 1.0),
+        sines(Control.ACCELERATION, 0.3 * GRAVITY * one, 4.0 * one, 1.0),
+    )
+    times, errors = SampleTimes(2.0, 0.01), []
+    for step in (5e-3, 1.25e-3):
+        found, alone = (respond(lanes, motion, times, step) for lanes in (stack, block))
+        assert alone["impact_count"][0] == found["impact_count"][0] == 10
+        errors.append(np.abs(found["rotation"][:, -1] - alone["rotation"]).max())
+        assert np.max(found["peak_tilt"][:, :-1]) <= 1e-9
+        # What the block loses to its face, to the order of the step.
+        np.testing.assert_allclose(found["energy_lost"], alone["energy_lost"], rtol=1e-3)
+    assert errors[0] <= 3e-4
+    assert errors[1] <= errors[0] / 8.0
 
 
 def test_a_slippery_face_lets_go_as_in_the_plane() -> None:

@@ -18,7 +18,7 @@ from tests.shared.spatial_blocks import (
     spatial_stack,
     unmoved,
 )
-from warprock.engines.energy import energy_to_tilt, most_energy
+from warprock.engines.energy import energy_at_start, energy_to_tilt, most_energy
 from warprock.engines.soundness import (
     BARRIER_SHARE,
     account_in_space,
@@ -135,7 +135,7 @@ def unstable_in_space(
 def test_contacts_give_no_more_than_was_held_and_supplied():
     lanes = spatial_lanes(np.full(4, 0.2), 1.0, gap_start=[0.0, 0.1, 0.0, 0.0])
     motions = along(sines(Control.ACCELERATION, [0.0, 0.0, 4.0, 4.0], np.full(4, 2.0), 1.0))
-    most = most_energy(lanes, motions, 1.0)
+    most = most_energy(lanes, energy_at_start(lanes), motions, 1.0)
     # A cycle of a sine: two swings of 2 A / w. Both ends of a fall.
     swept = 2.0 * 2.0 * 4.0 / (2.0 * np.pi * 2.0)
     expected = np.array([0.0, GRAVITY * 0.1, 0.5 * swept**2, 0.5 * swept**2]) * lanes.mass

@@ -114,6 +114,17 @@ def sines(
     )
 
 
+def ramp(speed: Array, duration: float) -> HarmonicMotions:
+    """Bases that come to a velocity by half a sine of acceleration, in a time [s], and keep it."""
+    zero = np.zeros_like(speed)
+    return HarmonicMotions(
+        start=zero, stop=zero + duration, velocity_step_start=zero, velocity_step_stop=zero,
+        velocity_final=speed, frequency=zero + 0.5 / duration,
+        acceleration_amplitude=0.5 * np.pi * speed / duration, phase=zero,
+        velocity_offset=0.5 * speed,
+    )  # fmt: skip
+
+
 def velocity_steps(first: Array, second: Array, interval: Array) -> HarmonicMotions:
     """Two velocity steps [m/s] of a base that moves evenly between and stays still after."""
     zero = np.zeros_like(first)

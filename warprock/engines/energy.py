@@ -140,9 +140,15 @@ def least_barrier(lanes: Lanes) -> tuple[Array, Array]:
     return (GRAVITY * above * (reach - rise)).min(axis=(0, 2)), arms / reach
 
 
-def most_energy(lanes: Lanes, motions: GroundMotions, duration: float) -> Array:
-    """The most energy above the flat state that a lane can have until a time [J], shape [lane]."""
-    held = energy_at_start(lanes)
+def most_energy(lanes: Lanes, held: Array, motions: GroundMotions, duration: float) -> Array:
+    """The most energy above the flat state that a lane can have until a time [J], shape [lane].
+
+    Args:
+        lanes: The lanes.
+        held: Their energy at the start [J], shape [lane].
+        motions: Their ground motions.
+        duration: The time [s].
+    """
     mass = lanes.mass.reshape(lanes.lane_count, -1).sum(axis=1)
     variation = sum(part.velocity_variation(duration) for part in motions.components)
     return np.asarray((np.sqrt(held) + np.sqrt(0.5 * mass) * variation) ** 2)

@@ -242,7 +242,8 @@ def account_in_space(
         mass: Mass of the blocks [kg], shape [lane], where the rows are for unit mass.
     """
     lost, deepest = (np.asarray(rows[name], dtype=np.float64) for name in ("loss", "deepest"))
-    supplied = most_energy(lanes, motions, duration) - energy_at_start(lanes)
+    held = energy_at_start(lanes)
+    supplied = most_energy(lanes, held, motions, duration) - held
     pull = pull_in_space(cast(SpatialMotions, motions))
     return Account(pull, supplied, mass * lost, np.zeros_like(lost), deepest)
 

@@ -57,6 +57,8 @@ class Coplanar:
     @property
     def lots(self) -> list[Rows]:
         """Numbers of the lanes within, by lots that one kernel and one motion can run."""
+        if not self.within.any():
+            return []
         kinds = [
             self.within & (self.upwards == upwards) & (self.nearer_x == nearer)
             for upwards in (False, True)

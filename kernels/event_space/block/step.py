@@ -48,6 +48,7 @@ from warprock.kernels.event_space.block.contact import (
     Held,
     corner_velocity,
     mask_of,
+    sinks,
     stance_of,
 )
 from warprock.kernels.event_space.block.moves import (
@@ -107,6 +108,10 @@ DUST = by_precision(1.0e-12, 1.0e-5)
 LAST = real(100.0)
 """Speed at which a flat block stops sliding, over the speed that gravity gives in the tolerance of
 the time of an event."""
+LIGHTER = real(0.125)
+"""Weight of a ramp of the base's velocity over the one before; weights are velocities."""
+LIGHTEST = by_precision(1.0e-6, 1.0e-4)
+"""The least weight of a ramp, over the velocity step."""
 SOON = real(1.0e-3)
 """Tolerance of the time of an uplift, as a part of a step; the error is of its square."""
 
@@ -143,6 +148,32 @@ def close_corners(block: Block, s: State, body: Body, closes: int, slow: real) -
     return n
 
 
+@wp.func(inline=False)
+def solve_impact(body: Body, touch: int, v: Vector, w: Vector, kick: real, dust: real) -> Held:
+    """The motion after an impact; one by a velocity step of the base is the limit of a steep ramp.
+
+    In a ramp the weight acts, too. It is all there is at first, and counts ever less beside the
+    acceleration of the base. So the impact is solved with weights that fall from the velocity step
+    `kick` [m/s] to next to nothing, then without, each time from the state of the one before.
+    """
+    h = Held()
+    h.stance = touch
+    start, weight, good = Corners(), real(kick), bool(True)
+    while weight > LIGHTEST * kick and good:
+        last = solve(
+            body, h.stance, h.slip, start, v - Vector(real(0.0), real(0.0), weight), w, dust
+        )
+        good = last.fits and not sinks(body, last.v, last.w, mask_of(touch), dust)
+        if good:
+            h = last
+            start = directions(body, last.v, last.w)
+        weight = LIGHTER * weight
+    h = solve(body, h.stance, h.slip, start, v, w, dust)
+    if not h.fits or sinks(body, h.v, h.w, mask_of(touch), dust):
+        h = solve(body, touch, 0, Corners(), v, w, dust)
+    return h
+
+
 @wp.func
 def end_step(
     block: Block, s: State, reached: State, body: Body, base: Base, lands: int, grain: real
@@ -167,7 +198,7 @@ def end_step(
         n.q = level_attitude(n.q, touch)
         now = body_at(block, n.q)
         n.x = place_on_base(now, mask_of(touch), n.x + foot(body, pinned) - foot(now, pinned))
-        h = solve(now, touch, 0, Corners(), v, n.w, grain)
+        h = solve_impact(now, touch, v, n.w, wp.length(base.kick), grain)
         n.lost = n.lost + kinetic_energy(now, v, n.w) - kinetic_energy(now, h.v, h.w)
         # The base's work on the block is at the mean of both velocities: see account.py.
         n.lost = n.lost - HALF * wp.dot(base.kick, h.v - v)
