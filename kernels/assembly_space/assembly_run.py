@@ -45,6 +45,7 @@ from warprock.kernels.assembly_space.block import (
     turn_block,
 )
 from warprock.kernels.assembly_space.contact import (
+    STEEP,
     Apart,
     Couple,
     Given,
@@ -198,6 +199,10 @@ def run_lanes(
         breaks.first = NEVER
         for joint in range(joints):
             laid.joined[lane, joint].holds = wp.where(laid.links[lane, joint].tension > zero, 1, 0)
+    steepest = real(laid.friction[lane])
+    for joint in range(joints):
+        steepest = larger(laid.links[lane, joint].friction, steepest)
+    steep = wp.where(steepest > STEEP, 1, 0)
     strayed, gapes = real(0.0), int(0)
     number = int(-SETTLING)
     time = real(number) * dt
@@ -258,7 +263,7 @@ def run_lanes(
             fill_packs(laid, lane, near, step)
         for k in range(count):
             kept.ends[lane, k] = laid.weighted[lane, k]
-        solve = start_solve(live, knobs.settled, seen.speed)
+        solve = start_solve(live, steep, knobs.settled, seen.speed)
         most = wp.where(number < FIRST, ROOM * knobs.sweeps, knobs.sweeps)
         own_rows = lane * (laid.order.shape[1] // WIDTH)
         own_packs = lane * laid.packs.shape[1]

@@ -10,7 +10,9 @@ changed by from the end of one sweep to the end of the next, and d what the latt
 k sweeps after the last start. It starts again where |d|^2 is `GROWN` times its least in the step
 (adaptive restart: O'Donoghue and Candes 2015, *Foundations of Computational Mathematics* 15). |d|^2
 grows for a while wherever going on does any good: with 1 in place of 10 a wall of 60 bricks took
-1.4 to 3 times as many sweeps.
+1.4 to 3 times as many sweeps. In a lane with friction above `STEEP` it is 1 nevertheless for the
+first `LONG` sweeps: there N that overshoots takes (T, S) with it, to another of the answers that an
+impact has.
 
 Whether a step is settled is told by p: where impulses go on evenly, d may be a fiftieth of it.
 
@@ -40,6 +42,10 @@ in ten of bricks under a sine. Where blocks that slide and fall wedge one anothe
 in circles, or impulses grow without end; the length of the step is a larger error there: what
 touches late by a step has moved by all of it."""
 
+STRICT = 100
+"""The same where a friction of the lane is above `STEEP`: what an impact leaves there may turn a
+column about its upright, and corners of one edge then land one after the other."""
+
 
 @wp.struct
 class Solve:
@@ -47,6 +53,7 @@ class Solve:
 
     Attributes:
         goes: 1 while it is not settled, else 0.
+        steep: See `start_solve`.
         sweeps: Sweeps of this step.
         age: Sweeps since impulses started again.
         beta: Part of p by which they go on.
@@ -55,10 +62,11 @@ class Solve:
         square: |d|^2 of this sweep [J].
         least: Its least in this step.
         left: `worst` of the last sweep [m/s].
-        loose: What may be left after `LONG` sweeps [m/s].
+        loose: What may be left after `LONG` sweeps, in a steep lane after `STRICT` [m/s].
     """
 
     goes: int
+    steep: int
     sweeps: int
     age: int
     beta: real
@@ -71,16 +79,18 @@ class Solve:
 
 
 @wp.func
-def start_solve(live: int, bound: real, speed: real) -> Solve:
+def start_solve(live: int, steep: int, bound: real, speed: real) -> Solve:
     """A solve before its first sweep.
 
     Args:
         live: 1 in the run, 0 in a solve before it.
+        steep: 1 where a friction of the lane is above `STEEP`, else 0.
         bound: Velocity below which it is settled [m/s].
         speed: Largest speed of a corner in the lane [m/s].
     """
     solve = Solve()
     solve.goes = 1
+    solve.steep = steep
     solve.eased = real(1.0)
     solve.loose = wp.where(live > 0, larger(LOOSE * bound, SHARE * speed), bound)
     return solve
@@ -96,10 +106,12 @@ def decide(bound: real, most: int, solve: wp.ref[Solve]):
         solve: Its solve.
     """
     zero = real(0.0)
-    left = wp.where(solve.sweeps < LONG, bound, solve.loose)
+    steep = solve.steep > 0
+    left = wp.where(solve.sweeps < wp.where(steep, STRICT, LONG), bound, solve.loose)
     goes = solve.worst > left and solve.sweeps + 1 < most
     solve.least = wp.where(solve.sweeps == 0, solve.square, smaller(solve.square, solve.least))
-    grown = solve.square > GROWN * solve.least
+    growth = wp.where(steep and solve.sweeps < LONG, real(1.0), GROWN)
+    grown = solve.square > growth * solve.least
     solve.age = wp.where(grown or solve.sweeps == 0, 0, solve.age + 1)
     age = real(solve.age)
     kept = smaller(age / (age + real(3.0)), MOST_KEPT)

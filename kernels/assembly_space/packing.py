@@ -14,6 +14,7 @@ import warp as wp
 
 from warprock.kernels.assembly.meeting import BLOCK_COUNT, JOINT_COUNT, NONE, Near
 from warprock.kernels.assembly_space.contact import (
+    STEEP,
     Apart,
     Given,
     couple_of,
@@ -46,6 +47,12 @@ NORMAL, ALONG, ACROSS = (number * WIDTH for number in range(CONTACT, CONTACT + 3
 
 NUMBERS = (CONTACT + IMPULSE) * WIDTH
 """Numbers of a row: those of its contacts and of their impulses."""
+
+FADES = real(0.99)
+"""What is left of a contact's impulses where contacts are found anew and friction is above STEEP.
+Forces that are not unique drift from step to step, and above 1 they may drift far: a column that
+rocks on an edge may come to stand on one corner of it, and to bear on the opposite one of its upper
+edge. About the line through both it is then free to turn. What fades drifts back."""
 
 COLOURS = 62
 """Colours with packs of several meetings; what finds none left has a pack of its own."""
@@ -163,9 +170,13 @@ def fill_place(laid: Laid, lane: int, place: int, first: int, count: int):
     for i in range(COUPLE):
         laid.couples[lane, (number * COUPLE + i) * WIDTH + side] = numbers[i]
     apart, given = Apart(), Given()
+    part = wp.where(at.friction > STEEP and at.friction < NEVER, FADES, real(1.0))
     for turn in range(wp.min(count, pack.depth)):
         listed = first + corner_at(turn, count)
         held = laid.impulses[lane, listed]
+        held.n = part * held.n
+        held.t = part * held.t
+        held.s = part * held.s
         row = row_of(laid.contacts[lane, listed], couple)
         laid.row[lane] = row
         parts = wp.array(

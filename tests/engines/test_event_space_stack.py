@@ -165,6 +165,31 @@ def test_a_stack_that_sticks_rocks_as_one_block(
     assert errors[1] <= errors[0] / 6.0
 
 
+@pytest.mark.parametrize("below", [[0.8], [1.0, 0.8]], ids=["pair", "three"])
+def test_a_block_on_a_pedestal_rocks_as_on_the_ground(below: list[float]) -> None:
+    """Through ten impacts, while what is under it stands."""
+    one, size = np.ones(1), np.array(below)
+    stack = spatial_stack(
+        [*below, 0.2], [*(0.3 * np.ones_like(size)), 0.6],
+        depth=[[*below, 0.3]], friction=2.0, yaw_start=[[*(0.3 * size), 0.0]],
+    )  # fmt: skip
+    block = spatial_lanes(0.2 * one, 0.6 * one, depth=0.3, friction=2.0)
+    motion = along(
+        sines(Control.ACCELERATION, 0.6 * GRAVITY * one, 4.0 * one, 1.0),
+        sines(Control.ACCELERATION, 0.3 * GRAVITY * one, 4.0 * one, 1.0),
+    )
+    times, errors = SampleTimes(2.0, 0.01), []
+    for step in (5e-3, 1.25e-3):
+        found, alone = (respond(lanes, motion, times, step) for lanes in (stack, block))
+        assert alone["impact_count"][0] == found["impact_count"][0] == 10
+        errors.append(np.abs(found["rotation"][:, -1] - alone["rotation"]).max())
+        assert np.max(found["peak_tilt"][:, :-1]) <= 1e-9
+        # What the block loses to its face, to the order of the step.
+        np.testing.assert_allclose(found["energy_lost"], alone["energy_lost"], rtol=1e-3)
+    assert errors[0] <= 3e-4
+    assert errors[1] <= errors[0] / 8.0
+
+
 def test_a_slippery_face_lets_go_as_in_the_plane() -> None:
     """The lower block of a pair at rest sticks, the upper one slides along the motion and stops."""
     one, way, strong = np.ones(1), np.radians(30.0), 0.2 * GRAVITY

@@ -27,3 +27,17 @@ def test_principal_axes_turn_back_to_the_tensor():
     moments, axes = principal_axes(np.diag([5.0, 3.0, 4.0]))
     np.testing.assert_array_equal(moments, [5.0, 3.0, 4.0])
     np.testing.assert_allclose(axes, [0.0, 0.0, 0.0, 1.0], atol=1e-15)
+
+
+def test_round_off_turns_no_axes_of_a_body_that_has_two_equal_moments():
+    tensor = np.diag([3.0, 2.0, 2.0])
+    tensor[1, 2] = tensor[2, 1] = 4e-16
+    moments, axes = principal_axes(tensor)
+    np.testing.assert_array_equal(moments, [3.0, 2.0, 2.0])
+    np.testing.assert_array_equal(axes, [0.0, 0.0, 0.0, 1.0])
+    # Products of inertia that are no round-off do.
+    tensor[1, 2] = tensor[2, 1] = 1e-6
+    _moments, axes = principal_axes(tensor)
+    np.testing.assert_allclose(
+        abs(axes), [np.sin(np.pi / 8), 0.0, 0.0, np.cos(np.pi / 8)], atol=1e-9
+    )

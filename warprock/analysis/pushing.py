@@ -1,10 +1,10 @@
 """Collapse loads by simulation: assemblies under a slow push, whose load is found by halving.
 
 A push is a sideways load that rises evenly and stays. An assembly has collapsed under it if a block
-has fallen, or if blocks still move at the end and one has come further than `FAR`. Rigid blocks do
-not move below the load at which they collapse; above it by a part e of g they leave as
-e cosh(p t) / 2 or faster, so that a hold of `HOLD` / p shows an e of 1e-3, where p is the frequency
-parameter of a block as large as the assembly (Housner 1963).
+has fallen or slid off, or if blocks still move at the end and one has come further than `FAR`.
+Rigid blocks do not move below the load at which they collapse; above it by a part e of g they leave
+as e cosh(p t) / 2 or faster, so that a hold of `HOLD` / p shows an e of 1e-3, where p is the
+frequency parameter of a block as large as the assembly (Housner 1963).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy.typing as npt
 from warprock.analysis.load_limit import LoadLimits
 from warprock.model.loads import LoadMotions, push_motions
 from warprock.model.motion import GroundMotions, SpatialMotions, no_motion
-from warprock.model.response import USABLE, Outcome, SampleTimes
+from warprock.model.response import FALLEN, USABLE, Outcome, SampleTimes
 from warprock.running.batch import run_batch
 from warprock.running.case_run import require_options, require_support
 from warprock.running.options import RunOptions
@@ -132,7 +132,7 @@ def run_pushes(found: LoadLimits, engine: str, options: RunOptions) -> Pushes:
         )
         outcome, moved = response["outcome"], np.asarray(response["peak_displacement"])
         leaves = (outcome == Outcome.ROCKING) & (moved > far[kinds])
-        fell = (outcome == Outcome.OVERTURNED) | leaves
+        fell = np.isin(outcome, FALLEN) | leaves
         return moved, fell, np.isin(response["status"], USABLE)
 
     return _search(engine, pushed, loads, run, (rise, hold))

@@ -361,8 +361,8 @@ def least_reach(kind: Assembly) -> float:
 @functools.lru_cache(maxsize=64)
 def reach_of(kind: Assembly) -> Array:
     """Distance of the farthest corner of a block from its centre [m], shape [block]."""
-    offset = np.moveaxis(kind.corners - kind.centre[:, None], -1, 0)
-    return np.asarray(functools.reduce(np.hypot, offset).max(axis=1))
+    offset = kind.corners - kind.centre[:, None]
+    return np.asarray(np.sqrt((offset * offset).sum(axis=-1).max(axis=1)))
 
 
 def _flush(kind: Assembly) -> float:

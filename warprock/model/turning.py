@@ -9,6 +9,9 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
+ROUND_OFF = 1e-12
+"""Products of inertia over the sum of the moments up to which they are round-off."""
+
 
 def rotate(attitude: Array, vector: Array) -> Array:
     """Vectors given in body axes, shape [..., 3], seen from the base."""
@@ -25,8 +28,8 @@ def inverse(attitude: Array) -> Array:
 def principal_axes(tensor: Array) -> tuple[Array, Array]:
     """Principal moments of inertia, and the attitude of their axes.
 
-    Each axis is that which is nearest to x, y or z, so that of a body whose axes are principal
-    nothing turns.
+    Each axis is that which is nearest to x, y or z. Of a body whose axes are principal but for
+    round-off nothing turns; where two of its moments are equal, round-off alone would turn them.
 
     Args:
         tensor: Symmetric, shape [3, 3].
@@ -35,6 +38,9 @@ def principal_axes(tensor: Array) -> tuple[Array, Array]:
         Moments, shape [3], and a quaternion (x, y, z, w), shape [4], which turns the principal
         axes' components of a vector into those along the axes of the tensor.
     """
+    own = np.diag(tensor)
+    if np.abs(tensor - np.diag(own)).max() <= ROUND_OFF * own.sum():
+        return own.copy(), np.array([0.0, 0.0, 0.0, 1.0])
     moments, vectors = np.linalg.eigh(tensor)
     order = max(
         itertools.permutations(range(3)),

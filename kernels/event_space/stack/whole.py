@@ -1,16 +1,19 @@
 """Steps of a stack in space that moves as one body, or stands still.
 
-Most steps of a stack that rocks have its upper faces closed and sticking: all of it turns about a
-corner or an edge of the lowest block. It is one rigid body then, with a hinge as in
-event_space/block/pack.py. A stack that stands still is one body, too, on all of its faces.
+Most steps of a stack that rocks have all of its faces closed and sticking but one. Below that the
+blocks stand still; those above it are one rigid body that turns about a corner or an edge, as in
+event_space/block/pack.py. In a stack that stands still all faces are closed and stick.
 
-All is in the axes of the lowest block, from the middle of its touching corners. The *part* k of a
-stack is block k with all blocks above it. Newton's and Euler's equations of a part give the
-impulse that its lowest face takes in a step, and the moment of that. They hold if the corners of
-the overlap can share them out: normal impulses linear in place, as of a bed of springs, none below
-zero; friction in proportion to these, as one pull and a turn about the centre of pressure (as in
-event_space/body/face.py), within the cone. Where this way to share does not do there may be others:
-the step of event_space/stack/step.py decides. It also takes all steps with an event.
+The *part* k of a stack is block k with all blocks above it; where block k stands still, up to the
+first one that moves. Newton's and Euler's equations of a part give the impulse that its lowest face
+takes in a step, and the moment of that. They hold if the corners of the overlap can share them out:
+normal impulses linear in place, as of a bed of springs, none below zero; friction in proportion to
+these, as one pull and a turn about the centre of pressure (as in event_space/body/face.py), within
+the cone. Where this way to share does not do there may be others: the step of
+event_space/stack/step.py decides. It also takes all steps with an event.
+
+What moves is described in the axes of its lowest block, what stands below it in those of the base,
+both from the middle of the corners at the hinge.
 """
 
 import warp as wp
@@ -37,6 +40,7 @@ from warprock.kernels.shape_space.frame import frame
 from warprock.kernels.shape_space.stack import (
     CONTACTS,
     UPPER,
+    WHOLE,
     Axes,
     Bodies,
     Numbers,
@@ -45,7 +49,7 @@ from warprock.kernels.shape_space.stack import (
 )
 
 LOWEST = 1
-"""The lowest block, and the part that is the whole stack."""
+"""The lowest block."""
 STUCK = by_precision(1.0e-6, 1.0e-4)
 """Velocity up to which blocks move as one, over theirs and what gravity gives in a step: far below
 the slips and lifts that count (`LEFT_OUT`), above what closing gaps leaves of sticking contacts."""
@@ -60,6 +64,8 @@ class Whole:
     Attributes:
         holds: Whether it is one.
         turns: Whether it turns about a hinge; else it stands still.
+        lowest: The lowest block that moves; of a stack that stands still, its lowest one.
+        level: Height of the face that the hinge is on [m].
         mobility: Inverse inertia about the hinge [1/(kg m^2)].
         way: Half the edge [m]; zero for a corner.
         over: Reciprocal of the length of the edge [1/m]; likewise.
@@ -70,13 +76,15 @@ class Whole:
         axes: Directions of each face.
         count: Number of corners of each overlap.
         corners: Of each overlap from the centre of the part along the directions of the face [m];
-            of a stack that turns the four of the lowest block, from the hinge.
+            at the hinge the four of the block above it, from the hinge.
         middle: Mean of these corners [m].
         spread: Inverse of the mean products of their distances from it: xx, xy, yy [1/m^2].
     """
 
     holds: bool
     turns: bool
+    lowest: int
+    level: real
     mobility: Matrix
     way: Vector
     over: real
@@ -96,8 +104,8 @@ class Rolled:
     """The end of a step of a stack as one.
 
     Attributes:
-        q: Attitude of the lowest block.
-        turn: Of all blocks in the step [rad].
+        q: Attitude of the lowest block that moves.
+        turn: Of all that move in the step [rad].
         rise: Direction of the edge before it was levelled.
         w: Angular velocity [rad/s].
         foot: Middle of the touching corners [m].
@@ -119,30 +127,37 @@ class Rolled:
 
 
 @wp.func
-def moves_as_one(own: Own, limits: Limits, s: State, foot: Vector) -> bool:
-    """Whether all blocks have the velocities of one body that turns about a point."""
-    h, apart = block_of(own, LOWEST).half_height, real(0.0)
-    speed = (
-        wp.length(s.v[LOWEST]) + wp.length(s.w[LOWEST]) * h + limits.gravity * limits.longest_step
-    )
+def moves_as_one(own: Own, limits: Limits, s: State, lowest: int, foot: Vector) -> bool:
+    """Whether blocks from `lowest` on turn about a point as one body, and those below stand."""
+    h, apart, fall = block_of(own, lowest).half_height, real(0.0), limits.gravity
+    v, w = s.v[lowest], s.w[lowest]
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
-        slip = s.v[k] - wp.cross(s.w[LOWEST], s.x[k] - foot)
-        apart = larger(apart, wp.length(slip) + h * wp.length(s.w[k] - s.w[LOWEST]))
-    return apart <= STUCK * speed
+        spin = wp.where(k < lowest, Vector(), w)
+        slip = s.v[k] - wp.cross(spin, s.x[k] - foot)
+        apart = larger(apart, wp.length(slip) + h * wp.length(s.w[k] - spin))
+    return apart <= STUCK * (wp.length(v) + wp.length(w) * h + fall * limits.longest_step)
 
 
 @wp.func
-def is_closed(s: State) -> bool:
-    """Whether all upper faces touch at all corners, and the lowest block at a hinge or at rest."""
-    on, closed = s.touch[LOWEST], bool(True)
+def lowest_that_moves(s: State) -> int:
+    """The block above the only face that is not closed, on a corner or an edge of its own.
+
+    The lowest one if the stack stands still; 0 if there is none or more than one.
+    """
+    lowest, fits, still = int(0), bool(True), s.still
     bodies = int(BLOCKS + 1)
-    for k in range(2, bodies):
-        closed = closed and s.there[k] != 0 and s.touch[k] == s.there[k]
-    # Corners 0 and 3, and 1 and 2, are no edge.
-    hinged = on == 1 or on == 2 or on == 4 or on == 8
-    hinged = hinged or on == 3 or on == 5 or on == 10 or on == 12
-    return closed and (s.still or hinged)
+    for k in range(1, bodies):
+        on, there = s.touch[k], s.there[k]
+        if there == 0 or on != there:
+            # Corners 0 and 3, and 1 and 2, are no edge.
+            hinged = on == 1 or on == 2 or on == 4 or on == 8
+            hinged = hinged or on == 3 or on == 5 or on == 10 or on == 12
+            fits = fits and hinged and there == WHOLE and lowest == 0
+            lowest = int(k)
+    if still and lowest == 0:
+        return LOWEST
+    return wp.where(fits and not still, lowest, 0)
 
 
 @wp.func
@@ -173,22 +188,24 @@ def spread_of(on: wp.ref[Whole], k: int, pressing: int):
 def whole_of(own: Own, limits: Limits, s: State) -> Whole:
     """The stack of a state as one body, if it is one."""
     on, foot, zero = Whole(), Vector(), real(0.0)
-    if not is_closed(s):
+    lowest = lowest_that_moves(s)
+    if lowest == 0:
         return on
     pose = pose_of(own, s.x, s.q)
     close = CLOSED * block_of(own, LOWEST).half_height
-    down = rows_of(pose.axes, LOWEST)
+    down = rows_of(pose.axes, lowest)
+    on.lowest = lowest
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
     on.turns = not s.still
     on.holds = True
     for below in range(BLOCKS):
-        # From the top, since a part is the one above it and a block.
+        # From the top, since a part is a block and the part above it.
         k = BLOCKS - below
         block = block_of(own, k)
         above, off = zero + zero, Vector()
         inertia = rows_of(pose.inertia, k)
-        if k < BLOCKS:
+        if k < BLOCKS and k + 1 != lowest:
             above = on.mass[k + 1] + zero
             off = s.x[k] - on.centre[k + 1]
             inertia = inertia + rows_of(on.inertia, k + 1)
@@ -200,7 +217,7 @@ def whole_of(own: Own, limits: Limits, s: State) -> Whole:
         for i in range(3):
             on.inertia[3 * k + i] = inertia[i]
     # All of that is in the axes of the base so far.
-    one, other, touching = Vector(), Vector(), int(0)
+    one, other, touching, height = Vector(), Vector(), int(0), real(0.0)
     for below in range(BLOCKS):
         k = below + 1
         places, gaps, there, _crossed = find_corners(own, pose, k)
@@ -213,30 +230,37 @@ def whole_of(own: Own, limits: Limits, s: State) -> Whole:
                 on.corners[CONTACTS * (k - 1) + found] = at
                 touches = (s.touch[k] & bit) != 0
                 on.holds = on.holds and (not touches or s.still or size(gaps[i]) <= close)
-                if k == LOWEST and touches:
+                if k == lowest and touches:
                     other = at
                     if touching == 0:
                         one = at
                     touching += 1
                     foot = foot + at
+                    height += at[2] - gaps[i] * e[2, 2]
                 found += 1
         on.count[k] = found
     foot = foot / real(touching)
-    on.holds = on.holds and (s.still or moves_as_one(own, limits, s, foot))
+    on.level = height / real(touching)
+    on.holds = on.holds and (s.still or moves_as_one(own, limits, s, lowest, foot))
+    if not on.holds:
+        return on
     for k in range(1, bodies):
         e = rows_of(pose.axes, k - 1)
-        axes = e * wp.transpose(down)
+        to = wp.identity(n=3, dtype=real)
+        if k >= lowest:
+            to = down
+        axes = e * wp.transpose(to)
         mid = on.centre[k]
         found = on.count[k]
         for i in range(found):
             at = on.corners[CONTACTS * (k - 1) + i]
-            if k == LOWEST and on.turns:
-                on.corners[i] = down * (at - foot)
-            else:
-                on.corners[CONTACTS * (k - 1) + i] = e * (at - mid)
-        turned = down * rows_of(on.inertia, k) * wp.transpose(down)
-        on.centre[k] = down * (mid - foot)
-        on.blocks[k] = down * (s.x[k] - foot)
+            off = e * (at - mid)
+            if k == lowest and on.turns:
+                off = down * (at - foot)
+            on.corners[CONTACTS * (k - 1) + i] = off
+        turned = to * rows_of(on.inertia, k) * wp.transpose(to)
+        on.centre[k] = to * (mid - foot)
+        on.blocks[k] = to * (s.x[k] - foot)
         for i in range(3):
             on.axes[3 * k + i] = axes[i]
             on.inertia[3 * k + i] = turned[i]
@@ -247,10 +271,10 @@ def whole_of(own: Own, limits: Limits, s: State) -> Whole:
     if on.turns:
         on.way = HALF * (down * (other - one))
         on.over = wp.where(touching == 1, zero, HALF / larger(wp.length(on.way), TINY))
-        a = on.centre[LOWEST]
+        a = on.centre[lowest]
         square = wp.dot(a, a) * wp.identity(n=3, dtype=real) - wp.outer(a, a)
         on.mobility = mobility_of(
-            rows_of(on.inertia, LOWEST) + on.mass[LOWEST] * square, (TWO * on.over) * on.way
+            rows_of(on.inertia, lowest) + on.mass[lowest] * square, (TWO * on.over) * on.way
         )
     return on
 
@@ -295,21 +319,22 @@ def carries(on: wp.ref[Whole], k: int, mu: real, push: Vector, twist: Vector) ->
 def find_landing(
     limits: Limits, on: wp.ref[Whole], n: Rolled, r: Matrix, s: State, grain: real, d: real
 ):  # fmt: skip
-    """Events of the open corners of the lowest block in a step that ends at the rotation `r`.
+    """Events of the open corners at the hinge in a step that ends at the rotation `r`.
 
     Returns:
-        Whether they stay clear of the base; the length of the step to the first landing inside, or
-        NEVER [s].
+        Whether they stay clear of the face below; the length of the step to the first landing
+        inside, or NEVER [s].
     """
     near, clear, zero = NEARLY * limits.longest_step, bool(True), real(0.0)
-    first = NEVER + zero
+    first, k = NEVER + zero, on.lowest
     for i in range(UPPER):
-        if (s.touch[LOWEST] & (1 << i)) == 0:
-            r1 = r * on.corners[i]
+        if (s.touch[k] & (1 << i)) == 0:
+            corner = on.corners[CONTACTS * (k - 1) + i]
+            r1 = r * corner
             if r1[2] <= limits.rest_gap:
                 clear = False
-                r0 = frame(s.q[LOWEST]) * on.corners[i]
-                rate0, rate = wp.cross(s.w[LOWEST], r0)[2], wp.cross(n.w, r1)[2]
+                r0 = frame(s.q[k]) * corner
+                rate0, rate = wp.cross(s.w[k], r0)[2], wp.cross(n.w, r1)[2]
                 if d > near and r1[2] < -larger(near * size(rate) + grain, limits.rest_gap):
                     start = larger(r0[2], zero)
                     cut = first_root(start, rate0, r1[2], d)
@@ -323,28 +348,34 @@ def find_landing(
 @wp.func(inline=False)
 def roll(own: Own, limits: Limits, on: wp.ref[Whole], b: Base, s: State) -> Rolled:
     """The step of a stack as one body; see `roll` in event_space/block/pack.py."""
-    zero, d, n = real(0.0), b.d, Rolled()
-    q, w, lever, inertia = s.q[LOWEST], s.w[LOWEST], on.centre[LOWEST], rows_of(on.inertia, LOWEST)
+    d, n, lowest = b.d, Rolled(), on.lowest
+    q, w, lever, inertia = s.q[lowest], s.w[lowest], on.centre[lowest], rows_of(on.inertia, lowest)
     n.cut = NEVER
     r0, middle = frame(q), frame(rotate_unnormalised(q, (HALF * d) * w))
     back = wp.transpose(middle)
-    turn, pull = back * r0, back * (HALF * b.change + Vector(zero, zero, HALF * d * limits.gravity))
+    held = HALF * b.change + Vector(real(0.0), real(0.0), HALF * d * limits.gravity)
+    turn, pull = back * r0, back * held
     # Angular velocity at the start, and its mean, in the block's axes.
     first = wp.transpose(r0) * w
     v = turn * wp.cross(first, lever)
-    momentum, mass = turn * (inertia * first), on.mass[LOWEST]
+    momentum, mass = turn * (inertia * first), on.mass[lowest]
     mean = on.mobility * (momentum + mass * wp.cross(lever, v - pull))
+    # What the part that moves takes, its moment and its centre, in the axes of the base.
+    load = middle * (mass * (wp.cross(mean, lever) - v + pull))
+    moment, at = middle * (inertia * mean - momentum), middle * lever
     n.clear = True
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
         c, own_inertia, mu = on.centre[k], rows_of(on.inertia, k), block_of(own, k).friction
-        push = on.mass[k] * (wp.cross(mean, c) - turn * wp.cross(first, c) + pull)
-        twist = own_inertia * mean - turn * (own_inertia * first)
-        if k == LOWEST and on.turns:
+        if k == lowest and on.turns:
             e = middle * ((on.over + on.over) * on.way)
-            fits = holds_hinge(mu, middle * push, middle * twist, middle * c, e, on.over)
+            fits = holds_hinge(mu, load, moment, at, e, on.over)
+        elif k < lowest:
+            twist = moment + wp.cross(at - c, load)
+            fits = carries(on, k, mu, load + on.mass[k] * held, twist)
         else:
-            fits = carries(on, k, mu, push, twist)
+            push = on.mass[k] * (wp.cross(mean, c) - turn * wp.cross(first, c) + pull)
+            fits = carries(on, k, mu, push, own_inertia * mean - turn * (own_inertia * first))
         n.clear = n.clear and fits
     if not (on.turns and n.clear):
         return n
@@ -358,17 +389,17 @@ def roll(own: Own, limits: Limits, on: wp.ref[Whole], b: Base, s: State) -> Roll
     raw = middle * (TWO * wp.cross(mean, lever)) - r0 * wp.cross(first, lever)
     last = on.mobility * (reached * spin + mass * wp.cross(lever, reached * raw))
     n.w = r * last
-    foot = s.x[LOWEST] - r0 * on.blocks[LOWEST]
-    n.foot = Vector(foot[0], foot[1], zero)
+    foot = s.x[lowest] - r0 * on.blocks[lowest]
+    n.foot = Vector(foot[0], foot[1], on.level)
     vm = middle * wp.cross(mean, lever)
-    fall = (r0 * lever)[2] + foot[2] - (r * lever)[2]
+    fall = (r0 * lever)[2] + foot[2] - on.level - (r * lever)[2]
     n.deep = -fall - d * vm[2]
     v0, v1 = wp.cross(first, lever), wp.cross(last, lever)
     n.lost = mass * (limits.gravity * fall - wp.dot(vm, b.change))
     n.lost += HALF * mass * (wp.dot(v0, v0) - wp.dot(v1, v1))
     n.lost += HALF * (wp.dot(first, inertia * first) - wp.dot(last, inertia * last))
     total = wp.length(n.w) + n.lost + n.foot[0] + n.foot[1]
-    n.clear = size(n.rise[2]) < LEVEL and total - total == zero
+    n.clear = size(n.rise[2]) < LEVEL and total - total == real(0.0)
     n.clear = n.clear and r[2, 2] > PARALLEL
     if n.clear:
         grain = GRAIN * block_of(own, LOWEST).half_height
@@ -380,11 +411,14 @@ def roll(own: Own, limits: Limits, on: wp.ref[Whole], b: Base, s: State) -> Roll
 
 @wp.func
 def state_after(on: wp.ref[Whole], s: State, n: Rolled) -> State:
-    """The state with all blocks moved as one; its clock is still that of the start."""
+    """The state with all that moves moved as one; the clock is that of `s`."""
     after = s
     r = frame(n.q)
+    after.v = Bodies()
+    after.w = Bodies()
+    after.turn = Bodies()
     bodies = int(BLOCKS + 1)
-    for k in range(1, bodies):
+    for k in range(on.lowest, bodies):
         arm = r * on.blocks[k]
         after.x[k] = n.foot + arm
         after.q[k] = level_edge(rotate_unnormalised(s.q[k], n.turn), n.rise)
