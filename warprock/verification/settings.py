@@ -34,7 +34,8 @@ def require_known(asked: Collection[str], known: Collection[str]) -> None:
         InputError: One is not known, or there is none.
     """
     if not asked:
-        raise InputError(OPTION, "", NOTHING, f"allowed: {', '.join(known)}")
+        allowed = f"must be given, once for each that is compared: {', '.join(known)}"
+        raise InputError(OPTION, "", NOTHING, allowed)
     for each in asked:
         if plain_name(each) not in known:
             raise InputError(OPTION, "", each, f"allowed: {list_allowed(plain_name(each), known)}")
