@@ -22,7 +22,10 @@ its impulses.
 A contact has that third axis for its normal, but where a corner of the lower face touches the upper
 one, whose normal it has, and where edges of faces that are not parallel cross: there the normal is
 that of both edges. Such contacts have directions of their own; the sweeps turn slips into them and
-impulses back. An interface without any, in all lanes of a thread, leaves that out.
+impulses back. Rows of contacts of which no lane has any leave that out.
+
+A sweep pushes, then drags: it never stops a contact by itself. One after the other, such stops come
+to a slide where a velocity step of the base presses corners so that they stick.
 
 The sweeps go from the ground up. In a mirrored scene they visit the corners of an interface in
 mirrored order: slots are those of the mirror image in which the block leans to the positive side
@@ -37,7 +40,6 @@ from warprock.kernels.impulse.stack import drop_round_off
 from warprock.kernels.impulse_space.block import (
     FAR,
     Contact,
-    Gains,
     Impulse,
     Knobs,
     Lean,
@@ -60,7 +62,7 @@ from warprock.kernels.shape.faces import (
 from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape_space.block import Block, slide_of, turn_freely, turns_of
 from warprock.kernels.shape_space.block_found import Peaks, observe_slide, observe_turns
-from warprock.kernels.shape_space.contact import drag, holds, slip_gains, stop_gains
+from warprock.kernels.shape_space.contact import drag, slip_gains
 from warprock.kernels.shape_space.lanes import (
     State,
     Symmetric,
@@ -173,6 +175,24 @@ class Effect:
     turn_z1: real
     turn_z2: real
     turn_z3: real
+
+
+@wp.struct
+class Gains:
+    """Effect of impulses at a contact; all but kx and ky are zero if it is no contact.
+
+    Attributes:
+        kx, ky: Slip velocity per normal impulse.
+        pn: Inverse of the normal velocity per normal impulse.
+        p1, p2, p3: See `slip_gains`.
+    """
+
+    kx: real
+    ky: real
+    pn: real
+    p1: real
+    p2: real
+    p3: real
 
 
 @wp.struct
@@ -440,10 +460,9 @@ def yield_of(effect: Effect, at: Contact) -> Symmetric:
 
 @wp.func
 def gains_of(k: Symmetric, on: real) -> Gains:
-    """Effect of impulses at a contact on its velocity, from `yield_of`; zero if there is none."""
+    """Effect of impulses at a contact on its velocity, from `yield_of`."""
     p1, p2, p3 = slip_gains(on, k.xx, k.xy, k.yy)
-    h = stop_gains(on, k)
-    return Gains(k.xz, k.yz, on / k.zz, p1, p2, p3, h.xx, h.xy, h.xz, h.yy, h.yz, h.zz)
+    return Gains(k.xz, k.yz, on / k.zz, p1, p2, p3)
 
 
 @wp.func
@@ -540,20 +559,13 @@ def solve_contact(mu: real, at: Contact, g: Gains, p: Impulse, v: Triple) -> Imp
         p: Its impulses so far [N s].
         v: Its velocity, see `slip_of` [m/s].
     """
-    z = v.z - at.aim
-    stop_x = p.fx - product(g.h11, g.h12, g.h13, v.x, v.y, z)
-    stop_y = p.fy - product(g.h12, g.h22, g.h23, v.x, v.y, z)
-    stop_z = p.n - product(g.h13, g.h23, g.h33, v.x, v.y, z)
-    sticks = holds(stop_x, stop_y, stop_z, mu)
-    pushed = larger(fused_less(g.pn, z, p.n), real(0.0))
+    pushed = larger(fused_less(g.pn, v.z - at.aim, p.n), real(0.0))
     # Slip velocity after the normal impulse.
     more = pushed - p.n
     fx, fy = drag(
         mu * pushed, p.fx, p.fy, fused(more, g.kx, v.x), fused(more, g.ky, v.y), g.p1, g.p2, g.p3
     )
-    return Impulse(
-        wp.where(sticks, stop_x, fx), wp.where(sticks, stop_y, fy), wp.where(sticks, stop_z, pushed)
-    )
+    return Impulse(fx, fy, pushed)
 
 
 @wp.func

@@ -25,7 +25,6 @@ from warprock.kernels.algebra.vectors import W, X, Y, Z
 from warprock.kernels.impulse_space.block import (
     FAR,
     Contact,
-    Gains,
     Impulse,
     Knobs,
     Lean,
@@ -41,6 +40,7 @@ from warprock.kernels.impulse_space.stack import (
     SETTLED,
     Effect,
     Foot,
+    Gains,
     Mobility,
     Opening,
     Spot,
@@ -338,7 +338,7 @@ def run_lanes(
                     for i in range(LANES):
                         at = normal_of(slot[row + n, i], spot[n, i], between[i], faces[i])
                         normal[i] = at
-                        those += wp.where(at.z < one, 1, 0)
+                        those += wp.where(size(at.x) + size(at.y) > zero, 1, 0)
                     skewed[row + n] = those
                     if those > 0:
                         for i in range(LANES):

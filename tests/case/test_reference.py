@@ -125,7 +125,7 @@ def test_a_waveform_needs_what_the_reference_says(waveform, tmp_path):
     file.write_text(pulse, encoding="utf-8")
     if waveform == "ricker":
         assert "motion.cycles" not in allowed
-        assert f"{file}: motion.cycles: got 1.0, must not be given" in str(refusal(file))
+        assert f"{file}: motion.cycles: got a value, must not be given" in str(refusal(file))
 
 
 @pytest.mark.parametrize("engine", SETTINGS)

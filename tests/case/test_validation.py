@@ -50,7 +50,12 @@ GOOD = {"size": "1 cm"}
         ({"inner": {"size": "2 m"}}, "inner.size", "2 m", "must be at least 1 mm and"),
         ({"inner": {"sise": "1 m"}}, "inner.sise", "1 m", "did you mean size?"),
         ({"iner": {"size": "1 m"}}, "iner", {"size": "1 m"}, "did you mean inner?"),
-        ({"inner": GOOD | {"share": 1}}, "inner.share", 1, "not be given beside outer.inner.size"),
+        (
+            {"inner": GOOD | {"share": 1}},
+            "inner.share",
+            "a value",
+            "not be given beside outer.inner.size",
+        ),
         ({"inner": GOOD | {"kind": "c"}}, "inner.kind", "c", "must be a or b"),
         ({"inner": GOOD, "rest": 3}, "rest", 3, "must be a list"),
         ({"inner": GOOD, "rest": [GOOD, 5]}, "rest[1]", 5, "must be a table"),

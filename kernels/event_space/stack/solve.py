@@ -74,7 +74,8 @@ EVEN = real(3.0)
 SURE = real(100.0)
 """The same after a leap. Near a solution a larger one tells more of them right."""
 FAST = real(10.0)
-"""Speed from which a contact slides fast, over what loads change in the speed of a block."""
+"""Speed from which a contact slides fast, over what loads change in the speed of a block. Errors of
+random stacks are the same with 1 and with 100."""
 SLIP_TURNS = 12
 """Largest number of Newton steps with slips after a round."""
 SLIP_HALVINGS = 4
