@@ -502,23 +502,23 @@ def directions_of(n: Triple) -> Turn:
 
 
 @wp.func
-def turn_yield(k: Symmetric, e: Turn) -> Symmetric:
+def turn_yield(k: Symmetric, axes: Turn) -> Symmetric:
     """`yield_of` along the directions of a contact."""
-    a = into_body(e, times(k, Triple(e.r11, e.r21, e.r31)))
-    b = into_body(e, times(k, Triple(e.r12, e.r22, e.r32)))
-    c = into_body(e, times(k, Triple(e.r13, e.r23, e.r33)))
+    a = into_body(axes, times(k, Triple(axes.r11, axes.r21, axes.r31)))
+    b = into_body(axes, times(k, Triple(axes.r12, axes.r22, axes.r32)))
+    c = into_body(axes, times(k, Triple(axes.r13, axes.r23, axes.r33)))
     return Symmetric(a.x, b.x, c.x, b.y, c.y, c.z)
 
 
 @wp.func
-def turn_effect(effect: Effect, e: Turn) -> Effect:
+def turn_effect(effect: Effect, axes: Turn) -> Effect:
     """`effect_of` of impulses along the directions of a contact."""
-    x = into_body(e, Triple(effect.x1, effect.x2, effect.x3))
-    y = into_body(e, Triple(effect.y1, effect.y2, effect.y3))
-    z = into_body(e, Triple(effect.z1, effect.z2, effect.z3))
-    a = into_body(e, Triple(effect.turn_x1, effect.turn_x2, effect.turn_x3))
-    b = into_body(e, Triple(effect.turn_y1, effect.turn_y2, effect.turn_y3))
-    c = into_body(e, Triple(effect.turn_z1, effect.turn_z2, effect.turn_z3))
+    x = into_body(axes, Triple(effect.x1, effect.x2, effect.x3))
+    y = into_body(axes, Triple(effect.y1, effect.y2, effect.y3))
+    z = into_body(axes, Triple(effect.z1, effect.z2, effect.z3))
+    a = into_body(axes, Triple(effect.turn_x1, effect.turn_x2, effect.turn_x3))
+    b = into_body(axes, Triple(effect.turn_y1, effect.turn_y2, effect.turn_y3))
+    c = into_body(axes, Triple(effect.turn_z1, effect.turn_z2, effect.turn_z3))
     return Effect(
         x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z,
         a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z,
