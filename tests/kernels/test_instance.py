@@ -118,7 +118,6 @@ def _of(tree, kind):
     return (node for node in ast.walk(tree) if isinstance(node, kind))
 
 
-@pytest.mark.thorough
 def test_what_a_kernel_is_cached_under_does_not_depend_on_what_was_built_before():
     """Warp's hash takes a variable of such a name for what it hides until it has built it once."""
     given = set(public(kernel_module(SCALAR, precision="float64")))
