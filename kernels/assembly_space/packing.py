@@ -14,7 +14,6 @@ import warp as wp
 
 from warprock.kernels.assembly.meeting import BLOCK_COUNT, JOINT_COUNT, NONE, Near
 from warprock.kernels.assembly_space.contact import (
-    STEEP,
     Apart,
     Given,
     couple_of,
@@ -49,10 +48,11 @@ NUMBERS = (CONTACT + IMPULSE) * WIDTH
 """Numbers of a row: those of its contacts and of their impulses."""
 
 FADES = real(0.99)
-"""What is left of a contact's impulses where contacts are found anew and friction is above STEEP.
-Forces that are not unique drift from step to step, and above 1 they may drift far: a column that
-rocks on an edge may come to stand on one corner of it, and to bear on the opposite one of its upper
-edge. About the line through both it is then free to turn. What fades drifts back."""
+"""What is left of a contact's impulses where contacts are found anew.
+Forces that are not unique drift from step to step: a wall with a return then falls at up to 5 %
+less than its load. With friction above 1 they drift far: a column that rocks on an edge may come to
+stand on one corner of it, and to bear on the opposite one of its upper edge. About the line through
+both it is then free to turn. What fades drifts back."""
 
 COLOURS = 62
 """Colours with packs of several meetings; what finds none left has a pack of its own."""
@@ -170,7 +170,7 @@ def fill_place(laid: Laid, lane: int, place: int, first: int, count: int):
     for i in range(COUPLE):
         laid.couples[lane, (number * COUPLE + i) * WIDTH + side] = numbers[i]
     apart, given = Apart(), Given()
-    part = wp.where(at.friction > STEEP and at.friction < NEVER, FADES, real(1.0))
+    part = wp.where(at.friction < NEVER, FADES, real(1.0))
     for turn in range(wp.min(count, pack.depth)):
         listed = first + corner_at(turn, count)
         held = laid.impulses[lane, listed]
