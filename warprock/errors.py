@@ -58,6 +58,8 @@ class Said(str):
 
 
 NOTHING = Said("nothing")
+GIVEN = Said("a value")
+"""What was got of a key that must not be given: its value is known in other units than it had."""
 
 
 class DeclinedError(ValueError):

@@ -9,7 +9,7 @@ import pydantic
 from warprock.case.contact import FRICTION
 from warprock.case.validation import KeyedError, Table
 from warprock.case.value_kinds import OtherKey
-from warprock.errors import NOTHING, Said
+from warprock.errors import GIVEN, NOTHING
 from warprock.quantity import Column, FrictionKey, NumberKey, TextKey
 from warprock.units import Dimension, parse_quantity
 
@@ -341,7 +341,7 @@ class Assembly(Table):
             others = [pattern for pattern, keys in PATTERNS.items() if name in sum(keys, ())]
             if others and self.pattern not in others:
                 allowed = f"must be left out: it belongs to pattern {' or '.join(others)}"
-                raise KeyedError(name, Said("a value"), allowed)
+                raise KeyedError(name, GIVEN, allowed)
         for name in own.needs:
             if getattr(self, name) is None:
                 allowed = f"{self.declared()[name].allowed}, with pattern {self.pattern}"

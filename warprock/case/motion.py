@@ -8,7 +8,7 @@ import pydantic
 
 from warprock.case.validation import KeyedError, Table
 from warprock.case.waveforms import FAMILY_OF
-from warprock.errors import NOTHING, Said
+from warprock.errors import GIVEN, NOTHING
 from warprock.model.motion import Control, Waveform
 from warprock.quantity import AMPLITUDE, Column, NumberKey, TextKey
 from warprock.units import Quantity
@@ -186,7 +186,7 @@ class Direction(Table):
         for name in declared:
             if name in given and name not in family.keys:
                 allowed = f"must not be given with waveform {self.waveform}"
-                raise KeyedError(name, Said("a value"), allowed)
+                raise KeyedError(name, GIVEN, allowed)
         for name in family.needs:
             if name not in given:
                 raise KeyedError(name, NOTHING, declared[name].allowed)

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Self, TypeVar
 
 import pydantic
 
-from warprock.errors import NOTHING, InputError, Said, did_you_mean, list_allowed
+from warprock.errors import GIVEN, NOTHING, InputError, did_you_mean, list_allowed
 from warprock.quantity import InputKey, Key
 from warprock.unmodelled import unmodelled_text
 
@@ -135,7 +135,7 @@ class Table(pydantic.BaseModel):
             for other in key.others if isinstance(key, InputKey) else ():
                 if {name, other} <= self.model_fields_set:
                     allowed = f"must not be given beside {self.place}.{other}"
-                    raise KeyedError(name, Said("a value"), allowed)
+                    raise KeyedError(name, GIVEN, allowed)
         return self
 
 
