@@ -37,7 +37,7 @@ import warp as wp
 from warprock.kernels.algebra.vectors import Matrix, Vector
 
 STEEP = real(1.0)
-"""Friction above which steps are solved with more care, see pace.py and packing.py."""
+"""Friction above which steps are solved with more care, see pace.py."""
 
 
 @wp.struct

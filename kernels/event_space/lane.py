@@ -8,6 +8,11 @@ from warprock.kernels.motion.kinds import Motion, ground_at
 Knots = wp.types.vector(length=3, dtype=int)
 """Knots of the motion passed, along x, y and z."""
 
+LIGHTER = real(0.125)
+"""Weight of a ramp of the base's velocity over the one before; weights are velocities."""
+LIGHTEST = by_precision(1.0e-6, 1.0e-4)
+"""The least weight of a ramp, over the velocity step."""
+
 
 @wp.struct
 class Knobs:

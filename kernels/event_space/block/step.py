@@ -74,7 +74,7 @@ from warprock.kernels.event_space.block.trial import (
     next_step,
     state_at,
 )
-from warprock.kernels.event_space.lane import BaseMotion, Limits
+from warprock.kernels.event_space.lane import LIGHTER, LIGHTEST, BaseMotion, Limits
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, UNSOLVED
 from warprock.kernels.shape_space.block import Block
 
@@ -108,10 +108,6 @@ DUST = by_precision(1.0e-12, 1.0e-5)
 LAST = real(100.0)
 """Speed at which a flat block stops sliding, over the speed that gravity gives in the tolerance of
 the time of an event."""
-LIGHTER = real(0.125)
-"""Weight of a ramp of the base's velocity over the one before; weights are velocities."""
-LIGHTEST = by_precision(1.0e-6, 1.0e-4)
-"""The least weight of a ramp, over the velocity step."""
 SOON = real(1.0e-3)
 """Tolerance of the time of an uplift, as a part of a step; the error is of its square."""
 

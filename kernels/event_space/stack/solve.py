@@ -41,6 +41,7 @@ nearby, which stops the slide or turns the block at once; rounds alone go on sli
 import warp as wp
 
 from warprock.kernels.algebra.vectors import Matrix, Vector, X, Y, Z
+from warprock.kernels.event_space.lane import LIGHTER, LIGHTEST
 from warprock.kernels.event_space.stack.contact import (
     BOX,
     CONE,
@@ -118,11 +119,6 @@ SOUND = by_precision(1.0e-6, 1.0e-4)
 
 DUST = by_precision(1.0e-13, 1.0e-5)
 """Round-off of the convex function."""
-
-LIGHTER = real(0.125)
-"""Weight of a ramp of the base's velocity over the one before; weights are velocities."""
-LIGHTEST = by_precision(1.0e-6, 1.0e-4)
-"""The least weight of a ramp, over the velocity step."""
 
 NONE = 0
 """The piece of a contact without impulse."""
