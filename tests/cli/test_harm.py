@@ -40,6 +40,14 @@ JSON = [None, -1, 1e308, float("nan"), "", "x", [], {}, [1], {"a": 1}, True, 10*
 COLUMNS: list[Any] = ["x", np.nan, None, -1e300, pd.Timestamp(0), b"\xff"]
 
 
+@pytest.fixture(autouse=True)
+def interruptible() -> Iterator[None]:
+    """Ctrl-C is heard: a shell that starts the tests in the background has it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def ends_in_one_line(*arguments: object) -> None:
     result = invoke(*arguments)
     if result.exit_code:
