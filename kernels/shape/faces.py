@@ -155,15 +155,16 @@ def corner(slot: int, f: Faces):
 
 
 @wp.func
-def crosses(slot: int, x: real, y: real, wide: real, deep: real) -> bool:
+def crosses(slot: int, x: real, y: real, along_x: bool, wide: real, deep: real) -> bool:
     """Whether edges of both faces that run in other directions cross at a slot.
 
     Args:
         slot: The slot.
         x, y: Its place in the plan of the lower face [m].
+        along_x: Whether the upper edge is nearer to x than to y in that plan.
         wide, deep: Half width and half depth of the lower face [m].
     """
     # Edges along the width are crossed by those at the ends of the lower width.
     part = real(1.0) + HALF * SAME
-    ends = wp.where(slot < ALONG_DEPTH, size(x) > wide * part, size(y) > deep * part)
+    ends = wp.where(along_x, size(x) > wide * part, size(y) > deep * part)
     return slot >= UPPER and slot < LOWER and ends
