@@ -481,11 +481,9 @@ def normal_of(slot: int, spot: Spot, m: Turn, faces: Faces) -> Triple:
     # Direction of an edge of the upper face.
     width = slot < ALONG_DEPTH
     ex, ey = wp.where(width, m.r11, m.r12), wp.where(width, m.r21, m.r22)
-    along_x = size(ex) > size(ey)
-    cross = tilted and crosses(slot, spot.x, spot.y, along_x, faces.a, faces.b)
-    wide = cross and along_x
-    deep = cross and not wide
-    down = -wp.where(width, m.r31, m.r32) * wp.sign(wp.where(along_x, ex, ey))
+    wide = tilted and crosses(slot, spot.x, ey, faces.a)
+    deep = tilted and not wide and crosses(slot, spot.y, ex, faces.b)
+    down = -wp.where(width, m.r31, m.r32) * wp.sign(wp.where(wide, ex, ey))
     x = wp.where(lower, m.r13, wp.where(wide, down, zero))
     y = wp.where(lower, m.r23, wp.where(deep, down, zero))
     z = wp.where(lower, m.r33, wp.where(wide, size(ex), wp.where(deep, size(ey), one)))

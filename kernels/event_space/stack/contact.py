@@ -243,10 +243,10 @@ def find_corners(own: Own, pose: Pose, k: int):
         for i in range(UPPER, slots):
             x, y = places[i, X] + below.centre_x, places[i, Y] + below.centre_y
             edge = axis_of(m, wp.where(i < ALONG_DEPTH, 0, 1))
-            along_x = size(edge[0]) > size(edge[1])
-            cross = crosses(i, x, y, along_x, below.half_width, below.half_depth)
-            bit = 1 << wp.where(along_x, i, i + SLOTS)
-            crossed = crossed | wp.where(cross, bit, 0)
+            if crosses(i, x, edge[1], below.half_width):
+                crossed = crossed | (1 << i)
+            elif crosses(i, y, edge[0], below.half_depth):
+                crossed = crossed | (1 << (i + SLOTS))
             if (there & (1 << i)) != 0:
                 normal = directions(pose.axes, k, way_of(i, crossed))[2]
                 gaps[i] = gaps[i] * wp.dot(normal, down[2])
