@@ -225,8 +225,8 @@ def find_corners(own: Own, pose: Pose, k: int):
     The fourth value is a mask of the slots at which edges cross that run in other directions, of
     faces that are not parallel: of the slots themselves where the lower edge runs along y, SLOTS
     bits higher where it runs along x. The *way* of a contact is its slot, at such crossings SLOTS
-    or twice that more. Gaps are distances along the normal of the contact. Faces that do not look at each
-    other have no corners.
+    or twice that more. Gaps are distances along the normal of the contact. Faces that look away
+    from each other have no corners.
     """
     one = real(1.0)
     down = rows_of(pose.axes, k - 1)
