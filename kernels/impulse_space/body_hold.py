@@ -28,9 +28,7 @@ from warprock.kernels.shape_space.lanes import (
     State,
     Symmetric,
     Triple,
-    Turn,
     cross_product,
-    inertia_of,
     minus,
     plus,
     scalar_product,
@@ -147,8 +145,10 @@ def turn_about(point: bool, m: Triple, w: Triple, s: Triple, j: Symmetric) -> Tr
 
 
 @wp.func
-def find_motion(reach: real, u: Velocity, s: State, r: Turn, inverse: Triple, sums: Sums):
+def find_motion(reach: real, u: Velocity, s: State, j: Symmetric, sums: Sums):
     """Motion of a body whose held points are stopped, from u and s without contact.
+
+    j are its moments of inertia in the axes of the base.
 
     Returns:
         The motion, and the impulse of the points.
@@ -173,7 +173,6 @@ def find_motion(reach: real, u: Velocity, s: State, r: Turn, inverse: Triple, su
     wide = axx >= ayy
     wx, wy = wp.where(wide, axx, axy), wp.where(wide, axy, ayy)
     w = Triple(wx, wy, slope_x * wx + slope_y * wy)
-    j = inertia_of(r, Triple(one / inverse.x, one / inverse.y, one / inverse.z))
     closing = cross_product(m, closes)
     left = Triple(u.x - closing.x, u.y - closing.y, u.z - closing.z - rise)
     spin = minus(Triple(s.lx, s.ly, s.lz), times(j, closes))
