@@ -13,9 +13,10 @@ normal impulses are those of a bed of equal springs, n = a + b.(r - m), with the
 moments g_x and g_y. The friction of a point is n times a field of two terms: (e_x, e_y) / e_z, and
 a turn about the centre of pressure that gives g_z.
 
-Rounds find the held points, starting with all contacts: a point that would pull is released, one
-that would sink is held. If the rounds do not end, or friction is not enough, the sweeps of
-impulse_space/block.py follow.
+Rounds find the held points: a point that would pull is released, one that would sink is held. They
+start with the contacts that touch, or with all if none does: of a body that lies with a tilt of
+round-off some points are open, and no motion meets the aims of all. If the rounds do not end, or
+friction is not enough, the sweeps of impulse_space/block.py follow.
 """
 
 import warp as wp
@@ -104,6 +105,17 @@ class Turning:
     x: real
     y: real
     turn: real
+
+
+@wp.func
+def first_held(knobs: Knobs, at: Contact, lowest: real) -> real:
+    """1 for a contact to begin with, else 0: one that touches; any if none does.
+
+    `lowest` is the lowest gap of all points [m].
+    """
+    dust = LEFT * knobs.gravity * knobs.time_step
+    begins = at.aim >= -dust or lowest * knobs.rate > dust
+    return wp.where(begins, at.on, real(0.0))
 
 
 @wp.func

@@ -45,6 +45,7 @@ from warprock.kernels.impulse_space.body_hold import (
     add_pressure,
     find_motion,
     find_turn,
+    first_held,
     share_impulse,
     update_held,
 )
@@ -171,7 +172,7 @@ def run_lanes(
                     stance[i] = stood
                     gaps[i] = shows
                     contact[c, i] = at_point
-                    held[c, i] = at_point.on
+                    held[c, i] = first_held(knobs, at_point, gaps[i].lowest)
                     impulse[c, i] = impulse_where(at_point.on > zero, impulse[c, i])
             for i in range(LANES):
                 shows = gaps[i]
