@@ -13,10 +13,10 @@ normal impulses are those of a bed of equal springs, n = a + b.(r - m), with the
 moments g_x and g_y. The friction of a point is n times a field of two terms: (e_x, e_y) / e_z, and
 a turn about the centre of pressure that gives g_z.
 
-Rounds find the held points: a point that would pull is released, one that would sink is held. They
-start with the contacts that touch, or with all if none does: of a body that lies with a tilt of
-round-off some points are open, and no motion meets the aims of all. If the rounds do not end, or
-friction is not enough, the sweeps of impulse_space/block.py follow.
+Rounds find the held points, starting with all contacts: a point that would pull is released, one
+that would sink is held. Where a body stands they start with those that touch: if it lies with a
+tilt of round-off, others are open, and no motion meets the aims of all. If the rounds do not end,
+or friction is not enough, the sweeps of impulse_space/block.py follow.
 """
 
 import warp as wp
@@ -108,13 +108,13 @@ class Turning:
 
 
 @wp.func
-def first_held(knobs: Knobs, at: Contact, lowest: real) -> real:
-    """1 for a contact to begin with, else 0: one that touches; any if none does.
+def first_held(knobs: Knobs, stands: bool, at: Contact, lowest: real) -> real:
+    """1 for a contact to begin with, else 0: if the body stands one that touches, if any does.
 
     `lowest` is the lowest gap of all points [m].
     """
     dust = LEFT * knobs.gravity * knobs.time_step
-    begins = at.aim >= -dust or lowest * knobs.rate > dust
+    begins = at.aim >= -dust or not stands or lowest * knobs.rate > dust
     return wp.where(begins, at.on, real(0.0))
 
 

@@ -172,7 +172,6 @@ def run_lanes(
                     stance[i] = stood
                     gaps[i] = shows
                     contact[c, i] = at_point
-                    held[c, i] = first_held(knobs, at_point, gaps[i].lowest)
                     impulse[c, i] = impulse_where(at_point.on > zero, impulse[c, i])
             for i in range(LANES):
                 shows = gaps[i]
@@ -182,6 +181,9 @@ def run_lanes(
                 gaps[i] = shows
                 since[i] = stays
                 peaks[i] = slid
+            for c in range(corners):
+                for i in range(LANES):
+                    held[c, i] = first_held(knobs, since[i] == NEVER, contact[c, i], gaps[i].lowest)
             changes, turns = int(1), int(0)
             while changes > 0 and turns < ROUNDS:
                 for i in range(LANES):
