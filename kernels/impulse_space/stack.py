@@ -478,12 +478,15 @@ def normal_of(slot: int, spot: Spot, m: Turn, faces: Faces) -> Triple:
     zero, one = real(0.0), real(1.0)
     tilted = size(m.r31) + size(m.r32) > PARALLEL
     lower = slot >= LOWER and tilted
-    cross = tilted and crosses(slot, spot.x, spot.y, faces.a, faces.b)
-    wide = cross and slot < ALONG_DEPTH
-    deep = cross and not wide
-    x = wp.where(lower, m.r13, wp.where(wide, -m.r31, zero))
-    y = wp.where(lower, m.r23, wp.where(deep, -m.r32, zero))
-    z = wp.where(lower, m.r33, wp.where(wide, m.r11, wp.where(deep, m.r22, one)))
+    # Direction of an edge of the upper face.
+    width = slot < ALONG_DEPTH
+    ex, ey = wp.where(width, m.r11, m.r12), wp.where(width, m.r21, m.r22)
+    wide = tilted and crosses(slot, spot.x, ey, faces.a)
+    deep = tilted and not wide and crosses(slot, spot.y, ex, faces.b)
+    down = -wp.where(width, m.r31, m.r32) * wp.sign(wp.where(wide, ex, ey))
+    x = wp.where(lower, m.r13, wp.where(wide, down, zero))
+    y = wp.where(lower, m.r23, wp.where(deep, down, zero))
+    z = wp.where(lower, m.r33, wp.where(wide, size(ex), wp.where(deep, size(ey), one)))
     over = one / wp.sqrt(product(x, y, z, x, y, z))
     there = spot.on > zero
     return Triple(

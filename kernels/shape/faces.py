@@ -155,15 +155,16 @@ def corner(slot: int, f: Faces):
 
 
 @wp.func
-def crosses(slot: int, x: real, y: real, wide: real, deep: real) -> bool:
-    """Whether edges of both faces that run in other directions cross at a slot.
+def crosses(slot: int, place: real, along: real, half: real) -> bool:
+    """Whether an edge of the upper face crosses one of the lower face at a slot.
+
+    Edges that are less than 45 degrees apart count as one.
 
     Args:
         slot: The slot.
-        x, y: Its place in the plan of the lower face [m].
-        wide, deep: Half width and half depth of the lower face [m].
+        place: Where it is across the lower edge, from the middle of that face [m].
+        along: Cosine of the angle between the edges.
+        half: Half length of the lower face across its edge [m].
     """
-    # Edges along the width are crossed by those at the ends of the lower width.
-    part = real(1.0) + HALF * SAME
-    ends = wp.where(slot < ALONG_DEPTH, size(x) > wide * part, size(y) > deep * part)
-    return slot >= UPPER and slot < LOWER and ends
+    ends = size(place) > half * (real(1.0) + HALF * SAME)
+    return slot >= UPPER and slot < LOWER and ends and along * along < HALF
