@@ -262,15 +262,16 @@ def find_lean(
 
 
 @wp.func
-def support_of(below: Block, k: int) -> Block:
-    """The body below block k: the ground below the first one, else the given block."""
-    first, zero = k == 1, real(0.0)
-    below.half_width = wp.where(first, GROUND_FACE, below.half_width)
-    below.half_depth = wp.where(first, GROUND_FACE, below.half_depth)
-    below.half_height = wp.where(first, zero, below.half_height)
-    below.centre_x = wp.where(first, zero, below.centre_x)
-    below.centre_y = wp.where(first, zero, below.centre_y)
-    return below
+def ground_under(lowest: Block) -> Block:
+    """The ground as the body below the lowest block."""
+    zero = real(0.0)
+    ground = lowest
+    ground.half_width = GROUND_FACE
+    ground.half_depth = GROUND_FACE
+    ground.half_height = zero
+    ground.centre_x = zero
+    ground.centre_y = zero
+    return ground
 
 
 @wp.func
@@ -365,7 +366,7 @@ def inverse_of(block: Block) -> Triple:
 
 @wp.func
 def find_foot(away: Triple, height: real) -> Foot:
-    """The foot of an interface; see `place_between` and, for the height, `support_of`."""
+    """The foot of an interface, see `place_between`; `height` is half that of the body below."""
     return Foot(away.z - height, away.x, away.y, height)
 
 

@@ -56,6 +56,7 @@ from warprock.kernels.impulse_space.stack import (
     find_lower_spot,
     find_upper_spot,
     gains_of,
+    ground_under,
     integrate,
     inverse_of,
     mobility_of,
@@ -71,7 +72,6 @@ from warprock.kernels.impulse_space.stack import (
     slip_of,
     solve_contact,
     square_of,
-    support_of,
     turn_between,
     turn_effect,
     turn_yield,
@@ -134,6 +134,7 @@ def run_lanes(
     pack, _one = wp.tid()
     first, dt, zero, one = pack * LANES, knobs.time_step, real(0.0), real(1.0)
     # Bodies, the ground first.
+    block = rows(Block, BLOCKS + 1)
     state = rows(State, BLOCKS + 1)
     turn = rows(Turn, BLOCKS + 1)
     ease = rows(Symmetric, BLOCKS + 1)
@@ -142,7 +143,7 @@ def run_lanes(
     peaks = rows(Peaks, BLOCKS + 1)
     lift = rows(Triple, BLOCKS + 1)
     foot = rows(Foot, BLOCKS + 1)
-    light, mu, load, there = Numbers(), Numbers(), Numbers(), Numbers()
+    light, load, there = Numbers(), Numbers(), Numbers()
     # Slots: of one interface its spots, of all of them the impulses of the last step.
     spot = rows(Spot, SLOTS + 1)
     kept = rows(Impulse, SLOTS * BLOCKS + 1)
@@ -177,21 +178,23 @@ def run_lanes(
         seen[i] = Result(NEVER, zero, zero, zero, 0, RUNNING, 0)
     for k in range(1, bodies):
         for i in range(LANES):
-            block = blocks[k - 1, first + i]
+            placed = blocks[k - 1, first + i]
             own = State(
-                block.x, block.y, block.z, block.qx, block.qy, block.qz, block.qw, zero, zero,
-                zero, zero, zero, zero,
+                placed.x, placed.y, placed.z, placed.qx, placed.qy, placed.qz, placed.qw, zero,
+                zero, zero, zero, zero, zero,
             )  # fmt: skip
+            block[k, i] = placed
             state[k, i] = own
             turn[k, i] = turn_of(own)
-            light[k, i] = one / block.mass
-            mu[k, i] = block.friction
+            light[k, i] = one / placed.mass
             lean[k, i] = Lean(
-                sign_of(block.flat_x + block.centre_x), sign_of(block.flat_y + block.centre_y)
+                sign_of(placed.flat_x + placed.centre_x), sign_of(placed.flat_y + placed.centre_y)
             )
         for low in range(1, k + 1):
             for i in range(LANES):
-                load[low, i] = load[low, i] + dt * knobs.gravity * blocks[k - 1, first + i].mass
+                load[low, i] = load[low, i] + dt * knobs.gravity * block[k, i].mass
+    for i in range(LANES):
+        block[GROUND, i] = ground_under(block[LOWEST, i])
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         while running > 0 and time < until:
@@ -211,10 +214,8 @@ def run_lanes(
                 fastest[i] = zero
             for k in range(1, bodies):
                 for i in range(LANES):
-                    block = blocks[k - 1, first + i]
-                    inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
                     jump = Triple(dv[X, i], dv[Y, i], dv[Z, i])
-                    free, j = predict(jump, knobs, inverse, state[k, i])
+                    free, j = predict(jump, knobs, inverse_of(block[k, i]), state[k, i])
                     new[k, i] = free
                     each = light[k, i]
                     ease[k, i] = Symmetric(
@@ -234,12 +235,11 @@ def run_lanes(
                     flip[X, i] = wp.where(was.x != now.x, one, zero)
                     flip[Y, i] = wp.where(was.y != now.y, one, zero)
                     lean[k, i] = now
-                    below = support_of(blocks[wp.max(k - 2, 0), first + i], k)
-                    faces[i] = face_pair(blocks[k - 1, first + i], below, m, away, now.x, now.y)
-                    foot[k, i] = find_foot(away, below.half_height)
+                    faces[i] = face_pair(block[k, i], block[low, i], m, away, now.x, now.y)
+                    foot[k, i] = find_foot(away, block[low, i].half_height)
                     mobility[i] = mobility_of(
-                        light[k, i], light[low, i], m, inverse_of(blocks[k - 1, first + i]),
-                        inverse_of(below), foot[k, i],
+                        light[k, i], light[low, i], m, inverse_of(block[k, i]),
+                        inverse_of(block[low, i]), foot[k, i],
                     )  # fmt: skip
                     opens[i] = Opening(zero, zero, -FAR)
                     there[k, i] = zero
@@ -326,9 +326,8 @@ def run_lanes(
                         p = impulse[row + n, i]
                         p.n = wp.where(count > 0, p.n, load[k, i] / real(wp.max(number[i], 1)))
                         impulse[row + n, i] = impulse_where(spot[n, i].on > zero, p)
-                        below = support_of(blocks[wp.max(k - 2, 0), first + i], k)
                         contact[row + n, i] = find_contact(
-                            spot[n, i], lean[k, i], below, foot[k, i], knobs
+                            spot[n, i], lean[k, i], block[low, i], foot[k, i], knobs
                         )
                         effect[row + n, i] = effect_of(mobility[i], contact[row + n, i])
                         at_rest = yield_of(effect[row + n, i], contact[row + n, i])
@@ -403,7 +402,11 @@ def run_lanes(
                                 slip[i] = into_body(ways[c, i], slip[i])
                         for i in range(LANES):
                             p = solve_contact(
-                                mu[k, i], contact[c, i], gains[c, i], impulse[c, i], slip[i]
+                                block[k, i].friction,
+                                contact[c, i],
+                                gains[c, i],
+                                impulse[c, i],
+                                slip[i],
                             )
                             works = going[i] > zero
                             dx = wp.where(works, p.fx - impulse[c, i].fx, zero)
@@ -466,21 +469,19 @@ def run_lanes(
                 low = k - 1
                 for i in range(LANES):
                     live = going[i] > zero
-                    block = blocks[k - 1, first + i]
                     jump = Triple(dv[X, i], dv[Y, i], dv[Z, i])
-                    inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
                     own, took = integrate(
-                        count == 0, dt, knobs.gravity, inverse, jump, state[k, i], new[k, i],
-                        lift[k, i],
+                        count == 0, dt, knobs.gravity, inverse_of(block[k, i]), jump, state[k, i],
+                        new[k, i], lift[k, i],
                     )  # fmt: skip
                     state[k, i] = wp.where(live, own, state[k, i])
                     turn[k, i] = turn_of(state[k, i])
-                    lost = seen[i].loss + block.mass * took
+                    lost = seen[i].loss + block[k, i].mass * took
                     seen[i].loss = wp.where(live, lost, seen[i].loss)
                     m = turn_between(turn[k, i], turn[low, i])
                     away = place_between(state[k, i], state[low, i], turn[low, i])
                     peaks[k, i] = observe_block(
-                        live, time, block, state[k, i], m, away, peaks[k, i]
+                        live, time, block[k, i], state[k, i], m, away, peaks[k, i]
                     )
                     mode = mode_after(seen[i].mode, there[k, i], state[k, i], turn[k, i].r33, m.r33)
                     seen[i].mode = wp.where(live, mode, seen[i].mode)
@@ -499,9 +500,7 @@ def run_lanes(
         for k in range(1, wp.where(found.attitudes.shape[0] > 0, bodies, 0)):
             for i in range(LANES):
                 past = wp.where(seen[i].mode == RUNNING, smaller(until - time, zero), zero)
-                block = blocks[k - 1, first + i]
-                own = state[k, i]
-                inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
+                own, inverse = state[k, i], inverse_of(block[k, i])
                 spin = spin_of(own)
                 qx, qy, qz, qw = turn_freely(own.qx, own.qy, own.qz, own.qw, spin, inverse, past)
                 found.attitudes[sample, k - 1, X, first + i] = qx
