@@ -38,17 +38,15 @@ from warprock.kernels.impulse_space.block_run import swap_if, swap_impulses_if
 from warprock.kernels.impulse_space.stack import (
     CORNERS,
     SETTLED,
-    Effect,
     Foot,
     Gains,
     Mobility,
     Opening,
     Spot,
     Wrench,
-    add_effect,
     add_impulse,
+    add_motion,
     directions_of,
-    effect_of,
     find_contact,
     find_edge_spot,
     find_foot,
@@ -61,6 +59,7 @@ from warprock.kernels.impulse_space.stack import (
     inverse_of,
     mobility_of,
     mode_after,
+    moment_of,
     motion_between,
     normal_of,
     observe_block,
@@ -73,7 +72,6 @@ from warprock.kernels.impulse_space.stack import (
     solve_contact,
     square_of,
     turn_between,
-    turn_effect,
     turn_yield,
     yield_of,
 )
@@ -150,7 +148,6 @@ def run_lanes(
     apart = Marks()
     # Contacts, CONTACTS rows an interface.
     contact = rows(Contact, ROWS)
-    effect = rows(Effect, ROWS)
     gains = rows(Gains, ROWS)
     impulse = rows(Impulse, ROWS)
     ways = rows(Turn, ROWS)
@@ -163,7 +160,7 @@ def run_lanes(
     opens = rows(Opening)
     total = rows(Opening)
     shift = rows(Triple)
-    mobility = rows(Mobility)
+    mobility = rows(Mobility, BLOCKS + 1)
     moving = rows(Velocity)
     given = rows(Wrench)
     seen = rows(Result)
@@ -237,7 +234,7 @@ def run_lanes(
                     lean[k, i] = now
                     faces[i] = face_pair(block[k, i], block[low, i], m, away, now.x, now.y)
                     foot[k, i] = find_foot(away, block[low, i].half_height)
-                    mobility[i] = mobility_of(
+                    mobility[k, i] = mobility_of(
                         light[k, i], light[low, i], m, inverse_of(block[k, i]),
                         inverse_of(block[low, i]), foot[k, i],
                     )  # fmt: skip
@@ -329,8 +326,7 @@ def run_lanes(
                         contact[row + n, i] = find_contact(
                             spot[n, i], lean[k, i], block[low, i], foot[k, i], knobs
                         )
-                        effect[row + n, i] = effect_of(mobility[i], contact[row + n, i])
-                        at_rest = yield_of(effect[row + n, i], contact[row + n, i])
+                        at_rest = yield_of(mobility[k, i], contact[row + n, i])
                         gains[row + n, i] = gains_of(at_rest, contact[row + n, i].on)
                 for n in range(wp.where(partial > 0, most, 0)):
                     those = int(0)
@@ -343,10 +339,9 @@ def run_lanes(
                         for i in range(LANES):
                             e = directions_of(normal[i])
                             ways[row + n, i] = e
-                            flat = yield_of(effect[row + n, i], contact[row + n, i])
+                            flat = yield_of(mobility[k, i], contact[row + n, i])
                             at_rest = turn_yield(flat, e)
                             gains[row + n, i] = gains_of(at_rest, contact[row + n, i].on)
-                            effect[row + n, i] = turn_effect(effect[row + n, i], e)
                 for i in range(LANES):
                     raised = shift[i]
                     all_seen = total[i]
@@ -367,7 +362,7 @@ def run_lanes(
                             more[i] = into_base(ways[c, i], more[i])
                     for i in range(LANES):
                         sum = given[i]
-                        add_impulse(contact[c, i], more[i], sum)
+                        add_impulse(more[i], moment_of(contact[c, i], more[i]), sum)
                         given[i] = sum
                 for i in range(LANES):
                     u = new[k, i]
@@ -414,16 +409,16 @@ def run_lanes(
                             dz = wp.where(works, p.n - impulse[c, i].n, zero)
                             impulse[c, i] = wp.where(works, p, impulse[c, i])
                             more[i] = Triple(dx, dy, dz)
-                            v = moving[i]
-                            add_effect(effect[c, i], more[i], v)
-                            moving[i] = v
                         if skewed[c] > 0:
                             for i in range(LANES):
                                 more[i] = into_base(ways[c, i], more[i])
                         for i in range(LANES):
-                            sum = given[i]
-                            add_impulse(contact[c, i], more[i], sum)
+                            moment = moment_of(contact[c, i], more[i])
+                            sum, v = given[i], moving[i]
+                            add_impulse(more[i], moment, sum)
+                            add_motion(mobility[k, i], more[i], moment, v)
                             given[i] = sum
+                            moving[i] = v
                     for i in range(LANES):
                         u = new[k, i]
                         push_upper(light[k, i], ease[k, i], foot[k, i], turn[low, i], given[i], u)
