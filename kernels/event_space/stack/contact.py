@@ -28,6 +28,7 @@ from warprock.kernels.shape.faces import (
     SLOTS,
     UPPER,
     crosses,
+    turned_aside,
 )
 from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape_space.block import Block
@@ -194,10 +195,10 @@ def find_corners(own: Own, pose: Pose, k: int):
     below = below_of(own, k)
     places, gaps, there = shared_corners(block_of(own, k), below, m, c, lean)
     tilted = size(m[2, 0]) + size(m[2, 1]) > PARALLEL
-    crossed = int(0)
+    aside, crossed = turned_aside(m[0, 0], m[1, 0]), int(0)
     for i in range(UPPER, LOWER):
         x, y = places[i, X] + below.centre_x, places[i, Y] + below.centre_y
-        cross = tilted and crosses(i, x, y, below.half_width, below.half_depth)
+        cross = tilted and crosses(i, x, y, below.half_width, below.half_depth, aside)
         crossed = crossed | wp.where(cross, 1 << i, 0)
     return places, gaps, there, crossed
 
@@ -221,12 +222,18 @@ def directions(axes: Axes, body: int, way: int) -> Matrix:
     e = rows_of(axes, wp.where(way >= LOWER and way < SLOTS, body, body - 1))
     if way >= SLOTS:
         # An edge of the upper face, and one of the lower face across it.
-        if way < SLOTS + ALONG_DEPTH:
-            e[0] = axes[3 * body]
-            e[2] = wp.normalize(wp.cross(e[0], axes[3 * body - 2]))
+        x, y, edge = axes[3 * body - 3], axes[3 * body - 2], axes[3 * body]
+        aside = turned_aside(wp.dot(edge, x), wp.dot(edge, y))
+        along = way < SLOTS + ALONG_DEPTH
+        if not along:
+            edge = axes[3 * body + 1]
+        if along != aside:
+            e[0] = edge
+            e[2] = wp.cross(edge, y)
         else:
-            e[0] = axes[3 * body - 3]
-            e[2] = wp.normalize(wp.cross(e[0], axes[3 * body + 1]))
+            e[0] = x
+            e[2] = wp.cross(x, edge)
+        e[2] = wp.normalize(e[2]) * sign_of(wp.dot(e[2], axes[3 * body - 1]))
         e[1] = wp.cross(e[2], e[0])
     if BOX:  # noqa: SIM102, decided before launch
         if way >= LOWER:
