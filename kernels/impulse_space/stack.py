@@ -57,7 +57,6 @@ from warprock.kernels.shape.faces import (
     crosses,
     edge_corner,
     lower_corner,
-    turned_aside,
     upper_corner,
 )
 from warprock.kernels.shape.interface import GROUND_FACE
@@ -479,15 +478,15 @@ def normal_of(slot: int, spot: Spot, m: Turn, faces: Faces) -> Triple:
     zero, one = real(0.0), real(1.0)
     tilted = size(m.r31) + size(m.r32) > PARALLEL
     lower = slot >= LOWER and tilted
-    along, aside = slot < ALONG_DEPTH, turned_aside(m.r11, m.r21)
-    cross = tilted and crosses(slot, spot.x, spot.y, faces.a, faces.b, aside)
-    wide = cross and along != aside
-    deep = cross and along == aside
-    run_x, run_y = wp.where(along, m.r11, m.r12), wp.where(along, m.r21, m.r22)
-    rise = wp.where(along, m.r31, m.r32)
-    x = wp.where(lower, m.r13, wp.where(wide, -sign_of(run_x) * rise, zero))
-    y = wp.where(lower, m.r23, wp.where(deep, -sign_of(run_y) * rise, zero))
-    z = wp.where(lower, m.r33, wp.where(wide, size(run_x), wp.where(deep, size(run_y), one)))
+    # Direction of an edge of the upper face.
+    width = slot < ALONG_DEPTH
+    ex, ey = wp.where(width, m.r11, m.r12), wp.where(width, m.r21, m.r22)
+    wide = tilted and crosses(slot, spot.x, ey, faces.a)
+    deep = tilted and not wide and crosses(slot, spot.y, ex, faces.b)
+    down = -wp.where(width, m.r31, m.r32) * wp.sign(wp.where(wide, ex, ey))
+    x = wp.where(lower, m.r13, wp.where(wide, down, zero))
+    y = wp.where(lower, m.r23, wp.where(deep, down, zero))
+    z = wp.where(lower, m.r33, wp.where(wide, size(ex), wp.where(deep, size(ey), one)))
     over = one / wp.sqrt(product(x, y, z, x, y, z))
     there = spot.on > zero
     return Triple(

@@ -157,25 +157,19 @@ def corner(slot: int, f: Faces):
 
 
 @wp.func
-def turned_aside(dx: real, dy: real) -> bool:
-    """Whether the upper face's width, along (dx, dy), runs rather along the lower one's depth."""
-    return size(dx) < size(dy)
+def crosses(slot: int, place: real, along: real, half: real) -> bool:
+    """Whether an edge of the upper face crosses one of the lower face at a slot.
 
-
-@wp.func
-def crosses(slot: int, x: real, y: real, wide: real, deep: real, aside: bool) -> bool:
-    """Whether edges of both faces that run in other directions cross at a slot.
+    Edges that are less than 45 degrees apart count as one.
 
     Args:
         slot: The slot.
-        x, y: Its place in the plan of the lower face [m].
-        wide, deep: Half width and half depth of the lower face [m].
-        aside: See `turned_aside`.
+        place: Where it is across the lower edge, from the middle of that face [m].
+        along: Cosine of the angle between the edges.
+        half: Half length of the lower face across its edge [m].
     """
-    # Edges along the width are crossed by those at the ends of the lower width.
-    part = real(1.0) + HALF * SAME
-    ends = wp.where((slot < ALONG_DEPTH) != aside, size(x) > wide * part, size(y) > deep * part)
-    return slot >= UPPER and slot < LOWER and ends
+    ends = size(place) > half * (real(1.0) + HALF * SAME)
+    return slot >= UPPER and slot < LOWER and ends and along * along < HALF
 
 
 @wp.struct
@@ -234,7 +228,8 @@ def lowest_slopes(f: Faces) -> Slopes:
     over = real(1.0) / larger(fused_less(f.dy, f.ex, f.dx * f.ey), STEEPEST)
     gx = over * fused_less(f.dz, f.ey, f.dy * f.ez)
     gy = over * fused_less(f.dx, f.ez, f.dz * f.ex)
-    aside = turned_aside(f.dx, f.dy)
+    # Of two edges of the upper face the one that runs rather across.
+    aside = size(f.dx) < size(f.dy)
     run_x, rise_x = wp.where(aside, f.ex, f.dx), wp.where(aside, f.ez, f.dz)
     run_y, rise_y = wp.where(aside, f.dy, f.ey), wp.where(aside, f.dz, f.ez)
     found = nearer(slopes_of(gx, gy, zero, zero, f), slopes_of(gx, gy, gx, gy, f))

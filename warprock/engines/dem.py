@@ -229,8 +229,10 @@ class Dem(KernelEngine):
         stacks, step = as_stacks(lanes), self.longest_step(lanes, motions)
         # A lane whose sizes are not finite takes one step to find that out.
         per_lane = {"time_step": np.where(np.isfinite(step), step, times.duration)}
+        if lanes.spatial:
+            per_lane["moves"] = _moved_along(motions)
         if lanes.spatial and lanes.body is not None:
-            columns = sprung_inputs(lanes, self.settings, per_lane["time_step"])
+            columns = sprung_inputs(lanes, self.settings, per_lane)
             return columns | {"knobs": self._knobs(module)}
         if lanes.body is not None:
             springs, time_step = CornerSprings.of(lanes, self.settings), per_lane["time_step"]
@@ -249,7 +251,7 @@ class Dem(KernelEngine):
         points = point_pairs(self.settings.subcontacts, self.settings.subcontacts_across)
         return {
             "blocks": _with_ground(start_in_space(lanes, self.settings)),
-            "lanes": per_lane | _lane_columns_in_space(lanes, motions, self.settings),
+            "lanes": per_lane | _lane_columns_in_space(lanes, self.settings),
             "points": points,
             "knobs": self._knobs(module),
         }
@@ -310,17 +312,19 @@ def _standing_ratio_in_space(lanes: Lanes, settings: DemSettings) -> Array:
     return np.minimum(*ratios)
 
 
-def _lane_columns_in_space(
-    lanes: Lanes, motions: GroundMotions, settings: DemSettings
-) -> dict[str, npt.NDArray[Any]]:
-    """Fields of the struct `Lane` of blocks in space but its step, shape [lane] each."""
+def _moved_along(motions: GroundMotions) -> npt.NDArray[np.int32]:
+    """Sum of 1 where a base moves along x, 2 along y and 4 along z, shape [lane]."""
+    x, y, z = (part.moves.astype(np.int32) for part in motions.components)
+    return np.asarray(x + 2 * y + 4 * z)
+
+
+def _lane_columns_in_space(lanes: Lanes, settings: DemSettings) -> dict[str, npt.NDArray[Any]]:
+    """What the struct `Lane` of blocks in space has besides step and motion, shape [lane] each."""
     stacks = cast(SpatialLanes, as_stacks(lanes))
     away = (stacks.rotation_start != 0.0) | (stacks.rotation_across_start != 0.0)
     away = (away | (stacks.gap_start > 0.0)).any(axis=1)
-    x, y, z = (part.moves.astype(np.int32) for part in motions.components)
     return {
         "uplift_time": np.where(away, 0.0, NEVER),
-        "moves": x + 2 * y + 4 * z,
         "creep": _creep_speed(stacks, settings),
     }
 
