@@ -10,18 +10,11 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import Array, free_lanes, make_lanes, make_stacks, sines, velocity_steps
-from tests.shared.spatial_blocks import (
-    along,
-    in_space,
-    sound_run,
-    unmoved,
-    where_the_plane_has_them,
-)
+from tests.shared.spatial_blocks import along, in_space, sound_run, unmoved
 from tests.shared.speed import require_gain
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.engines import base
-from warprock.engines.dem import Dem
 from warprock.engines.launching import Form
 from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import Control, HarmonicMotions, SpatialMotions, StillBase, no_motion
@@ -112,26 +105,17 @@ def test_a_tilted_block_slides_over_the_edge_below_it_as_in_the_plane() -> None:
     flat = dataclasses.replace(
         pair.take(np.zeros(5, np.intp)), rotation_start=tilts[:, None] * np.array([0.0, 1.0])
     )
+    springs = dataclasses.replace(DAMPED, subcontacts=2, subcontacts_across=2)
     times, motions, errors = SampleTimes(0.35, 0.01), unmoved(5), []
     # The lower block as deep as the upper one, deeper and less deep: edges that cross, and corners.
     for depth in ([1.0, 1.0], [1.0, 0.5], [0.5, 1.0]):
         plane = dataclasses.replace(flat, depth=0.0 * flat.width + depth)
-        lanes = where_the_plane_has_them(plane)
-        for stiffness in (1e9, 1e10):
-            springs = DemSettings(
-                normal_stiffness=stiffness, shear_stiffness=stiffness, subcontacts=2,
-                subcontacts_across=2, stiffness_damping=2e-3 * np.sqrt(1e9 / stiffness),
-            )  # fmt: skip
-            there = run(plane, motions.components[0], times, springs)
-            # Its corner juts out and is lower than the face: a gap below zero, which others refuse.
-            here = Dem(springs).run(lanes, motions, times)
-            assert np.max(there["peak_slide"]) > 0.01
-            errors.append(np.abs(here["rotation"] - there["rotation"]).max())
-    # In the plane the upper block starts pressed into the lower one, in space it falls that far,
-    # which lasts in proportion to the root of one over the stiffness, 1/3.2; impacts add to that.
-    soft, stiff = np.array(errors).reshape(3, 2).T
-    assert np.all(soft < 2e-3)
-    assert np.all(stiff < 0.7 * soft)
+        there = run(plane, motions.components[0], times, springs)
+        here = run(in_space(plane), motions, times, springs)
+        assert np.max(there["peak_slide"]) > 0.01
+        errors.append(np.abs(here["rotation"] - there["rotation"]).max())
+    # Springs differ by the area that points stand for, 4 % at .3 rad, and impacts magnify that.
+    assert np.all(np.array(errors) < 5e-4)
 
 
 @pytest.mark.thorough

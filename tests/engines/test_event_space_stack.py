@@ -17,7 +17,6 @@ from tests.shared.spatial_blocks import (
     spatial_lanes,
     spatial_stack,
     unmoved,
-    where_the_plane_has_them,
 )
 from warprock.engines.base import KernelEngine
 from warprock.engines.dem import Dem
@@ -165,6 +164,22 @@ def test_a_stack_that_sticks_rocks_as_one_block(
     assert errors[0] <= 2e-4
     # A quarter of the step leaves a sixteenth, less what an uplift that is not located adds.
     assert errors[1] <= errors[0] / 6.0
+
+
+@pytest.mark.parametrize("blocks", [2, 3])
+def test_a_stack_that_is_let_go_from_a_lean_starts_as_one_block(blocks: int) -> None:
+    lean = {"rotation_start": 0.1, "rotation_across_start": -0.05, "yaw_start": 0.3}
+    size = np.full(blocks, 0.3)
+    stack = spatial_stack(size, np.full(blocks, 0.9 / blocks), depth=0.4, friction=2.0, **lean)
+    one = spatial_lanes(0.3 * np.ones(1), 0.9 * np.ones(1), depth=0.4, friction=2.0, **lean)
+    # Until it lands on an edge at .147 s: round-off.
+    times = SampleTimes(0.14, 0.01)
+    found, alone = (respond(lanes, unmoved(1), times) for lanes in (stack, one))
+    assert np.ptp(alone["rotation"]) > 0.02
+    for name in ("rotation", "rotation_across", "yaw"):
+        np.testing.assert_allclose(
+            found[name], np.repeat(alone[name][:, None], blocks, axis=1), rtol=0.0, atol=1e-9
+        )
 
 
 @pytest.mark.parametrize("below", [[0.8], [1.0, 0.8]], ids=["pair", "three"])
@@ -356,8 +371,7 @@ def test_a_tilted_block_slides_over_the_edge_below_it_as_in_the_plane(
     fine = EventSettings(time_step=2.5e-4, restitution=restitution)
     times = SampleTimes(0.35, 0.01)
     plane = run_batch("event", flat, unmoved(4).components[0], times, settings=fine)
-    lanes = where_the_plane_has_them(flat)
-    found = KernelEngine.run(engine, lanes, unmoved(4), times)
+    found = KernelEngine.run(engine, in_space(flat), unmoved(4), times)
     assert np.all(found["status"] == Status.OK)
     assert np.max(found["peak_slide"]) > 0.01
     # Of first order in the step, where slides begin and end.
