@@ -17,8 +17,10 @@ from tests.shared.spatial_blocks import (
     spatial_lanes,
     spatial_stack,
     unmoved,
+    where_the_plane_has_them,
 )
 from warprock.engines.base import KernelEngine
+from warprock.engines.dem import Dem
 from warprock.engines.event import Event
 from warprock.engines.impulse import Impulse
 from warprock.model.lanes import Lanes, SpatialLanes
@@ -353,12 +355,9 @@ def test_a_tilted_block_slides_over_the_edge_below_it_as_in_the_plane(
     )
     restitution = engine.settings.restitution if isinstance(engine, Event) else 0.0
     fine = EventSettings(time_step=2.5e-4, restitution=restitution)
-    times = SampleTimes(0.35, 0.01, places=True)
+    times = SampleTimes(0.35, 0.01)
     plane = run_batch("event", flat, unmoved(4).components[0], times, settings=fine)
-    # In space a tilted block starts on its lowest corner, which juts out here.
-    start = run_batch("event", in_space(flat), unmoved(4), times, settings=fine)
-    moved = [(plane[name] - start[name])[:, :, 0] for name in ("x", "z")]
-    lanes = in_space(flat, offset=flat.offset + moved[0], gap_start=moved[1])
+    lanes = where_the_plane_has_them(flat)
     found = KernelEngine.run(engine, lanes, unmoved(4), times)
     assert np.all(found["status"] == Status.OK)
     assert np.max(found["peak_slide"]) > 0.01
@@ -367,9 +366,13 @@ def test_a_tilted_block_slides_over_the_edge_below_it_as_in_the_plane(
 
 
 @pytest.mark.parametrize(
-    "engine", [Event(), Impulse(ImpulseSettings(iterations=300))], ids=["event", "impulse"]
+    "engine",
+    [Event(), Impulse(ImpulseSettings(iterations=300)), Dem()],
+    ids=["event", "impulse", "dem"],
 )
-def test_which_side_of_a_block_is_called_its_width_does_not_matter(engine: Event | Impulse) -> None:
+def test_which_side_of_a_block_is_called_its_width_does_not_matter(
+    engine: Event | Impulse | Dem,
+) -> None:
     """A tilted block over an edge, turned by quarter turns, its width and depth exchanged.
 
     Normals of crossing edges looked down from a quarter turn on: the turned blocks fell otherwise.
