@@ -92,8 +92,8 @@ FAIR = by_precision(1.0e-4, 1.0e-2)
 CLOSE = by_precision(1.0e-9, 1.0e-4)
 """Relative change after which only round-off is left: the next one is about its square."""
 HEAVY = real(10.0)
-"""Weight, as a velocity over the largest one of a contact, from which weights fall where no solve of
-an impact has come to an end."""
+"""Weight, as a velocity over the largest one of a contact, from which weights fall where nothing
+else solves an impact."""
 LEAST_GRIP = real(0.01)
 """Least stiffness of a contact along its face, over that across it."""
 TURNS = 12
