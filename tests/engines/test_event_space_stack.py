@@ -28,6 +28,7 @@ from warprock.model.motion import (
     GroundMotions,
     MotionKind,
     SpatialMotions,
+    Waveform,
 )
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.model.scene import scene_kind
@@ -510,6 +511,26 @@ def test_stacks_of_three_take_few_steps_also_where_a_corner_of_an_overlap_comes_
     # lanes. Where each landing was sought by up to 60 trials the median was 540.
     assert found["step_count"].max() < 1000
     assert np.median(found["step_count"]) < 400
+
+
+def test_a_thin_plate_under_a_tall_block_is_solved_where_friction_jams_it() -> None:
+    """At .163 s the plate lies on one corner, and the block slides over an edge and a corner of it.
+
+    Friction jams that at once, with impulses far from those of the step before. No round found
+    them, and the lane ended as `iteration_limit`.
+    """
+    plate = spatial_stack(
+        [0.4, 0.4], [0.03, 1.2], depth=0.4, friction=[[0.542, 1.44]],
+        offset=[[0.0, -0.005]], offset_across=[[0.0, 0.016]],
+    )  # fmt: skip
+    motions = along(
+        sines(Control.VELOCITY, -0.284, 1.718, 1.0, Waveform.COSINE),
+        sines(Control.VELOCITY, -0.671, 1.718, 1.0, Waveform.COSINE),
+        sines(Control.ACCELERATION, 0.257 * GRAVITY, 1.718, 1.0),
+    )
+    found = respond(plate, motions, SampleTimes(0.25), 6.25e-4)
+    assert found["status"][0] == Status.OK
+    assert found["energy_lost"][0] > 0.0
 
 
 def test_a_block_that_slides_over_the_edge_below_it_and_tips_takes_no_more_steps_than_it_has() -> (
