@@ -110,15 +110,19 @@ def held_rows(hold: int, slip: int) -> Three:
 
 
 @wp.func
-def over_mass(m: Matrix, blocks: wp.ref[Blocks], k: int) -> Matrix:
-    """Rows of an interface times the inverse masses of block k."""
-    w = blocks.inverse_mass[k]
-    j = blocks.inverse_inertia[k]
-    return Matrix(
-        m[0, 0] * w, m[0, 1] * w, m[0, 2] * j,
-        m[1, 0] * w, m[1, 1] * w, m[1, 2] * j,
-        m[2, 0] * w, m[2, 1] * w, m[2, 2] * j,
+def invert(m: Matrix):
+    """The inverse of a matrix, zero if there is none, and its determinant."""
+    i = wedge(m[1, 1], m[1, 2], m[2, 1], m[2, 2])
+    j = wedge(m[1, 2], m[1, 0], m[2, 2], m[2, 0])
+    k = wedge(m[1, 0], m[1, 1], m[2, 0], m[2, 1])
+    size = fused(m[0, 2], k, fused(m[0, 1], j, m[0, 0] * i))
+    over = wp.where(size != real(0.0), real(1.0) / size, real(0.0))
+    inverse = Matrix(
+        i, wedge(m[0, 2], m[0, 1], m[2, 2], m[2, 1]), wedge(m[0, 1], m[0, 2], m[1, 1], m[1, 2]),
+        j, wedge(m[0, 0], m[0, 2], m[2, 0], m[2, 2]), wedge(m[0, 2], m[0, 0], m[1, 2], m[1, 0]),
+        k, wedge(m[0, 1], m[0, 0], m[2, 1], m[2, 0]), wedge(m[0, 0], m[0, 1], m[1, 0], m[1, 1]),
     )  # fmt: skip
+    return over * inverse, size
 
 
 @wp.func
@@ -151,21 +155,37 @@ def relative_velocities(g: wp.ref[Jacobian], velocity: wp.ref[Triples], q: wp.re
 
 @wp.func(inline=False)
 def couple(blocks: wp.ref[Blocks], g: wp.ref[Jacobian], c: wp.ref[Couplings]):
-    """Sets what impulses at the interfaces do to their relative velocities."""
+    """Sets what impulses at the interfaces do to their relative velocities.
+
+    An impulse of 1 along a row is one along (x, z), a unit vector, and one that turns the block.
+    The lower block takes the opposite one, which turns it otherwise.
+    """
     c.friction = blocks.friction
+    mass = real(0.0)
+    turn = real(0.0)
     for k in range(BLOCKS):
         up = matrix_of(g.upper, wp.static(k))
-        d = over_mass(up, blocks, k) * wp.transpose(up)
-        beside = Matrix()
+        down = Matrix()
+        before = Matrix()
         if k > 0:
             down = matrix_of(g.lower, k)
-            heavy = over_mass(down, blocks, k - 1)
-            d = d + heavy * wp.transpose(down)
-            beside = heavy * wp.transpose(matrix_of(g.upper, k - 1))
+            before = matrix_of(g.upper, k - 1)
+        both = blocks.inverse_mass[k] + mass
         for i in range(3):
+            for j in range(wp.static(i + 1)):
+                along = both
+                if j < i:
+                    along = both * dot(up[i, 0], up[i, 1], up[j, 0], up[j, 1])
+                turned = turn * down[i, 2]
+                own = fused(turned, down[j, 2], along)
+                own = fused(blocks.inverse_inertia[k] * up[i, 2], up[j, 2], own)
+                c.own[3 * k + i, j] = own
+                c.own[3 * k + j, i] = own
             for j in range(3):
-                c.own[3 * k + i, j] = d[i, j]
-                c.below[3 * k + i, j] = beside[i, j]
+                along = mass * dot(up[i, 0], up[i, 1], before[j, 0], before[j, 1])
+                c.below[3 * k + i, j] = fused(turn * down[i, 2], before[j, 2], -along)
+        mass = blocks.inverse_mass[k]
+        turn = blocks.inverse_inertia[k]
 
 
 @wp.func
@@ -214,9 +234,8 @@ def eliminate(
             if k > 0:
                 system = system - keep_rows(keep, matrix_of(c.below, k)) * matrix_of(f.reach, k - 1)
                 positive = f.positive[k - 1]
-            turned = not wp.determinant(system) > real(0.0)
-            f.positive[k] = wp.where(turned, 1 - positive, positive)
-            inverse = wp.inverse(system)
+            inverse, determinant = invert(system)
+            f.positive[k] = wp.where(determinant > real(0.0), positive, 1 - positive)
             reach = Matrix()
             if k < BLOCKS - 1:
                 reach = inverse * keep_rows(keep, wp.transpose(matrix_of(c.below, k + 1)))

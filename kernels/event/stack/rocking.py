@@ -120,7 +120,7 @@ def lead(chain: wp.ref[Chain], s2: Values, c2: Values, ax: real, az: real):
 @wp.func(inline=False)
 def predict_rocking(
     blocks: wp.ref[Blocks], limits: wp.ref[Limits], pose: wp.ref[Pose], chain: wp.ref[Chain],
-    velocity: Triples, ax: Terms, az: Terms, r: wp.ref[Rocking],
+    velocity: wp.ref[Triples], ax: wp.ref[Terms], az: wp.ref[Terms], r: wp.ref[Rocking],
 ):  # fmt: skip
     """Finds the Taylor polynomials of a stack that sticks where its ends touch.
 
@@ -161,9 +161,9 @@ def predict_rocking(
             for i in range(wp.static(n + 1)):
                 ck = fused_less(rate[k, i], s[k, n + 1 - i], ck)
             for j in range(2, wp.static(n + 1)):
-                lk = fused(c[k, j], us[k, n - j], lk)
+                lk = fused_less(c[k, j], us[k, n - j], lk)
             for j in range(1, wp.static(n + 1)):
-                lk = fused_less(s[k, j], ws[k, n - j], lk)
+                lk = fused(s[k, j], ws[k, n - j], lk)
             s2[k] = real(n + 1) * sk
             c2[k] = real(n + 1) * ck
             load[wp.static(k)] = lk
@@ -172,7 +172,7 @@ def predict_rocking(
         sz = real(0.0)
         for step in range(BLOCKS):
             k = wp.static(BLOCKS - 1 - step)
-            own = fused(chain.px[k], lz[k], fused_less(chain.pz[k], lx[k], -load[k]))
+            own = fused(chain.px[k], lz[k], fused_less(chain.pz[k], lx[k], load[k]))
             missing[k] = fused(chain.cx[k], sz, fused_less(chain.cz[k], sx, own))
             sx, sz = add_turned(chain.px[k], chain.pz[k], s2[k], c2[k], sx, sz)
         bend = accelerate(chain, missing)
@@ -200,7 +200,7 @@ def predict_rocking(
             u = fused(chain.cz[k], sx, fused_less(chain.cx[k], sz, u))
             w = dot(lx[k], lz[k], chain.px[k], chain.pz[k])
             w = fused(chain.cx[k], sx, fused(chain.cz[k], sz, w))
-            above = above + fused(bend[k], chain.turns[k], load[k] + u)
+            above = above + fused(bend[k], chain.turns[k], u - load[k])
             sx, sz = add_turned(chain.px[k], chain.pz[k], s2[k], c2[k], sx, sz)
             r.moment[k, n] = above
             r.fx[k, n] = fused(carried[k], lx[k], sx)
