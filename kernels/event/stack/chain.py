@@ -61,7 +61,8 @@ class Factors:
     """Factors of the system of all interfaces, eliminated from below; see `eliminate`.
 
     Attributes:
-        inverse: Inverse of the diagonal block that is left at an interface.
+        inverse: Minus the inverse of the diagonal block that is left at an interface; zero in the
+            columns of rows that hold no velocity.
         reach: What the impulses of the next higher interface do to those of this one.
         positive: 1 if the determinant of the system up to each interface is positive, as without
             contact.
@@ -126,21 +127,41 @@ def invert(m: Matrix):
 
 
 @wp.func
-def keep_rows(keep: Three, m: Matrix) -> Matrix:
-    """The rows of a matrix, each times a number; a product with a diagonal matrix costs thrice."""
+def keep_columns(keep: Three, m: Matrix) -> Matrix:
+    """The columns of a matrix, each times a number; a product with a diagonal one costs thrice."""
     return Matrix(
-        keep[0] * m[0, 0], keep[0] * m[0, 1], keep[0] * m[0, 2],
-        keep[1] * m[1, 0], keep[1] * m[1, 1], keep[1] * m[1, 2],
-        keep[2] * m[2, 0], keep[2] * m[2, 1], keep[2] * m[2, 2],
+        keep[0] * m[0, 0], keep[1] * m[0, 1], keep[2] * m[0, 2],
+        keep[0] * m[1, 0], keep[1] * m[1, 1], keep[2] * m[1, 2],
+        keep[0] * m[2, 0], keep[1] * m[2, 1], keep[2] * m[2, 2],
     )  # fmt: skip
+
+
+@wp.func
+def add_product(a: Matrix, b: Matrix, m: Matrix) -> Matrix:
+    """The matrix m + a b."""
+    found = Matrix()
+    for i in range(3):
+        for j in range(3):
+            first = fused(a[i, 1], b[1, j], fused(a[i, 0], b[0, j], m[i, j]))
+            found[i, j] = fused(a[i, 2], b[2, j], first)
+    return found
+
+
+@wp.func
+def add_times(m: Matrix, x: Three, v: Three) -> Three:
+    """The vector v + m x."""
+    found = Three()
+    for i in range(3):
+        found[i] = fused(m[i, 2], x[2], fused(m[i, 1], x[1], fused(m[i, 0], x[0], v[i])))
+    return found
 
 
 @wp.func
 def relative_velocity(g: wp.ref[Jacobian], velocity: wp.ref[Triples], k: int) -> Three:
     """Relative velocities at interface k [m/s]."""
-    u = matrix_of(g.upper, k) * three_of(velocity, k)
+    u = add_times(matrix_of(g.upper, k), three_of(velocity, k), Three())
     if k > 0:
-        u = u + matrix_of(g.lower, k) * three_of(velocity, k - 1)
+        u = add_times(matrix_of(g.lower, k), three_of(velocity, k - 1), u)
     return u
 
 
@@ -193,12 +214,12 @@ def velocity_after(
     c: wp.ref[Couplings], q: wp.ref[Triples], p: wp.ref[Triples], k: int
 ) -> Three:  # fmt: skip
     """Relative velocity at interface k [m/s]: that of q + D p."""
-    own = matrix_of(c.own, k) * three_of(p, k)
+    u = add_times(matrix_of(c.own, k), three_of(p, k), three_of(q, k))
     if k > 0:
-        own = own + matrix_of(c.below, k) * three_of(p, k - 1)
+        u = add_times(matrix_of(c.below, k), three_of(p, k - 1), u)
     if k < BLOCKS - 1:
-        own = own + wp.transpose(matrix_of(c.below, k + 1)) * three_of(p, k + 1)
-    return three_of(q, k) + own
+        u = add_times(wp.transpose(matrix_of(c.below, k + 1)), three_of(p, k + 1), u)
+    return u
 
 
 @wp.func(inline=False)
@@ -216,7 +237,7 @@ def respond(
 def eliminate(
     c: wp.ref[Couplings], contacts: wp.ref[Contacts], first: int, f: wp.ref[Factors]
 ):  # fmt: skip
-    """Factors of the system of an assumed state, from below: p_k = inverse_k ... - reach_k p_(k+1).
+    """Factors of the system of an assumed state, from below: p_k = inverse_k ... + reach_k p_(k+1).
 
     Args:
         c: The couplings.
@@ -228,17 +249,18 @@ def eliminate(
         if k >= first:
             hold = contacts.hold[wp.static(k)]
             slip = contacts.slip[k]
-            keep = held_rows(hold, slip)
-            system = state_rows(matrix_of(c.own, k), hold, slip, c.friction[k])
+            own = matrix_of(c.own, k)
             positive = int(1)
             if k > 0:
-                system = system - keep_rows(keep, matrix_of(c.below, k)) * matrix_of(f.reach, k - 1)
+                own = add_product(matrix_of(c.below, k), matrix_of(f.reach, k - 1), own)
                 positive = f.positive[k - 1]
-            inverse, determinant = invert(system)
+            inverse, determinant = invert(state_rows(own, hold, slip, c.friction[k]))
             f.positive[k] = wp.where(determinant > real(0.0), positive, 1 - positive)
+            inverse = keep_columns(-held_rows(hold, slip), inverse)
             reach = Matrix()
             if k < BLOCKS - 1:
-                reach = inverse * keep_rows(keep, wp.transpose(matrix_of(c.below, k + 1)))
+                above = wp.transpose(matrix_of(c.below, k + 1))
+                reach = add_product(inverse, above, Matrix())
             for i in range(3):
                 for j in range(3):
                     f.inverse[3 * k + i, j] = inverse[i, j]
@@ -253,14 +275,13 @@ def is_positive(f: wp.ref[Factors]) -> bool:
 
 @wp.func
 def impulses_below(
-    c: wp.ref[Couplings], f: wp.ref[Factors], contacts: wp.ref[Contacts], q: wp.ref[Triples],
-    p: wp.ref[Triples], k: int,
+    c: wp.ref[Couplings], f: wp.ref[Factors], q: wp.ref[Triples], p: wp.ref[Triples], k: int
 ):  # fmt: skip
     """Sets the impulses of interface k as if those of the next higher one were zero."""
-    right = -three_of(q, k)
+    u = three_of(q, k)
     if k > 0:
-        right = right - matrix_of(c.below, k) * three_of(p, k - 1)
-    own = matrix_of(f.inverse, k) * wp.cw_mul(held_rows(contacts.hold[k], contacts.slip[k]), right)
+        u = add_times(matrix_of(c.below, k), three_of(p, k - 1), u)
+    own = add_times(matrix_of(f.inverse, k), u, Three())
     for i in range(3):
         p[3 * k + i] = own[i]
 
@@ -268,19 +289,18 @@ def impulses_below(
 @wp.func
 def impulses_above(f: wp.ref[Factors], p: wp.ref[Triples], k: int):
     """Adds to the impulses of interface k what those of the next higher one do to them."""
-    own = three_of(p, k) - matrix_of(f.reach, k) * three_of(p, k + 1)
+    own = add_times(matrix_of(f.reach, k), three_of(p, k + 1), three_of(p, k))
     for i in range(3):
         p[3 * k + i] = own[i]
 
 
 @wp.func(inline=False)
 def find_impulses(
-    c: wp.ref[Couplings], f: wp.ref[Factors], contacts: wp.ref[Contacts], q: wp.ref[Triples],
-    p: wp.ref[Triples],
+    c: wp.ref[Couplings], f: wp.ref[Factors], q: wp.ref[Triples], p: wp.ref[Triples]
 ):  # fmt: skip
     """Sets the impulses p of an assumed state [N s] from relative velocities without contact."""
     for k in range(BLOCKS):
-        impulses_below(c, f, contacts, q, p, wp.static(k))
+        impulses_below(c, f, q, p, wp.static(k))
     for step in range(1, BLOCKS):
         impulses_above(f, p, wp.static(BLOCKS - 1 - step))
 
@@ -291,9 +311,11 @@ def apply_impulses(
 ):  # fmt: skip
     """Changes the velocities v of all blocks by impulses."""
     for k in range(BLOCKS):
-        kick = wp.transpose(matrix_of(g.upper, wp.static(k))) * three_of(p, k)
+        up = wp.transpose(matrix_of(g.upper, wp.static(k)))
+        kick = add_times(up, three_of(p, k), Three())
         if k < BLOCKS - 1:
-            kick = kick + wp.transpose(matrix_of(g.lower, k + 1)) * three_of(p, k + 1)
+            down = wp.transpose(matrix_of(g.lower, k + 1))
+            kick = add_times(down, three_of(p, k + 1), kick)
         w = blocks.inverse_mass[k]
         v[3 * k] = v[3 * k] + w * kick[0]
         v[3 * k + 1] = v[3 * k + 1] + w * kick[1]
@@ -309,5 +331,5 @@ def constrain(
     couple(blocks, g, c)
     relative_velocities(g, v, q)
     eliminate(c, contacts, 0, f)
-    find_impulses(c, f, contacts, q, p)
+    find_impulses(c, f, q, p)
     apply_impulses(blocks, g, v, p)

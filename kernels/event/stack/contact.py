@@ -158,7 +158,7 @@ def try_state(
         By how much it breaks the law, see `violation`; IMPOSSIBLE if friction jams a contact.
     """
     eliminate(problem.couplings, contacts, first, f)
-    find_impulses(problem.couplings, f, contacts, problem.free, line.impulse)
+    find_impulses(problem.couplings, f, problem.free, line.impulse)
     for k in range(BLOCKS):
         u = Three()
         # Where all ends that touch are held and stick, nothing moves.
