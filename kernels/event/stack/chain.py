@@ -116,14 +116,14 @@ def invert(m: Matrix):
     i = wedge(m[1, 1], m[1, 2], m[2, 1], m[2, 2])
     j = wedge(m[1, 2], m[1, 0], m[2, 2], m[2, 0])
     k = wedge(m[1, 0], m[1, 1], m[2, 0], m[2, 1])
-    size = fused(m[0, 2], k, fused(m[0, 1], j, m[0, 0] * i))
-    over = wp.where(size != real(0.0), real(1.0) / size, real(0.0))
+    determinant = fused(m[0, 2], k, fused(m[0, 1], j, m[0, 0] * i))
+    over = wp.where(determinant != real(0.0), real(1.0) / determinant, real(0.0))
     inverse = Matrix(
         i, wedge(m[0, 2], m[0, 1], m[2, 2], m[2, 1]), wedge(m[0, 1], m[0, 2], m[1, 1], m[1, 2]),
         j, wedge(m[0, 0], m[0, 2], m[2, 0], m[2, 2]), wedge(m[0, 2], m[0, 0], m[1, 2], m[1, 0]),
         k, wedge(m[0, 1], m[0, 0], m[2, 1], m[2, 0]), wedge(m[0, 0], m[0, 1], m[1, 0], m[1, 1]),
     )  # fmt: skip
-    return over * inverse, size
+    return over * inverse, determinant
 
 
 @wp.func

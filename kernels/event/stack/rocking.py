@@ -98,7 +98,7 @@ def add_turned(vx: real, vz: real, s: real, c: real, x: real, z: real):
 
 
 @wp.func
-def lead(chain: wp.ref[Chain], s2: Values, c2: Values, ax: real, az: real):
+def accelerate_pivots(chain: wp.ref[Chain], s2: Values, c2: Values, ax: real, az: real):
     """A'' + G of all blocks (x, z), see event/stack/links.py [m/s^2].
 
     Args:
@@ -150,7 +150,8 @@ def predict_rocking(
     for n in range(ORDERS):
         if n == BRIEF_ORDERS and soon:
             return
-        # Second derivatives without the new coefficients of the rotations; moments of lower orders.
+        # Second derivatives without the new coefficients of the rotations, and what moments of lower
+        # orders leave. The sums have no terms of s = 0 and c = 1 at the start.
         s2, c2, load, missing = Values(), Values(), Values(), Values()
         for k in range(BLOCKS):
             sk = real(0.0)
@@ -167,7 +168,7 @@ def predict_rocking(
             s2[k] = real(n + 1) * sk
             c2[k] = real(n + 1) * ck
             load[wp.static(k)] = lk
-        lx, lz = lead(chain, s2, c2, ax[n], az[n])
+        lx, lz = accelerate_pivots(chain, s2, c2, ax[n], az[n])
         sx = real(0.0)
         sz = real(0.0)
         for step in range(BLOCKS):
@@ -188,7 +189,7 @@ def predict_rocking(
                 return
         for k in range(BLOCKS):
             s2[k] = s2[k] + bend[k]
-        lx, lz = lead(chain, s2, c2, ax[n], az[n])
+        lx, lz = accelerate_pivots(chain, s2, c2, ax[n], az[n])
         sx = real(0.0)
         sz = real(0.0)
         over = real(1.0) / real((n + 1) * (n + 2))
