@@ -150,8 +150,8 @@ def predict_rocking(
     for n in range(ORDERS):
         if n == BRIEF_ORDERS and soon:
             return
-        # Second derivatives without the new coefficients of the rotations, and what moments of lower
-        # orders leave. The sums have no terms of s = 0 and c = 1 at the start.
+        # Second derivatives without the new coefficients of the rotations, and what moments of
+        # lower orders leave. The sums have no terms of s = 0 and c = 1 at the start.
         s2, c2, load, missing = Values(), Values(), Values(), Values()
         for k in range(BLOCKS):
             sk = real(0.0)
