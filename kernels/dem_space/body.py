@@ -50,13 +50,14 @@ class Lane:
     """One lane, and its body, see `Frame`.
 
     Time step [s]; speed up to which points may slip back and forth on their springs and not slide
-    [m/s]; when it is first uplifted [s], 0 or NEVER; height of its centre of mass at rest [m]; area
-    that a point stands for [m^2].
+    [m/s]; when it is first uplifted [s], 0 or NEVER; where its base moves, see dem_space/
+    stack_lanes.py; height of its centre of mass at rest [m]; area that a point stands for [m^2].
     """
 
     time_step: real
     creep: real
     uplift_time: real
+    moves: int
     height: real
     area: real
     frame: Frame

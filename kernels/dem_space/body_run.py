@@ -41,7 +41,7 @@ from warprock.kernels.motion.kinds import Motion, base_velocity
 from warprock.kernels.shape.stack_found import Seen, start_seen
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import Found, Peaks, block_result
-from warprock.kernels.shape_space.body import MOST_POINTS, Point, block_attitude, throw_of
+from warprock.kernels.shape_space.body import MOST_POINTS, Frame, Point, block_attitude, throw_of
 from warprock.kernels.shape_space.lanes import State, Turn
 from warprock.kernels.shape_space.thrown import tumble_on
 
@@ -70,6 +70,8 @@ def run_lanes(
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time."""
+    block = rows(Block)
+    frame = rows(Frame)
     state = rows(State)
     axes = rows(Turn)
     spin = rows(Spin)
@@ -87,18 +89,19 @@ def run_lanes(
     spring = rows(Spring, MOST_POINTS + 1)
     lever = rows(Lever, MOST_POINTS + 1)
     pack, _one = wp.tid()
-    count, first = points.shape[0], pack * LANES
+    count, first, moves = points.shape[0], pack * LANES, int(0)
     for i in range(LANES):
-        block = blocks[0, first + i]
-        frame = lanes[first + i].frame
-        s0, p0 = start_body(block, frame)
+        block[i] = blocks[0, first + i]
+        frame[i] = lanes[first + i].frame
+        moves = moves | lanes[first + i].moves
+        s0, p0 = start_body(block[i], frame[i])
         state[i] = s0
         peaks[i] = p0
         low[i].since = NEVER
         pace[i].dt = lanes[first + i].time_step
         pace[i].creep = lanes[first + i].creep
         footing[i] = Footing(
-            lanes[first + i].height, lanes[first + i].area, block.friction, block.half_width
+            lanes[first + i].height, lanes[first + i].area, block[i].friction, block[i].half_width
         )
         seen[i] = start_seen(lanes[first + i].uplift_time)
     for c in range(count):
@@ -115,12 +118,15 @@ def run_lanes(
                 begin_step(until, seen[i].mode, way, spent)
                 pace[i] = way
                 energy[i] = spent
-                for d in range(3):
-                    mid = (real(pace[i].steps) - HALF) * pace[i].dt
-                    m = motions[d, first + i]
-                    v = base_velocity(m, mid, pool)
-                    base[d, i] = move_base(v, pace[i].live, base[d, i])
-                turned, turns = turn_body(blocks[0, first + i], state[i])
+            for d in range(3):
+                if (moves >> d) % 2 == 1:
+                    for i in range(LANES):
+                        mid = (real(pace[i].steps) - HALF) * pace[i].dt
+                        m = motions[d, first + i]
+                        v = base_velocity(m, mid, pool)
+                        base[d, i] = move_base(v, pace[i].live, base[d, i])
+            for i in range(LANES):
+                turned, turns = turn_body(block[i], state[i])
                 axes[i] = turned
                 spin[i] = turns
                 low[i].lowest = NEVER
@@ -150,23 +156,22 @@ def run_lanes(
                     add_point(point[c, i], near, touch, force.n, state[i], lever[c, i], total)
                     sums[i] = total
             for i in range(LANES):
-                frame = lanes[first + i].frame
                 tops, sees = peaks[i], seen[i]
-                observe_points(pace[i], frame, sums[i], low[i].since, tops, sees)
+                observe_points(pace[i], frame[i], sums[i], low[i].since, tops, sees)
                 jolt = Jolt(base[X, i].dv, base[Y, i].dv, base[Z, i].dv)
                 s = state[i]
-                integrate(pace[i], blocks[0, first + i], knobs, jolt, load[i], s, energy[i].loss)
+                integrate(pace[i], block[i], knobs, jolt, load[i], s, energy[i].loss)
                 state[i] = s
                 load[i] = Load()
-                sees.mode = observe_body(pace[i], blocks[0, first + i], frame, s, tops, sees.mode)
+                sees.mode = observe_body(pace[i], block[i], frame[i], s, tops, sees.mode)
                 seen[i] = sees
                 peaks[i] = tumble_on(
-                    throw_of(frame), blocks[0, first + i], s, seen[i].mode, low[i].way, tops
+                    throw_of(frame[i]), block[i], s, seen[i].mode, low[i].way, tops
                 )
         if found.attitudes.shape[0] > 0:
             for i in range(LANES):
                 past = time_past(until, pace[i].steps, pace[i].dt, seen[i].mode)
-                was = pose_before(blocks[0, first + i], lanes[first + i].frame, past, state[i])
+                was = pose_before(block[i], frame[i], past, state[i])
                 for c in range(4):
                     found.attitudes[sample, ONLY, c, first + i] = was[c]
                 for c in range(4, wp.where(found.places.shape[0] > 0, 7, 4)):
@@ -174,5 +179,5 @@ def run_lanes(
     for i in range(LANES):
         found.results[first + i] = result_of(seen[i], energy[i], pace[i].steps)
         s = state[i]
-        _a, _b, tz, tw = block_attitude(lanes[first + i].frame, s.qx, s.qy, s.qz, s.qw)
+        _a, _b, tz, tw = block_attitude(frame[i], s.qx, s.qy, s.qz, s.qw)
         found.blocks[0, first + i] = block_result(tz, tw, peaks[i])

@@ -14,8 +14,9 @@ moments g_x and g_y. The friction of a point is n times a field of two terms: (e
 a turn about the centre of pressure that gives g_z.
 
 Rounds find the held points, starting with all contacts: a point that would pull is released, one
-that would sink is held. If the rounds do not end, or friction is not enough, the sweeps of
-impulse_space/block.py follow.
+that would sink is held. Where a body stands they start with those that touch: if it lies with a
+tilt of round-off, others are open, and no motion meets the aims of all. If the rounds do not end,
+or friction is not enough, the sweeps of impulse_space/block.py follow.
 """
 
 import warp as wp
@@ -28,9 +29,7 @@ from warprock.kernels.shape_space.lanes import (
     State,
     Symmetric,
     Triple,
-    Turn,
     cross_product,
-    inertia_of,
     minus,
     plus,
     scalar_product,
@@ -109,6 +108,17 @@ class Turning:
 
 
 @wp.func
+def first_held(knobs: Knobs, stands: bool, at: Contact, lowest: real) -> real:
+    """1 for a contact to begin with, else 0: if the body stands one that touches, if any does.
+
+    `lowest` is the lowest gap of all points [m].
+    """
+    dust = LEFT * knobs.gravity * knobs.time_step
+    begins = at.aim >= -dust or not stands or lowest * knobs.rate > dust
+    return wp.where(begins, at.on, real(0.0))
+
+
+@wp.func
 def add_held(held: real, at: Contact, sums: wp.ref[Sums]):
     """Adds a point to the sums over the held ones."""
     on, zero = held > real(0.0), real(0.0)
@@ -147,8 +157,10 @@ def turn_about(point: bool, m: Triple, w: Triple, s: Triple, j: Symmetric) -> Tr
 
 
 @wp.func
-def find_motion(reach: real, u: Velocity, s: State, r: Turn, inverse: Triple, sums: Sums):
+def find_motion(reach: real, u: Velocity, s: State, j: Symmetric, sums: Sums):
     """Motion of a body whose held points are stopped, from u and s without contact.
+
+    j are its moments of inertia in the axes of the base.
 
     Returns:
         The motion, and the impulse of the points.
@@ -173,7 +185,6 @@ def find_motion(reach: real, u: Velocity, s: State, r: Turn, inverse: Triple, su
     wide = axx >= ayy
     wx, wy = wp.where(wide, axx, axy), wp.where(wide, axy, ayy)
     w = Triple(wx, wy, slope_x * wx + slope_y * wy)
-    j = inertia_of(r, Triple(one / inverse.x, one / inverse.y, one / inverse.z))
     closing = cross_product(m, closes)
     left = Triple(u.x - closing.x, u.y - closing.y, u.z - closing.z - rise)
     spin = minus(Triple(s.lx, s.ly, s.lz), times(j, closes))

@@ -45,6 +45,7 @@ from warprock.kernels.impulse_space.body_hold import (
     add_pressure,
     find_motion,
     find_turn,
+    first_held,
     share_impulse,
     update_held,
 )
@@ -86,10 +87,14 @@ def run_lanes(
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
     pack, _one = wp.tid()
-    first, dt, zero, time = pack * LANES, knobs.time_step, real(0.0), real(0.0)
+    first, dt, zero, one = pack * LANES, knobs.time_step, real(0.0), real(1.0)
     state = rows(State)
+    block = rows(Block)
+    frame = rows(Frame)
     inverse = rows(Triple)
+    moments = rows(Triple)
     turn = rows(Turn)
+    inertia = rows(Symmetric)
     ease = rows(Symmetric)
     free = rows(Velocity)
     gaps = rows(Gaps)
@@ -107,25 +112,23 @@ def run_lanes(
     part = rows(Impulse, ROWS)
     gains = rows(Gains, ROWS)
     held, apart, busy, base, dv = Marks(), Marks(), Counts(), Three(), Three()
-    mu, since, way, good, reach, half_width = R(), R(), R(), R(), R(), R()
-    count, corners = int(0), points.shape[0]
+    since, way, good = R(), R(), R()
+    count, corners, time = int(0), points.shape[0], real(0.0)
     for i in range(LANES):
-        block = blocks[0, first + i]
-        frame = frames[first + i]
-        s = start_body(block, frame, knobs)
-        now = turns_of_body(block, frame, s.qx, s.qy, s.qz, s.qw)
+        block[i] = blocks[0, first + i]
+        frame[i] = frames[first + i]
+        s = start_body(block[i], frame[i], knobs)
+        now = turns_of_body(block[i], frame[i], s.qx, s.qy, s.qz, s.qw)
         state[i] = s
-        mu[i] = block.friction
-        reach[i] = frame.reach
-        half_width[i] = block.half_width
-        inverse[i] = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
-        seen[i] = start_lane(block, frame)
+        inverse[i] = Triple(block[i].inverse_x, block[i].inverse_y, block[i].inverse_z)
+        moments[i] = Triple(one / inverse[i].x, one / inverse[i].y, one / inverse[i].z)
+        seen[i] = start_lane(block[i], frame[i])
         peaks[i] = start_peaks(now.along, now.across, now.tilt)
     for c in range(corners):
         for i in range(LANES):
             own = points[c, first + i]
             point[c, i] = own
-            impulse[c, i].n = weight_on(own.foot, knobs, frames[first + i])
+            impulse[c, i].n = weight_on(own.foot, knobs, frame[i])
             apart[c, i] = wp.where(own.foot > zero, zero, real(1.0))
     for sample in range(sample_times.shape[0]):
         while time < sample_times[sample]:
@@ -143,6 +146,7 @@ def run_lanes(
                 j = inertia_of(r, inverse[i])
                 turn[i] = r
                 ease[i] = j
+                inertia[i] = inertia_of(r, moments[i])
                 free[i] = free_velocity(change, knobs, j, state[i])
                 gaps[i] = Gaps(FAR, zero, zero)
                 stance[i] = Stance(zero, zero, zero, zero, zero, zero, zero, zero, zero)
@@ -159,16 +163,15 @@ def run_lanes(
                     n = impulse[c, i].n
                     lever = Triple(contact[c, i].x, contact[c, i].y, contact[c, i].h)
                     at_point = find_contact(knobs, gap, lever, free[i])
-                    low = touches_as_lowest(gap, gaps[i].lowest, half_width[i])
+                    low = touches_as_lowest(gap, gaps[i].lowest, block[i].half_width)
                     stood, shows = stance[i], gaps[i]
                     add_to_stance(n > zero, low, at_point, point[c, i], state[i], stood)
                     observe_point(
-                        knobs, gap, reach[i], point[c, i].foot, free[i], n, apart[c, i], shows
+                        knobs, gap, frame[i].reach, point[c, i].foot, free[i], n, apart[c, i], shows
                     )
                     stance[i] = stood
                     gaps[i] = shows
                     contact[c, i] = at_point
-                    held[c, i] = at_point.on
                     impulse[c, i] = impulse_where(at_point.on > zero, impulse[c, i])
             for i in range(LANES):
                 shows = gaps[i]
@@ -178,6 +181,9 @@ def run_lanes(
                 gaps[i] = shows
                 since[i] = stays
                 peaks[i] = slid
+            for c in range(corners):
+                for i in range(LANES):
+                    held[c, i] = first_held(knobs, since[i] == NEVER, contact[c, i], gaps[i].lowest)
             changes, turns = int(1), int(0)
             while changes > 0 and turns < ROUNDS:
                 for i in range(LANES):
@@ -192,7 +198,7 @@ def run_lanes(
                         sums[i] = held_sums
                 for i in range(LANES):
                     stops, carries = find_motion(
-                        reach[i], free[i], state[i], turn[i], inverse[i], sums[i]
+                        frame[i].reach, free[i], state[i], inertia[i], sums[i]
                     )
                     trial[i] = stops
                     bed[i] = carries
@@ -214,11 +220,12 @@ def run_lanes(
             for c in range(corners):
                 for i in range(LANES):
                     part[c, i] = share_impulse(
-                        knobs, mu[i], held[c, i], contact[c, i], trial[i], bed[i], turning[i],
-                        good[i],
+                        knobs, block[i].friction, held[c, i], contact[c, i], trial[i], bed[i],
+                        turning[i], good[i],
                     )  # fmt: skip
             for i in range(LANES):
                 free[i] = wp.where(good[i] > zero, trial[i], free[i])
+            swept = int(0)
             for c in range(corners):
                 busy[c] = 0
                 for i in range(LANES):
@@ -226,38 +233,40 @@ def run_lanes(
                     impulse[c, i] = wp.where(stuck, part[c, i], impulse[c, i])
                     contact[c, i].on = wp.where(stuck, zero, contact[c, i].on)
                     busy[c] += wp.where(contact[c, i].on > zero, 1, 0)
+                swept += busy[c]
                 if busy[c] > 0:
                     for i in range(LANES):
                         u = free[i]
                         gains[c, i] = warm_start(contact[c, i], impulse[c, i], ease[i], u)
                         free[i] = u
-            for step in range(knobs.sweeps * corners):
+            for step in range(wp.where(swept > 0, knobs.sweeps * corners, 0)):
                 c = step % corners
                 if (step // corners) % 2 == 1:
                     c = corners - 1 - c
                 if busy[c] > 0:
                     for i in range(LANES):
                         p, u = impulse[c, i], free[i]
-                        solve_contact(mu[i], contact[c, i], gains[c, i], ease[i], p, u)
+                        solve_contact(block[i].friction, contact[c, i], gains[c, i], ease[i], p, u)
                         impulse[c, i] = p
                         free[i] = u
+            for i in range(wp.where(knobs.restitution > zero, LANES, 0)):
+                change, u = Triple(dv[X, i], dv[Y, i], dv[Z, i]), free[i]
+                remove_gained_energy(knobs, change, inverse[i], state[i], u)
+                free[i] = u
             for i in range(LANES):
                 live, sees, u = seen[i].mode == RUNNING, seen[i], free[i]
                 change = Triple(dv[X, i], dv[Y, i], dv[Z, i])
                 lowest = gaps[i].lowest
-                remove_gained_energy(knobs, change, inverse[i], state[i], u)
                 s = integrate(live, knobs, inverse[i], change, u, lowest, state[i], sees.loss)
-                slides = glides(frames[first + i], knobs, s.z, u)
+                slides = glides(frame[i], knobs, s.z, u)
                 observe_contacts(live, time, gaps[i], slides, since[i], sees)
-                peaks[i] = observe_body(
-                    time, blocks[0, first + i], frames[first + i], s, sees.mode, way[i], peaks[i]
-                )
+                peaks[i] = observe_body(time, block[i], frame[i], s, sees.mode, way[i], peaks[i])
                 seen[i] = sees
                 state[i] = s
         past = time - sample_times[sample]
         for i in range(wp.where(found.attitudes.shape[0] > 0, LANES, 0)):
             x, y, z, w = attitude_at(seen[i].mode == RUNNING, -past, inverse[i], state[i])
-            qx, qy, qz, qw = block_attitude(frames[first + i], x, y, z, w)
+            qx, qy, qz, qw = block_attitude(frame[i], x, y, z, w)
             found.attitudes[sample, ONLY, X, first + i] = qx
             found.attitudes[sample, ONLY, Y, first + i] = qy
             found.attitudes[sample, ONLY, Z, first + i] = qz
@@ -269,6 +278,6 @@ def run_lanes(
             found.places[sample, ONLY, Z, first + i] = spot.z
     for i in range(LANES):
         s = state[i]
-        _x, _y, tz, tw = block_attitude(frames[first + i], s.qx, s.qy, s.qz, s.qw)
+        _x, _y, tz, tw = block_attitude(frame[i], s.qx, s.qy, s.qz, s.qw)
         found.results[first + i] = seen[i]
         found.blocks[0, first + i] = block_result(tz, tw, peaks[i])

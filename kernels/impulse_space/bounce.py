@@ -1,7 +1,8 @@
 """Normal restitution of the impulse step in space, point by point.
 
 The least normal velocity of a touching point that comes down faster than `SLOW` g dt is e times
-that speed upwards (Newton's restitution), not zero.
+that speed upwards (Newton's restitution), not zero. The velocity of a step is that of its middle:
+at its start, where the point touches, it falls g dt / 2 more slowly and leaves g dt / 2 faster.
 """
 
 import warp as wp
@@ -31,8 +32,10 @@ down at 1 g dt, those of a block that has just landed at 2 g dt."""
 def bounce_velocity(knobs: Knobs, at: Contact, u: Velocity) -> real:
     """Least normal velocity of a corner after the step [m/s], by restitution."""
     speed = -(u.z + u.turn_x * at.y - u.turn_y * at.x)
-    falls = at.on > real(0.0) and speed > SLOW * knobs.gravity * knobs.time_step
-    return wp.where(falls, larger(knobs.restitution * speed, at.aim), at.aim)
+    fall = knobs.gravity * knobs.time_step
+    falls = at.on > real(0.0) and speed > SLOW * fall
+    leaves = knobs.restitution * (speed - HALF * fall) - HALF * fall
+    return wp.where(falls, larger(leaves, at.aim), at.aim)
 
 
 @wp.func

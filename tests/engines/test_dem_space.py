@@ -83,16 +83,69 @@ def test_planar_scenes_are_those_of_the_planar_engine() -> None:
 
 
 @pytest.mark.thorough
-def test_planar_stacks_are_near_those_of_the_planar_engine() -> None:
+def test_planar_stacks_are_those_of_the_planar_engine() -> None:
     lanes = make_stacks(np.array([[0.4, 0.3], [0.3, 0.4], [0.3, 0.3]]), 0.6)
     motions = sines(Control.ACCELERATION, np.full(3, 5.0), 2.0, cycles=1.0)
     times = SampleTimes(0.8, 0.01)
     there, here = run(lanes, motions, times), run(in_space(lanes), along(motions), times)
     gap = np.abs(here["rotation"] - there["rotation"]).max(axis=(1, 2))
-    # In space springs press along the normal of the lower face, in the plane along that of the
-    # face that bears the corner: they differ by the rotation between the blocks.
-    assert np.all(np.abs(there["rotation"]).max(axis=(1, 2)) > 0.02)
-    assert np.all(gap <= 2e-3 * np.abs(there["rotation"]).max(axis=(1, 2)))
+    assert np.all(np.abs(there["rotation"]).max(axis=(1, 2)) > 0.1)
+    # A corner of the upper block on the lower face: the same springs, to round-off.
+    assert gap[0] <= 1e-12
+    # A corner of the lower block: in space the points are spread along the upper face there, too,
+    # in the plane along the lower one, which is longer by one over the cosine of what parts them.
+    assert np.all(gap[1:] <= 2e-4 * np.abs(there["rotation"][1:]).max(axis=(1, 2)))
+
+
+@pytest.mark.thorough
+def test_a_tilted_block_slides_over_the_edge_below_it_as_in_the_plane() -> None:
+    """With springs that pressed along the lower normal these pairs were .007 to .15 rad off."""
+    tilts = np.array([0.05, 0.1, 0.3, -0.1, -0.2])
+    pair = make_stacks([0.3, 0.4], [0.5, 0.5], friction=0.3, offset=[0.0, 0.01])
+    flat = dataclasses.replace(
+        pair.take(np.zeros(5, np.intp)), rotation_start=tilts[:, None] * np.array([0.0, 1.0])
+    )
+    springs = dataclasses.replace(DAMPED, subcontacts=2, subcontacts_across=2)
+    times, motions, errors = SampleTimes(0.35, 0.01), unmoved(5), []
+    # The lower block as deep as the upper one, deeper and less deep: edges that cross, and corners.
+    for depth in ([1.0, 1.0], [1.0, 0.5], [0.5, 1.0]):
+        plane = dataclasses.replace(flat, depth=0.0 * flat.width + depth)
+        there = run(plane, motions.components[0], times, springs)
+        here = run(in_space(plane), motions, times, springs)
+        assert np.max(there["peak_slide"]) > 0.01
+        errors.append(np.abs(here["rotation"] - there["rotation"]).max())
+    # Springs differ by the area that points stand for, 4 % at .3 rad, and impacts magnify that.
+    assert np.all(np.array(errors) < 5e-4)
+
+
+@pytest.mark.thorough
+def test_springs_without_friction_and_damping_keep_the_energy_of_tilted_blocks() -> None:
+    """A pair that falls in its plane on its corners: each spring is a potential but for its area.
+
+    The area that a spring stands for changes as faces slide: less the stiffer they are.
+    """
+    rng = np.random.default_rng(7)
+    upper = np.array([0.0, 1.0])
+    lanes = in_space(
+        make_stacks(
+            rng.uniform(0.25, 0.6, (40, 2)), rng.uniform(0.2, 0.6, (40, 2)), friction=1e-12
+        ),
+        depth=rng.uniform(0.25, 0.6, (40, 2)),
+        rotation_start=upper * rng.uniform(-0.15, 0.15, (40, 1)),
+        gap_start=upper * rng.uniform(0.0, 0.02, (40, 1)),
+    )
+    held = lanes.mass.sum(axis=1) * GRAVITY * 0.1
+    lost = []
+    for stiffness in (1e9, 1e11):
+        springs = DemSettings(
+            normal_stiffness=stiffness, shear_stiffness=stiffness, stiffness_damping=0.0,
+            step_safety=0.05,
+        )  # fmt: skip
+        found = run(lanes, unmoved(40), SampleTimes(0.15), springs)
+        lost.append(np.max(np.abs(found["energy_lost"]) / held))
+    # Along the lower normal everywhere it was up to 3 %, whatever the stiffness.
+    assert lost[0] < 3e-3
+    assert lost[1] < 0.3 * lost[0]
 
 
 def test_lane_does_not_depend_on_batch_chunk_workers_or_place(unjudged: None) -> None:

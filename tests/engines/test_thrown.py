@@ -133,6 +133,19 @@ def test_a_block_bounces_with_its_restitution(restitution):
 
 
 @pytest.mark.thorough
+def test_bounces_neither_gain_height_nor_go_on_for_ever():
+    """An elastic block keeps its height but for what a step lifts; others rest in finite time."""
+    lanes, drop = thrown((0.0, 0.0, 0.0, 1.0), height=0.22), 0.1
+    elastic = fly("impulse", lanes, 15.0, ImpulseSettings(restitution=1.0))
+    assert elastic["impact_count"] > 50
+    held = lanes.mass * GRAVITY * drop
+    assert np.abs(elastic["energy_lost"]) < 2e-3 * held
+    bouncy = fly("impulse", lanes, 2.0, ImpulseSettings(restitution=0.8))
+    first = np.sqrt(2.0 * drop / GRAVITY)
+    assert bouncy["rest_time"] == pytest.approx(first * (1.0 + 2.0 * 0.8 / 0.2), abs=1e-2)
+
+
+@pytest.mark.thorough
 @pytest.mark.parametrize("restitution", [0.5, 1.0])
 def test_bounces_with_friction_make_no_energy(restitution):
     """Bricks that come down on corners, whatever the friction: where Newton's law would make some.

@@ -15,7 +15,13 @@ from warprock.case.load import load_case
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, HarmonicMotions
-from warprock.model.painleve import ambiguous, friction_limit, mark_ambiguous, spatial_limit
+from warprock.model.painleve import (
+    ambiguous,
+    friction_limit,
+    least_limit,
+    mark_ambiguous,
+    spatial_limit,
+)
 from warprock.model.response import SOUND, USABLE, SampleTimes, Status
 from warprock.running.batch import run_batch
 from warprock.running.tolerance import run_to_tolerance
@@ -225,3 +231,19 @@ def test_the_limit_of_a_body_in_space_is_that_of_the_point_that_touches():
     limit = ((0.02 + square * s * s) / (square * np.abs(s) * c)).min()
     # A tilt across the plane leaves the lean in it nearly what it is.
     np.testing.assert_allclose(spatial_limit(body, np.array([0.2])), limit, rtol=1e-3)
+
+
+def test_no_tilt_of_a_body_in_space_has_a_lower_limit_than_the_closed_form():
+    rng = np.random.default_rng(8)
+    closest = np.inf
+    for _ in range(40):
+        points = rng.uniform(-1.0, 1.0, (6, 3)) * rng.uniform(0.1, 1.0, 3)
+        # Principal moments of some body: sums of two squares each.
+        squares = rng.uniform(0.01, 1.0, 3)
+        body = bodies_of(points, np.diag(squares.sum() - squares), 1)
+        least = least_limit(body.gyration.min(axis=1), body.points)
+        found = spatial_limit(body, np.array([0.5 * np.pi]))
+        assert found >= least
+        closest = min(closest, float(found[0] / least[0]))
+    # Nor is the bound idle.
+    assert closest <= 1.1

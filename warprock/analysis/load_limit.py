@@ -24,8 +24,8 @@ Structures* 84). Forces, load and mechanism obey Coulomb's law once the sequence
 be more than one such load.
 
 In space the loads of all directions that an assembly carries are a convex set: those of a few
-directions span a polygon in it, and each mechanism is a line that it lies behind. Between the two
-the weakest direction is found to `WEAKEST`.
+directions span a polygon in it, and each mechanism is a line that it lies behind. The weakest load
+found is the one across such a line; none lies below the polygon, so none is weaker by `WEAKEST`.
 """
 
 from __future__ import annotations
@@ -66,6 +66,10 @@ friction of the one around it. A multiple of four, so that mirrored scenes have 
 WEAKEST, MOST_DIRECTIONS = 1e-2, 24
 """How far the weakest load in space may lie below the least of the directions that are judged, over
 it; and the most of these."""
+
+STEEPEST = 1.0 - 1e-5
+"""Load across the line of a mechanism, over that in the direction judged, from which on the two
+directions count as one."""
 
 MOST_COULOMB, LARGEST_COULOMB = (20, 4), (60, 40)
 """Assemblies that differ whose load with Coulomb's law is looked for, and blocks of one, in the
@@ -163,6 +167,16 @@ class Collapse:
     def upper_bound(self) -> bool:
         """Whether the load factor is an upper bound alone: a joint slides with friction."""
         return bool((self.slides & (self.assembly.joints.friction > 0.0)).any())
+
+    @functools.cached_property
+    def steepest(self) -> tuple[float, float]:
+        """The direction in which this mechanism works most [rad], and the load that it bears there.
+
+        The assembly bears no more than that load in that direction.
+        """
+        along, across = self.assembly.mass @ self.velocity[:, :2]
+        direction = float(np.arctan2(across, along) % (2.0 * np.pi))
+        return direction, self.load_factor * float(np.cos(direction - self.direction))
 
     @functools.cached_property
     def _relative(self) -> Array:
@@ -347,7 +361,8 @@ def _coulomb_load(assembly: Assembly, direction: float, most: float) -> float:
 def weaker_collapse(assembly: Assembly) -> Collapse:
     """That of the direction in which an assembly is weakest, of several alike the first one.
 
-    In the plane of the two sides, in space of all directions, to `WEAKEST`.
+    In the plane of the two sides. In space first down from mechanism to mechanism, in the direction
+    in which each works most; then, where the polygon leaves room for less than `WEAKEST` allows.
     """
     if not assembly.spatial:
         return _weaker([collapse_load(assembly, direction) for direction in (0.0, np.pi)])
@@ -356,9 +371,12 @@ def weaker_collapse(assembly: Assembly) -> Collapse:
         loads = np.array([each.load_factor for each in found])
         if not (np.isfinite(loads) & (loads > 0.0)).all():
             break
-        nearest, direction = _nearest(np.array([each.direction for each in found]), loads)
-        if nearest >= (1.0 - WEAKEST) * loads.min():
-            break
+        weakest = _weaker(found)
+        direction, load = weakest.steepest
+        if load >= STEEPEST * weakest.load_factor:
+            nearest, direction = _nearest(np.array([each.direction for each in found]), loads)
+            if nearest >= (1.0 - WEAKEST) * loads.min():
+                break
         found.append(collapse_load(assembly, direction))
     return _weaker(found)
 

@@ -87,11 +87,12 @@ class Dem(KernelEngine):
 
     Blocks that are too tall for their springs (k I <= W h, see `standing_ratio`) are refused.
 
-    In space the springs are a grid, `subcontacts` along the width times `subcontacts_across` along
-    the depth, under the face of the upper block; they press along the normal of the lower face. A
-    lane lifts there once an interface gapes from the middle to three quarters of the way to the
-    corner that is pressed most; for a turn about an edge that is the rule of the plane. A block
-    that rocks over corners chatters on weakly damped springs, so that no order shows.
+    In space the springs are a grid, `subcontacts` along the width times `subcontacts_across`
+    along the depth, under the face of the upper block. They press along the normal of the
+    contact where this face is lowest: a corner, or edges that cross. A lane lifts there once an
+    interface gapes from the middle to three quarters of the way to the corner that is pressed
+    most; for a turn about an edge that is the rule of the plane. A block that rocks over
+    corners chatters on weakly damped springs, so that no order shows.
 
     A body in space stands on a spring under each of its points, which have equal parts of the area
     of its base, as a box with two sub-contacts along and across does. In a stack in the plane with
@@ -228,8 +229,10 @@ class Dem(KernelEngine):
         stacks, step = as_stacks(lanes), self.longest_step(lanes, motions)
         # A lane whose sizes are not finite takes one step to find that out.
         per_lane = {"time_step": np.where(np.isfinite(step), step, times.duration)}
+        if lanes.spatial:
+            per_lane["moves"] = _moved_along(motions)
         if lanes.spatial and lanes.body is not None:
-            columns = sprung_inputs(lanes, self.settings, per_lane["time_step"])
+            columns = sprung_inputs(lanes, self.settings, per_lane)
             return columns | {"knobs": self._knobs(module)}
         if lanes.body is not None:
             springs, time_step = CornerSprings.of(lanes, self.settings), per_lane["time_step"]
@@ -248,7 +251,7 @@ class Dem(KernelEngine):
         points = point_pairs(self.settings.subcontacts, self.settings.subcontacts_across)
         return {
             "blocks": _with_ground(start_in_space(lanes, self.settings)),
-            "lanes": per_lane | _lane_columns_in_space(lanes, motions, self.settings),
+            "lanes": per_lane | _lane_columns_in_space(lanes, self.settings),
             "points": points,
             "knobs": self._knobs(module),
         }
@@ -309,17 +312,19 @@ def _standing_ratio_in_space(lanes: Lanes, settings: DemSettings) -> Array:
     return np.minimum(*ratios)
 
 
-def _lane_columns_in_space(
-    lanes: Lanes, motions: GroundMotions, settings: DemSettings
-) -> dict[str, npt.NDArray[Any]]:
-    """Fields of the struct `Lane` of blocks in space but its step, shape [lane] each."""
+def _moved_along(motions: GroundMotions) -> npt.NDArray[np.int32]:
+    """Sum of 1 where a base moves along x, 2 along y and 4 along z, shape [lane]."""
+    x, y, z = (part.moves.astype(np.int32) for part in motions.components)
+    return np.asarray(x + 2 * y + 4 * z)
+
+
+def _lane_columns_in_space(lanes: Lanes, settings: DemSettings) -> dict[str, npt.NDArray[Any]]:
+    """What the struct `Lane` of blocks in space has besides step and motion, shape [lane] each."""
     stacks = cast(SpatialLanes, as_stacks(lanes))
     away = (stacks.rotation_start != 0.0) | (stacks.rotation_across_start != 0.0)
     away = (away | (stacks.gap_start > 0.0)).any(axis=1)
-    x, y, z = (part.moves.astype(np.int32) for part in motions.components)
     return {
         "uplift_time": np.where(away, 0.0, NEVER),
-        "moves": x + 2 * y + 4 * z,
         "creep": _creep_speed(stacks, settings),
     }
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from typing import Self, cast
+from typing import Any, Self, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -214,9 +214,12 @@ def on_corners(lanes: Lanes) -> Lanes:
 
 
 def sprung_inputs(
-    lanes: Lanes, settings: DemSettings, time_step: Array
-) -> dict[str, dict[str, npt.NDArray[np.float64]]]:
-    """What the kernel of bodies in space takes but its knobs, by the names of its arguments."""
+    lanes: Lanes, settings: DemSettings, per_lane: dict[str, npt.NDArray[Any]]
+) -> dict[str, dict[str, npt.NDArray[Any]]]:
+    """What the kernel of bodies in space takes but its knobs, by the names of its arguments.
+
+    `per_lane` are the time steps, and along what the bases move, shape [lane] each.
+    """
     springs = PointSprings.of(lanes, settings)
     place, attitude = springs.start()
     blocks, body = springs.lanes, springs.body
@@ -228,8 +231,8 @@ def sprung_inputs(
     bound = lanes.friction * GRAVITY * lanes.mass
     bound = bound + settings.cohesion * springs.area * base_of(body).sum(axis=1)
     whole = springs.shear * base_of(body).sum(axis=1)
-    columns["lanes"] = columns["frames"] | {
-        "time_step": time_step,
+    columns["lanes"] = columns["frames"] | per_lane
+    columns["lanes"] |= {
         "creep": np.maximum(bound / np.sqrt(whole * body.mass), LEAST_CREEP),
         "uplift_time": np.where(leans | (blocks.gap_start > 0.0), 0.0, NEVER),
         "height": body.centre_height,

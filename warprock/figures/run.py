@@ -32,7 +32,7 @@ def draw_run(run: CaseRun) -> list[Drawing]:
         shown = choose_lanes(run.case)
         response = run_lanes(run, [int(lane) for lane in shown.lanes.ravel()])
         drawings.append(draw_histories(run, shown, response))
-        if run.lane_set.lanes.spatial:
+        if run.lane_set.lanes.spatial and run.lane_set.lanes.assembly is None:
             firsts = np.arange(len(shown.lanes)) * shown.lanes.shape[1]
             first = take_lanes(response, firsts)
             drawings.append(draw_space(run, shown.lanes[:, 0], list(shown.panels), first))

@@ -72,13 +72,28 @@ def friction_limit(
 def body_limit(body: Bodies) -> Array:
     """Least friction coefficient [-] of bodies up to which rigid contact has one solution, [lane].
 
-    Of a point R (s, c) from the centre of mass that touches alone the limit is (k^2 + R^2 s^2) /
-    (R^2 s c), k the radius of gyration; over all leans the least is 2 sqrt(q (1 + q)), q = k^2 /
-    R^2, which is 4/3 for a rectangle. The farthest point has the least.
+    In the plane it is `least_limit`; in space the least of all tilts and directions.
     """
     if body.spatial:
         return spatial_limit(body, np.full(len(body.mass), 0.5 * np.pi))
-    part = body.gyration / np.sum(body.points**2, axis=-1).max(axis=1)
+    return least_limit(body.gyration, body.points)
+
+
+def least_limit(gyration: Array, points: Array) -> Array:
+    """The least limit of bodies at any lean [-], shape [lane]; in space it is at least this.
+
+    Of a point R (s, c) from the centre of mass that touches alone the limit is (k^2 + R^2 s^2) /
+    (R^2 s c), k the radius of gyration; over all leans the least is 2 sqrt(q (1 + q)), q = k^2 /
+    R^2, which is 4/3 for a rectangle. The farthest point has the least. In space let w be the
+    impulse's moment, J w the turn it makes and b = w J w. The point moves by 1 + b along the
+    impulse and by sqrt(R^2 |J w|^2 - b^2) across it at most, and |J w|^2 is at most b over the
+    least k^2. Their quotient is at least the same number, with the least k.
+
+    Args:
+        gyration: Squares of the least radii of gyration [m^2], shape [lane].
+        points: Contact points from the centre of mass [m], shape [lane, point, 2 or 3].
+    """
+    part = gyration / np.sum(points**2, axis=-1).max(axis=1)
     return np.asarray(2.0 * np.sqrt(part * (1.0 + part)))
 
 
@@ -126,12 +141,16 @@ def ambiguous(lanes: Lanes, response: Response) -> npt.NDArray[np.bool_]:
     if lanes.block_count > 1 or lanes.assembly is not None:
         return np.zeros(count, dtype=np.bool_)
     if lanes.bodies:
-        above, _limit = above_limit(lanes)
-        if lanes.spatial and lanes.body is not None:
+        slid = response["peak_slide"].reshape(count) > SLID * lanes.width.reshape(count)
+        if not (lanes.spatial and lanes.body is not None):
+            return np.asarray(above_limit(lanes)[0] & slid)
+        body, friction = lanes.body, lanes.friction.reshape(count)
+        doubtful = slid & (friction > least_limit(body.gyration.min(axis=1), body.points))
+        (some,) = np.nonzero(doubtful)
+        if some.size:
             tilt = response["peak_tilt"].reshape(count)
-            above = lanes.friction.reshape(count) > spatial_limit(lanes.body, tilt)
-        width = lanes.width.reshape(count)
-        return np.asarray(above & (response["peak_slide"].reshape(count) > SLID * width))
+            doubtful[some] = friction[some] > spatial_limit(body.take(some), tilt[some])
+        return np.asarray(doubtful)
     one = {name: response[name].reshape(count) for name in ("peak_rotation", "peak_slide")}
     width, height, friction = (
         values.reshape(count) for values in (lanes.face_width, lanes.height, lanes.friction)

@@ -154,9 +154,10 @@ def _laid(case: Case, lanes: Lanes) -> list[str]:
     width, *across, height = first.size
     deep = f", {across[0]:.4g} m deep" if across else ""
     mass = float(first.mass[~first.fixed].sum())
+    free, joints = first.count - len(fixed), first.joints.count
     found = [
-        f"{first.count - len(fixed):,} blocks, {mass:,.4g} kg, {width:.4g} m wide{deep} and "
-        f"{height:.4g} m high; fixed: {named}; {first.joints.count:,} joints"
+        f"{free:,} block{'s' * (free != 1)}, {mass:,.4g} kg, {width:.4g} m wide{deep} and "
+        f"{height:.4g} m high; fixed: {named}; {joints:,} joint{'s' * (joints != 1)}"
     ]
     found += _size_note(case, lanes)
     for file, drawing in case_drawings(case).items():
@@ -207,7 +208,8 @@ def _scene_text(scene: SceneKind, *, several: bool) -> str:
         scene: The scene.
         several: Whether assemblies of different lanes have different numbers of blocks.
     """
-    blocks = f"{'at most ' if several else ''}{scene.block_count} blocks that can move"
+    count = scene.block_count
+    blocks = f"{'at most ' * several}{count} block{'s' * (count != 1)} that can move"
     if scene.assembly and scene.spatial:
         return (
             f"an assembly in space of {blocks}; blocks touch at the corners of the polygons over "

@@ -178,34 +178,11 @@ def below_of(own: Own, k: int) -> Block:
     return base
 
 
-@wp.func(inline=False)
-def find_corners(own: Own, pose: Pose, k: int):
-    """Corners of the overlap of the faces of interface k, by slot: see `shared_corners`.
-
-    The fourth value is a mask of the slots at which edges cross that run in other directions, of
-    faces that are not parallel. The *way* of a contact is its slot, or SLOTS more at such a
-    crossing.
-    """
-    one = real(1.0)
-    down = rows_of(pose.axes, k - 1)
-    m = down * wp.transpose(rows_of(pose.axes, k))
-    c = down * (pose.x[k] - pose.x[k - 1])
-    lean = Vector(one, one, one)
-    below = below_of(own, k)
-    places, gaps, there = shared_corners(block_of(own, k), below, m, c, lean)
-    tilted = size(m[2, 0]) + size(m[2, 1]) > PARALLEL
-    crossed = int(0)
-    for i in range(UPPER, LOWER):
-        x, y = places[i, X] + below.centre_x, places[i, Y] + below.centre_y
-        cross = tilted and crosses(i, x, y, below.half_width, below.half_depth)
-        crossed = crossed | wp.where(cross, 1 << i, 0)
-    return places, gaps, there, crossed
-
-
 @wp.func
 def way_of(slot: int, crossed: int) -> int:
     """The way of a contact, see `find_corners`."""
-    return slot + wp.where((crossed & (1 << slot)) != 0, SLOTS, 0)
+    x, y = crossed & (1 << (slot + SLOTS)), crossed & (1 << slot)
+    return slot + wp.where(x != 0, 2 * SLOTS, wp.where(y != 0, SLOTS, 0))
 
 
 @wp.func
@@ -221,12 +198,15 @@ def directions(axes: Axes, body: int, way: int) -> Matrix:
     e = rows_of(axes, wp.where(way >= LOWER and way < SLOTS, body, body - 1))
     if way >= SLOTS:
         # An edge of the upper face, and one of the lower face across it.
-        if way < SLOTS + ALONG_DEPTH:
-            e[0] = axes[3 * body]
-            e[2] = wp.normalize(wp.cross(e[0], axes[3 * body - 2]))
+        upper = axes[3 * body + wp.where(way % SLOTS < ALONG_DEPTH, 0, 1)]
+        lower = 3 * body - 3 + wp.where(way < 2 * SLOTS, 0, 1)
+        upper = wp.sign(wp.dot(upper, axes[lower])) * upper
+        if way < 2 * SLOTS:
+            e[0] = upper
+            e[2] = wp.normalize(wp.cross(upper, axes[3 * body - 2]))
         else:
             e[0] = axes[3 * body - 3]
-            e[2] = wp.normalize(wp.cross(e[0], axes[3 * body + 1]))
+            e[2] = wp.normalize(wp.cross(e[0], upper))
         e[1] = wp.cross(e[2], e[0])
     if BOX:  # noqa: SIM102, decided before launch
         if way >= LOWER:
@@ -236,6 +216,41 @@ def directions(axes: Axes, body: int, way: int) -> Matrix:
             e[0] = x
             e[1] = wp.cross(normal, x)
     return e
+
+
+@wp.func(inline=False)
+def find_corners(own: Own, pose: Pose, k: int):
+    """Corners of the overlap of the faces of interface k, by slot: see `shared_corners`.
+
+    The fourth value is a mask of the slots at which edges cross that run in other directions, of
+    faces that are not parallel: of the slots themselves where the lower edge runs along y, SLOTS
+    bits higher where it runs along x. The *way* of a contact is its slot, at such crossings SLOTS
+    or twice that more. Gaps are distances along the normal of the contact. Faces that look away
+    from each other have no corners.
+    """
+    one = real(1.0)
+    down = rows_of(pose.axes, k - 1)
+    m = down * wp.transpose(rows_of(pose.axes, k))
+    c = down * (pose.x[k] - pose.x[k - 1])
+    lean = Vector(one, one, one)
+    below = below_of(own, k)
+    places, gaps, there = shared_corners(block_of(own, k), below, m, c, lean)
+    tilted = size(m[2, 0]) + size(m[2, 1]) > PARALLEL
+    crossed = int(0)
+    there = wp.where(m[2, 2] > real(0.0), there, 0)
+    if tilted:
+        slots = int(SLOTS)
+        for i in range(UPPER, slots):
+            x, y = places[i, X] + below.centre_x, places[i, Y] + below.centre_y
+            edge = axis_of(m, wp.where(i < ALONG_DEPTH, 0, 1))
+            if crosses(i, x, edge[1], below.half_width):
+                crossed = crossed | (1 << i)
+            elif crosses(i, y, edge[0], below.half_depth):
+                crossed = crossed | (1 << (i + SLOTS))
+            if (there & (1 << i)) != 0:
+                normal = directions(pose.axes, k, way_of(i, crossed))[2]
+                gaps[i] = gaps[i] * wp.dot(normal, down[2])
+    return places, gaps, there, crossed
 
 
 @wp.func
