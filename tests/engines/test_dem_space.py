@@ -10,13 +10,7 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import Array, free_lanes, make_lanes, make_stacks, sines, velocity_steps
-from tests.shared.spatial_blocks import (
-    along,
-    in_space,
-    sound_run,
-    unmoved,
-    where_the_plane_has_them,
-)
+from tests.shared.spatial_blocks import along, in_space, sound_run, spatial_stack, unmoved
 from tests.shared.speed import require_gain
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
@@ -112,26 +106,17 @@ def test_a_tilted_block_slides_over_the_edge_below_it_as_in_the_plane() -> None:
     flat = dataclasses.replace(
         pair.take(np.zeros(5, np.intp)), rotation_start=tilts[:, None] * np.array([0.0, 1.0])
     )
+    springs = dataclasses.replace(DAMPED, subcontacts=2, subcontacts_across=2)
     times, motions, errors = SampleTimes(0.35, 0.01), unmoved(5), []
     # The lower block as deep as the upper one, deeper and less deep: edges that cross, and corners.
     for depth in ([1.0, 1.0], [1.0, 0.5], [0.5, 1.0]):
         plane = dataclasses.replace(flat, depth=0.0 * flat.width + depth)
-        lanes = where_the_plane_has_them(plane)
-        for stiffness in (1e9, 1e10):
-            springs = DemSettings(
-                normal_stiffness=stiffness, shear_stiffness=stiffness, subcontacts=2,
-                subcontacts_across=2, stiffness_damping=2e-3 * np.sqrt(1e9 / stiffness),
-            )  # fmt: skip
-            there = run(plane, motions.components[0], times, springs)
-            # Its corner juts out and is lower than the face: a gap below zero, which others refuse.
-            here = Dem(springs).run(lanes, motions, times)
-            assert np.max(there["peak_slide"]) > 0.01
-            errors.append(np.abs(here["rotation"] - there["rotation"]).max())
-    # In the plane the upper block starts pressed into the lower one, in space it falls that far,
-    # which lasts in proportion to the root of one over the stiffness, 1/3.2; impacts add to that.
-    soft, stiff = np.array(errors).reshape(3, 2).T
-    assert np.all(soft < 2e-3)
-    assert np.all(stiff < 0.7 * soft)
+        there = run(plane, motions.components[0], times, springs)
+        here = run(in_space(plane), motions, times, springs)
+        assert np.max(there["peak_slide"]) > 0.01
+        errors.append(np.abs(here["rotation"] - there["rotation"]).max())
+    # Springs differ by the area that points stand for, 4 % at .3 rad, and impacts magnify that.
+    assert np.all(np.array(errors) < 5e-4)
 
 
 @pytest.mark.thorough
@@ -313,6 +298,39 @@ def test_rotation_in_flight_keeps_angular_momentum_and_energy(
     size = np.linalg.norm(momentum[0])
     assert np.abs(momentum - momentum[0]).max() <= 1e-5 * size
     assert np.ptp(energy) <= 1e-5 * energy[0]
+
+
+@pytest.mark.thorough
+def test_blocks_that_press_on_one_another_in_the_air_keep_their_momentum() -> None:
+    """Edges that cross, 3 mm deep in one another at the start, push two falling blocks apart."""
+    upper = np.array([0.0, 1.0])
+    lanes = spatial_stack(
+        [0.3, 0.4], [0.5, 0.4], depth=[[0.35, 0.3]], friction=0.4, yaw_start=0.3,
+        rotation_start=0.15 * upper, rotation_across_start=-0.1 * upper, offset=0.12 * upper,
+        offset_across=-0.08 * upper, gap_start=[[1.0, -3e-3]],
+    )  # fmt: skip
+    interval = 2e-4
+    # A gap below zero, which others refuse; two steps a sample.
+    springs = DemSettings(time_step=0.5 * interval)
+    found = Dem(springs).run(lanes, unmoved(1), SampleTimes(0.02, interval, places=True))
+    place = np.stack([found[name][0] for name in "xyz"], axis=-1)
+    turn = np.stack([found[f"attitude_{name}"][0] for name in "xyzw"], axis=-1)
+    mass, apart = lanes.mass[0][:, None, None], product(turn[:, 1:], inverse(turn[:, :-1]))
+    velocity, middle = np.diff(place, axis=1) / interval, 0.5 * (place[:, 1:] + place[:, :-1])
+    falls = GRAVITY * interval * np.arange(100)[:, None] * (0.0, 0.0, 1.0)
+    momentum = mass * (velocity + falls)
+    sizes = np.array([[0.3, 0.35, 0.5], [0.4, 0.3, 0.4]]) ** 2
+    inertia = mass * (sizes.sum(axis=1, keepdims=True) - sizes)[:, None] / 12.0
+    half = turn[:, 1:] + turn[:, :-1]
+    half /= np.linalg.norm(half, axis=-1, keepdims=True)
+    # Small turns: twice the imaginary part.
+    spin = rotate(half, inertia * rotate(inverse(half), 2.0 * apart[..., :3] / interval))
+    angular = spin + np.cross(middle - middle.mean(axis=0), momentum)
+    for each, round_off in ((momentum, 1e-9), (angular, 1e-5)):
+        # Central differences of turns and arms are off by the squares of steps.
+        assert np.max(np.abs(each[0, -1] - each[0, 1])) > 1.0
+        total = each.sum(axis=0)[1:]
+        assert np.max(np.abs(total - total[0])) < round_off
 
 
 def test_block_slides_alike_in_every_direction() -> None:

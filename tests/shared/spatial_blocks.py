@@ -9,10 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tests.shared.blocks import at_rest, make_lanes
-from warprock.engines.blocks import start_on_corners
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import GroundMotions, PlanarMotions, SpatialMotions, StillBase, no_motion
-from warprock.model.pose import start_poses
 from warprock.model.response import SOUND, Response, SampleTimes
 from warprock.running.batch import run_batch
 
@@ -35,21 +33,6 @@ def in_space(lanes: Lanes, **more: npt.ArrayLike) -> SpatialLanes:
     parts |= dict.fromkeys(ONLY_IN_SPACE, zero)
     parts |= {name: zero + np.asarray(value) for name, value in more.items()}
     return SpatialLanes(**parts)
-
-
-def where_the_plane_has_them(flat: Lanes, **more: npt.ArrayLike) -> SpatialLanes:
-    """Pairs of the plane in space, with their centres where they start in the plane.
-
-    In space a tilted block starts on its lowest corner, also where that juts out.
-    """
-    lanes = in_space(flat, **more)
-    place, _attitude = start_poses(lanes)
-    x, z, _left, _right = start_on_corners(flat)
-    return dataclasses.replace(
-        lanes,
-        offset=lanes.offset + x - place[..., 0],
-        gap_start=lanes.gap_start + z - place[..., 2],
-    )
 
 
 def spatial_lanes(
