@@ -28,7 +28,7 @@ def test_a_body_on_points_is_the_box(points: int) -> None:
         # 1.8, 2.3, 3.1, 1.05 and 9.1.
         ("impulse", "body, 4 points", 1.5),
         ("impulse", "body, 8 points", 2.0),
-        ("impulse", "body, 12 points", 2.5),
+        ("impulse", "body, 12 points", 2.3),
         ("dem", "body, 4 points", 0.9),
         ("impulse", "two blocks", 9.0),
     ],
