@@ -4,13 +4,14 @@ Bodies are numbered from the ground. Body 0 is the ground, an infinite flat face
 the k-th block. Heights are stored as differences from those of the stack of rigid blocks, so that
 no digits of an overlap are lost.
 
-Interface k lies between body k (upper) and body k - 1 (lower). Its forces and levers are in the
-axes of the lower body. The springs press on the plane of the lower body's top face. They are spread
-over the part of the upper block's bottom face above it, as a grid along the width (A) and the depth
-(B). A point at (a, b), each from -1 to 1, has
+Interface k lies between body k (upper) and body k - 1 (lower). Its levers are in the axes of the
+lower body, velocities and forces along the directions of its contact, of which the third is its
+normal n, see stack_meet.py. The springs are spread over the part of the upper block's bottom face
+above the lower one's top face, as a grid along the width (A) and the depth (B). A point at (a, b),
+each from -1 to 1, has
 
     lever    P = p + a A + b B       from the upper centre of mass, d + a A + b B from the lower one
-    overlap  o + a o_a + b o_b,      o_a = -A_3, o_b = -B_3
+    overlap  o + a o_a + b o_b,      o_a = -n_3 A_3, o_b = -n_3 B_3
     velocity V = v + a v_a + b v_b,  v_a = (w_upper - w_lower) x A, v_b likewise
 
 All three are linear in a and b, so their coefficients are computed once for the interface. Stresses
@@ -40,7 +41,13 @@ Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks in space.
 import warp as wp
 
 from warprock.kernels.dem.stack import FAILED, Knobs
-from warprock.kernels.dem_space.stack_meet import Link, clip_to_face, out_of_lower, parts_along
+from warprock.kernels.dem_space.stack_meet import (
+    Link,
+    clip_to_face,
+    out_of_contact,
+    out_of_lower,
+    parts_along,
+)
 from warprock.kernels.shape_space.block import Block, turn_freely
 from warprock.kernels.shape_space.lanes import State, Triple, product, turn_of, vector_product
 
@@ -263,7 +270,7 @@ def load_spring(
 def touch_at(link: Link, a: real, b: real) -> Touch:
     """How the faces of an interface meet at the point (a, b)."""
     return Touch(
-        fused_less(b, link.b3, fused_less(a, link.a3, link.overlap)),
+        fused(b, link.over_b, fused(a, link.over_a, link.overlap)),
         fused(b, link.k3, fused(a, link.j3, link.v3)),
         fused(b, link.k1, fused(a, link.j1, link.v1)),
         fused(b, link.k2, fused(a, link.j2, link.v2)),
@@ -326,12 +333,15 @@ def load_blocks(
     Returns:
         The energy in the springs [J].
     """
-    s1, s2, s3 = vector_product(link.a1, link.a2, link.a3, sums.ta1, sums.ta2, sums.na)
-    r1, r2, r3 = vector_product(link.b1, link.b2, link.b3, sums.tb1, sums.tb2, sums.nb)
+    a1, a2, a3 = out_of_contact(link, sums.ta1, sums.ta2, sums.na)
+    b1, b2, b3 = out_of_contact(link, sums.tb1, sums.tb2, sums.nb)
+    f1, f2, f3 = out_of_contact(link, sums.t1, sums.t2, sums.n)
+    s1, s2, s3 = vector_product(link.a1, link.a2, link.a3, a1, a2, a3)
+    r1, r2, r3 = vector_product(link.b1, link.b2, link.b3, b1, b2, b3)
     moment_x, moment_y, moment_z = s1 + r1, s2 + r2, s3 + r3
-    upper_x, upper_y, upper_z = vector_product(link.p1, link.p2, link.p3, sums.t1, sums.t2, sums.n)
-    lower_x, lower_y, lower_z = vector_product(link.d1, link.d2, link.d3, sums.t1, sums.t2, sums.n)
-    force_x, force_y, force_z = out_of_lower(lower, sums.t1, sums.t2, sums.n)
+    upper_x, upper_y, upper_z = vector_product(link.p1, link.p2, link.p3, f1, f2, f3)
+    lower_x, lower_y, lower_z = vector_product(link.d1, link.d2, link.d3, f1, f2, f3)
+    force_x, force_y, force_z = out_of_lower(lower, f1, f2, f3)
     upper_x, upper_y, upper_z = out_of_lower(
         lower, upper_x + moment_x, upper_y + moment_y, upper_z + moment_z
     )

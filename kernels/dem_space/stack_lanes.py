@@ -80,7 +80,7 @@ def observe_interface(pace: Pace, link: Link, since: wp.ref[real], seen: wp.ref[
     y = size(link.v2) + size(link.j2) + size(link.k2)
     time = real(pace.steps - 1) * pace.dt
     observe_faces(
-        pace.live == 1, time, link.overlap, size(link.a3) + size(link.b3), link.area,
+        pace.live == 1, time, link.overlap, size(link.over_a) + size(link.over_b), link.area,
         x * x + y * y > pace.creep * pace.creep, since, seen,
     )  # fmt: skip
 

@@ -5,10 +5,18 @@ of the lower body unless others are named. The springs are spread over the part 
 above the lower one. That part has a middle, and A and B lead from there to its ends along the width
 and the depth. It is a rectangle if the faces have no relative yaw. Else its grid has the largest
 extents along both axes, and points beyond an edge of the lower face press on that edge.
+
+All springs of an interface press along one normal, that of the contact where the upper face is
+lowest: the lower face's, the upper one's where a corner of the lower face touches it, and that of
+both edges where two cross, see `lowest_slopes` in shape/faces.py. Overlaps are told along it, and
+so are velocities. The other two directions of a contact are the lower block's axes, turned with
+the third one into the normal by the least turn. A shear spring keeps its stretch along them when
+the normal changes: it has the same length and the same energy then.
 """
 
 import warp as wp
 
+from warprock.kernels.shape.faces import lowest_slopes
 from warprock.kernels.shape_space.block import Block, slide_of
 from warprock.kernels.shape_space.lanes import (
     State,
@@ -21,6 +29,7 @@ from warprock.kernels.shape_space.lanes import (
     turn_of,
     vector_product,
 )
+from warprock.kernels.shape_space.stack import face_pair
 
 SMALLEST = real(1.0e-3)
 """Least cosine of the relative yaw for which the extent of a face still grows."""
@@ -30,14 +39,18 @@ NO_AREA = real(1.0e-12)
 
 @wp.struct
 class Link:
-    """Places and velocities of the springs of an interface, in the axes of the lower body.
+    """Places of the springs of an interface, in the axes of the lower body, and their velocities.
+
+    Velocities and overlaps are along the directions of the contact, see above.
 
     Attributes:
         overlap: Penetration in the middle [m].
+        over_a, over_b: Difference of that at the ends of A and B [m].
         area: Area of the springs [m^2]; 0 if the faces do not overlap.
         mu: Friction coefficient.
         wide, deep: Half width of the lower face [m] and half its depth.
-        cx, cy: From the middle of the lower face to the lower centre of mass [m].
+        x, y: Place of the middle on the lower face, from the middle of that [m].
+        over: One over the area that A and B span in the plan of the lower face [1/m^2].
         p1, p2, p3: Lever of the middle from the upper centre of mass [m].
         d1, d2, d3: Lever of the middle from the lower centre of mass [m].
         a1, a2, a3: A [m].
@@ -45,15 +58,19 @@ class Link:
         v1, v2, v3: Velocity of the upper face relative to the lower one in the middle [m/s].
         j1, j2, j3: Difference of that at the end of A [m/s].
         k1, k2, k3: Difference of that at the end of B [m/s].
+        n1, n2, n3: The normal.
     """
 
     overlap: real
+    over_a: real
+    over_b: real
     area: real
     mu: real
     wide: real
     deep: real
-    cx: real
-    cy: real
+    x: real
+    y: real
+    over: real
     p1: real
     p2: real
     p3: real
@@ -75,6 +92,9 @@ class Link:
     k1: real
     k2: real
     k3: real
+    n1: real
+    n2: real
+    n3: real
 
 
 @wp.func
@@ -143,6 +163,21 @@ if BLOCKS == 1:
         """Middle and half length of what two faces share: the whole of the block's [m]."""
         return real(0.0), block.half_width, real(0.0), block.half_depth
 
+    @wp.func
+    def find_normal(block: Block, below: Block, m: Turn, c: Triple) -> Triple:
+        """The normal of an interface: that of the ground."""
+        return Triple(real(0.0), real(0.0), real(1.0))
+
+    @wp.func
+    def into_contact(n: Triple, x: real, y: real, z: real):
+        """Parts of a vector along the directions of a contact: the axes of the ground."""
+        return x, y, z
+
+    @wp.func
+    def out_of_contact(link: Link, x: real, y: real, z: real):
+        """The vector with given parts along the directions of a contact."""
+        return x, y, z
+
 else:
 
     @wp.func
@@ -192,6 +227,33 @@ else:
         )
         return middle_a, half_a, middle_b, half_b
 
+    @wp.func
+    def find_normal(block: Block, below: Block, m: Turn, c: Triple) -> Triple:
+        """The normal of an interface, see above.
+
+        c is the centre of mass of the upper block from the lower one's, m its axes.
+        """
+        one = real(1.0)
+        slopes = lowest_slopes(face_pair(block, below, m, c, one, one))
+        over = one / wp.sqrt(product(slopes.x, slopes.y, one, slopes.x, slopes.y, one))
+        return Triple(slopes.x * over, slopes.y * over, over)
+
+    @wp.func
+    def into_contact(n: Triple, x: real, y: real, z: real):
+        """Parts of a vector along the directions of a contact with the normal n."""
+        flat = dot(n.x, n.y, x, y)
+        turned = fused(flat, real(1.0) / (real(1.0) + n.z), z)
+        return fused_less(n.x, turned, x), fused_less(n.y, turned, y), fused(n.z, z, flat)
+
+    @wp.func
+    def out_of_contact(link: Link, x: real, y: real, z: real):
+        """The vector with given parts along the directions of a contact."""
+        flat = dot(link.n1, link.n2, x, y)
+        turned = fused_less(flat, real(1.0) / (real(1.0) + link.n3), z)
+        return (
+            fused(link.n1, turned, x), fused(link.n2, turned, y), fused(link.n3, z, -flat),
+        )  # fmt: skip
+
 
 @wp.func
 def find_contacts(block: Block, below: Block, upper: State, lower: State):
@@ -217,7 +279,8 @@ def find_contacts(block: Block, below: Block, upper: State, lower: State):
     leans = dot(lower.qx, lower.qy, lower.qx, lower.qy)
     sunk = fused_less(high, dot(sx, sy, sx, sy), both * leans)
     _x, _y, up = into_lower(lower, dx, dy, dz)
-    overlap = TWO * sunk - up - dot(m.r31, m.r32, x, y)
+    n = find_normal(block, below, m, Triple(c1, c2, c3))
+    overlap = n.z * (TWO * sunk - up - dot(m.r31, m.r32, x, y))
     d1, d2, d3 = c1 + p1, c2 + p2, c3 + p3
     a1, a2, a3 = half_a * m.r11, half_a * m.r21, half_a * m.r31
     b1, b2, b3 = half_b * m.r12, half_b * m.r22, half_b * m.r32
@@ -229,14 +292,18 @@ def find_contacts(block: Block, below: Block, upper: State, lower: State):
     s1, s2, s3 = vector_product(o1, o2, o3, p1, p2, p3)
     t1, t2, t3 = vector_product(u1, u2, u3, d1, d2, d3)
     o1, o2, o3 = o1 - u1, o2 - u2, o3 - u3
+    v1, v2, v3 = into_contact(n, w1 + s1 - t1, w2 + s2 - t2, w3 + s3 - t3)
     j1, j2, j3 = vector_product(o1, o2, o3, a1, a2, a3)
     k1, k2, k3 = vector_product(o1, o2, o3, b1, b2, b3)
+    j1, j2, j3 = into_contact(n, j1, j2, j3)
+    k1, k2, k3 = into_contact(n, k1, k2, k3)
     zero = real(0.0)
+    over = real(1.0) / larger(fused_less(a2, b1, a1 * b2), NO_AREA)
     area = real(4.0) * larger(half_a, zero) * larger(half_b, zero)
     link = Link(
-        overlap, area, block.friction, below.half_width, below.half_depth, below.centre_x,
-        below.centre_y, p1, p2, p3, d1, d2, d3, a1, a2, a3, b1, b2, b3,
-        w1 + s1 - t1, w2 + s2 - t2, w3 + s3 - t3, j1, j2, j3, k1, k2, k3,
+        overlap, -n.z * a3, -n.z * b3, area, block.friction, below.half_width, below.half_depth,
+        d1 + below.centre_x, d2 + below.centre_y, over, p1, p2, p3, d1, d2, d3, a1, a2, a3,
+        b1, b2, b3, v1, v2, v3, j1, j2, j3, k1, k2, k3, n.x, n.y, n.z,
     )  # fmt: skip
     return link, slide_x, slide_y
 
@@ -253,12 +320,11 @@ else:
     @wp.func
     def clip_to_face(link: Link, a: real, b: real):
         """Where a point (a, b) of the upper face meets the lower one: beyond its edges, on them."""
-        x = fused(b, link.b1, fused(a, link.a1, link.d1 + link.cx))
-        y = fused(b, link.b2, fused(a, link.a2, link.d2 + link.cy))
+        x = fused(b, link.b1, fused(a, link.a1, link.x))
+        y = fused(b, link.b2, fused(a, link.a2, link.y))
         dx = larger(smaller(x, link.wide), -link.wide) - x
         dy = larger(smaller(y, link.deep), -link.deep) - y
-        over = real(1.0) / larger(fused_less(link.a2, link.b1, link.a1 * link.b2), NO_AREA)
         return (
-            fused(fused_less(link.b1, dy, link.b2 * dx), over, a),
-            fused(fused_less(link.a2, dx, link.a1 * dy), over, b),
+            fused(fused_less(link.b1, dy, link.b2 * dx), link.over, a),
+            fused(fused_less(link.a2, dx, link.a1 * dy), link.over, b),
         )

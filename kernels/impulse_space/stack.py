@@ -10,9 +10,8 @@ both centres, the upper body moves there, as seen from the lower one, at
 
     V = v_u + omega_u x c_u - v_l - omega_l x c_l,     W = omega_u - omega_l,
 
-and a contact at r at V + W x r. Its impulse p changes V and W by Y p, three columns that are found
-once a step: L p + C (r x p) and C^T p + J (r x p), where the sum over both bodies, of inverse mass
-1/m, inverse inertia J_b and lever c, is
+and a contact at r at V + W x r. Its impulse p changes V by L p + C (r x p) and W by C^T p + J (r x
+p), where the sum over both bodies, of inverse mass 1/m, inverse inertia J_b and lever c, is
 
     L = sum 1/m - [c] J_b [c],     C = - sum [c] J_b,     J = sum J_b,     [c] x = c x x.
 
@@ -262,15 +261,16 @@ def find_lean(
 
 
 @wp.func
-def support_of(below: Block, k: int) -> Block:
-    """The body below block k: the ground below the first one, else the given block."""
-    first, zero = k == 1, real(0.0)
-    below.half_width = wp.where(first, GROUND_FACE, below.half_width)
-    below.half_depth = wp.where(first, GROUND_FACE, below.half_depth)
-    below.half_height = wp.where(first, zero, below.half_height)
-    below.centre_x = wp.where(first, zero, below.centre_x)
-    below.centre_y = wp.where(first, zero, below.centre_y)
-    return below
+def ground_under(lowest: Block) -> Block:
+    """The ground as the body below the lowest block."""
+    zero = real(0.0)
+    ground = lowest
+    ground.half_width = GROUND_FACE
+    ground.half_depth = GROUND_FACE
+    ground.half_height = zero
+    ground.centre_x = zero
+    ground.centre_y = zero
+    return ground
 
 
 @wp.func
@@ -365,7 +365,7 @@ def inverse_of(block: Block) -> Triple:
 
 @wp.func
 def find_foot(away: Triple, height: real) -> Foot:
-    """The foot of an interface; see `place_between` and, for the height, `support_of`."""
+    """The foot of an interface, see `place_between`; `height` is half that of the body below."""
     return Foot(away.z - height, away.x, away.y, height)
 
 
@@ -445,9 +445,9 @@ def effect_of(m: Mobility, at: Contact) -> Effect:
 
 
 @wp.func
-def yield_of(effect: Effect, at: Contact) -> Symmetric:
+def yield_of(mobility: Mobility, at: Contact) -> Symmetric:
     """Velocity of a contact per impulse on it [1/kg]; the unit matrix if there is none."""
-    off = real(1.0) - at.on
+    off, effect = real(1.0) - at.on, effect_of(mobility, at)
     return Symmetric(
         off + fused_less(effect.turn_z1, at.y, fused(effect.turn_y1, at.h, effect.x1)),
         fused_less(effect.turn_z2, at.y, fused(effect.turn_y2, at.h, effect.x2)),
@@ -514,21 +514,6 @@ def turn_yield(k: Symmetric, axes: Turn) -> Symmetric:
 
 
 @wp.func
-def turn_effect(effect: Effect, axes: Turn) -> Effect:
-    """`effect_of` of impulses along the directions of a contact."""
-    x = into_body(axes, Triple(effect.x1, effect.x2, effect.x3))
-    y = into_body(axes, Triple(effect.y1, effect.y2, effect.y3))
-    z = into_body(axes, Triple(effect.z1, effect.z2, effect.z3))
-    a = into_body(axes, Triple(effect.turn_x1, effect.turn_x2, effect.turn_x3))
-    b = into_body(axes, Triple(effect.turn_y1, effect.turn_y2, effect.turn_y3))
-    c = into_body(axes, Triple(effect.turn_z1, effect.turn_z2, effect.turn_z3))
-    return Effect(
-        x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z,
-        a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z,
-    )  # fmt: skip
-
-
-@wp.func
 def motion_between(foot: Foot, low: Turn, u: Velocity, below: Velocity) -> Velocity:
     """V and W, see above: a body as seen from the one below, in the axes `low`."""
     v = into_body(low, Triple(u.x - below.x, u.y - below.y, u.z - below.z))
@@ -572,31 +557,38 @@ def solve_contact(mu: real, at: Contact, g: Gains, p: Impulse, v: Triple) -> Imp
 
 
 @wp.func
-def add_effect(effect: Effect, p: Triple, v: wp.ref[Velocity]):
-    """Adds what an impulse p [N s] of a contact does to V and W."""
-    v.x = fused(effect.x3, p.z, fused(effect.x2, p.y, fused(effect.x1, p.x, v.x)))
-    v.y = fused(effect.y3, p.z, fused(effect.y2, p.y, fused(effect.y1, p.x, v.y)))
-    v.z = fused(effect.z3, p.z, fused(effect.z2, p.y, fused(effect.z1, p.x, v.z)))
-    v.turn_x = fused(
-        effect.turn_x3, p.z, fused(effect.turn_x2, p.y, fused(effect.turn_x1, p.x, v.turn_x))
-    )
-    v.turn_y = fused(
-        effect.turn_y3, p.z, fused(effect.turn_y2, p.y, fused(effect.turn_y1, p.x, v.turn_y))
-    )
-    v.turn_z = fused(
-        effect.turn_z3, p.z, fused(effect.turn_z2, p.y, fused(effect.turn_z1, p.x, v.turn_z))
-    )
+def moment_of(at: Contact, p: Triple) -> Triple:
+    """Moment of an impulse at a contact about the foot [N m s]."""
+    x, y, z = vector_product(at.x, at.y, at.h, p.x, p.y, p.z)
+    return Triple(x, y, z)
 
 
 @wp.func
-def add_impulse(at: Contact, p: Triple, sum: wp.ref[Wrench]):
-    """Adds an impulse p [N s] of a contact to that of its interface."""
+def add_impulse(p: Triple, moment: Triple, sum: wp.ref[Wrench]):
+    """Adds an impulse [N s] and its moment to those of an interface."""
     sum.x = sum.x + p.x
     sum.y = sum.y + p.y
     sum.z = sum.z + p.z
-    sum.turn_x = fused_less(at.h, p.y, fused(at.y, p.z, sum.turn_x))
-    sum.turn_y = fused_less(at.x, p.z, fused(at.h, p.x, sum.turn_y))
-    sum.turn_z = fused_less(at.y, p.x, fused(at.x, p.y, sum.turn_z))
+    sum.turn_x = sum.turn_x + moment.x
+    sum.turn_y = sum.turn_y + moment.y
+    sum.turn_z = sum.turn_z + moment.z
+
+
+@wp.func
+def with_product(u: real, a: real, b: real, c: real, p: Triple) -> real:
+    """The sum of u and the scalar product of (a, b, c) and p."""
+    return fused(c, p.z, fused(b, p.y, fused(a, p.x, u)))
+
+
+@wp.func
+def add_motion(m: Mobility, p: Triple, g: Triple, v: wp.ref[Velocity]):
+    """Adds what an impulse p [N s] with the moment g about the foot [N m s] does to V and W."""
+    v.x = with_product(with_product(v.x, m.l11, m.l12, m.l13, p), m.c11, m.c12, m.c13, g)
+    v.y = with_product(with_product(v.y, m.l12, m.l22, m.l23, p), m.c21, m.c22, m.c23, g)
+    v.z = with_product(with_product(v.z, m.l13, m.l23, m.l33, p), m.c31, m.c32, m.c33, g)
+    v.turn_x = with_product(with_product(v.turn_x, m.c11, m.c21, m.c31, p), m.j11, m.j12, m.j13, g)
+    v.turn_y = with_product(with_product(v.turn_y, m.c12, m.c22, m.c32, p), m.j12, m.j22, m.j23, g)
+    v.turn_z = with_product(with_product(v.turn_z, m.c13, m.c23, m.c33, p), m.j13, m.j23, m.j33, g)
 
 
 @wp.func

@@ -38,17 +38,15 @@ from warprock.kernels.impulse_space.block_run import swap_if, swap_impulses_if
 from warprock.kernels.impulse_space.stack import (
     CORNERS,
     SETTLED,
-    Effect,
     Foot,
     Gains,
     Mobility,
     Opening,
     Spot,
     Wrench,
-    add_effect,
     add_impulse,
+    add_motion,
     directions_of,
-    effect_of,
     find_contact,
     find_edge_spot,
     find_foot,
@@ -56,10 +54,12 @@ from warprock.kernels.impulse_space.stack import (
     find_lower_spot,
     find_upper_spot,
     gains_of,
+    ground_under,
     integrate,
     inverse_of,
     mobility_of,
     mode_after,
+    moment_of,
     motion_between,
     normal_of,
     observe_block,
@@ -71,9 +71,7 @@ from warprock.kernels.impulse_space.stack import (
     slip_of,
     solve_contact,
     square_of,
-    support_of,
     turn_between,
-    turn_effect,
     turn_yield,
     yield_of,
 )
@@ -134,6 +132,7 @@ def run_lanes(
     pack, _one = wp.tid()
     first, dt, zero, one = pack * LANES, knobs.time_step, real(0.0), real(1.0)
     # Bodies, the ground first.
+    block = rows(Block, BLOCKS + 1)
     state = rows(State, BLOCKS + 1)
     turn = rows(Turn, BLOCKS + 1)
     ease = rows(Symmetric, BLOCKS + 1)
@@ -142,14 +141,13 @@ def run_lanes(
     peaks = rows(Peaks, BLOCKS + 1)
     lift = rows(Triple, BLOCKS + 1)
     foot = rows(Foot, BLOCKS + 1)
-    light, mu, load, there = Numbers(), Numbers(), Numbers(), Numbers()
+    light, load, there = Numbers(), Numbers(), Numbers()
     # Slots: of one interface its spots, of all of them the impulses of the last step.
     spot = rows(Spot, SLOTS + 1)
     kept = rows(Impulse, SLOTS * BLOCKS + 1)
     apart = Marks()
     # Contacts, CONTACTS rows an interface.
     contact = rows(Contact, ROWS)
-    effect = rows(Effect, ROWS)
     gains = rows(Gains, ROWS)
     impulse = rows(Impulse, ROWS)
     ways = rows(Turn, ROWS)
@@ -162,7 +160,7 @@ def run_lanes(
     opens = rows(Opening)
     total = rows(Opening)
     shift = rows(Triple)
-    mobility = rows(Mobility)
+    mobility = rows(Mobility, BLOCKS + 1)
     moving = rows(Velocity)
     given = rows(Wrench)
     seen = rows(Result)
@@ -177,21 +175,23 @@ def run_lanes(
         seen[i] = Result(NEVER, zero, zero, zero, 0, RUNNING, 0)
     for k in range(1, bodies):
         for i in range(LANES):
-            block = blocks[k - 1, first + i]
+            placed = blocks[k - 1, first + i]
             own = State(
-                block.x, block.y, block.z, block.qx, block.qy, block.qz, block.qw, zero, zero,
-                zero, zero, zero, zero,
+                placed.x, placed.y, placed.z, placed.qx, placed.qy, placed.qz, placed.qw, zero,
+                zero, zero, zero, zero, zero,
             )  # fmt: skip
+            block[k, i] = placed
             state[k, i] = own
             turn[k, i] = turn_of(own)
-            light[k, i] = one / block.mass
-            mu[k, i] = block.friction
+            light[k, i] = one / placed.mass
             lean[k, i] = Lean(
-                sign_of(block.flat_x + block.centre_x), sign_of(block.flat_y + block.centre_y)
+                sign_of(placed.flat_x + placed.centre_x), sign_of(placed.flat_y + placed.centre_y)
             )
         for low in range(1, k + 1):
             for i in range(LANES):
-                load[low, i] = load[low, i] + dt * knobs.gravity * blocks[k - 1, first + i].mass
+                load[low, i] = load[low, i] + dt * knobs.gravity * block[k, i].mass
+    for i in range(LANES):
+        block[GROUND, i] = ground_under(block[LOWEST, i])
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         while running > 0 and time < until:
@@ -211,10 +211,8 @@ def run_lanes(
                 fastest[i] = zero
             for k in range(1, bodies):
                 for i in range(LANES):
-                    block = blocks[k - 1, first + i]
-                    inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
                     jump = Triple(dv[X, i], dv[Y, i], dv[Z, i])
-                    free, j = predict(jump, knobs, inverse, state[k, i])
+                    free, j = predict(jump, knobs, inverse_of(block[k, i]), state[k, i])
                     new[k, i] = free
                     each = light[k, i]
                     ease[k, i] = Symmetric(
@@ -234,12 +232,11 @@ def run_lanes(
                     flip[X, i] = wp.where(was.x != now.x, one, zero)
                     flip[Y, i] = wp.where(was.y != now.y, one, zero)
                     lean[k, i] = now
-                    below = support_of(blocks[wp.max(k - 2, 0), first + i], k)
-                    faces[i] = face_pair(blocks[k - 1, first + i], below, m, away, now.x, now.y)
-                    foot[k, i] = find_foot(away, below.half_height)
-                    mobility[i] = mobility_of(
-                        light[k, i], light[low, i], m, inverse_of(blocks[k - 1, first + i]),
-                        inverse_of(below), foot[k, i],
+                    faces[i] = face_pair(block[k, i], block[low, i], m, away, now.x, now.y)
+                    foot[k, i] = find_foot(away, block[low, i].half_height)
+                    mobility[k, i] = mobility_of(
+                        light[k, i], light[low, i], m, inverse_of(block[k, i]),
+                        inverse_of(block[low, i]), foot[k, i],
                     )  # fmt: skip
                     opens[i] = Opening(zero, zero, -FAR)
                     there[k, i] = zero
@@ -326,12 +323,10 @@ def run_lanes(
                         p = impulse[row + n, i]
                         p.n = wp.where(count > 0, p.n, load[k, i] / real(wp.max(number[i], 1)))
                         impulse[row + n, i] = impulse_where(spot[n, i].on > zero, p)
-                        below = support_of(blocks[wp.max(k - 2, 0), first + i], k)
                         contact[row + n, i] = find_contact(
-                            spot[n, i], lean[k, i], below, foot[k, i], knobs
+                            spot[n, i], lean[k, i], block[low, i], foot[k, i], knobs
                         )
-                        effect[row + n, i] = effect_of(mobility[i], contact[row + n, i])
-                        at_rest = yield_of(effect[row + n, i], contact[row + n, i])
+                        at_rest = yield_of(mobility[k, i], contact[row + n, i])
                         gains[row + n, i] = gains_of(at_rest, contact[row + n, i].on)
                 for n in range(wp.where(partial > 0, most, 0)):
                     those = int(0)
@@ -344,10 +339,9 @@ def run_lanes(
                         for i in range(LANES):
                             e = directions_of(normal[i])
                             ways[row + n, i] = e
-                            flat = yield_of(effect[row + n, i], contact[row + n, i])
+                            flat = yield_of(mobility[k, i], contact[row + n, i])
                             at_rest = turn_yield(flat, e)
                             gains[row + n, i] = gains_of(at_rest, contact[row + n, i].on)
-                            effect[row + n, i] = turn_effect(effect[row + n, i], e)
                 for i in range(LANES):
                     raised = shift[i]
                     all_seen = total[i]
@@ -368,7 +362,7 @@ def run_lanes(
                             more[i] = into_base(ways[c, i], more[i])
                     for i in range(LANES):
                         sum = given[i]
-                        add_impulse(contact[c, i], more[i], sum)
+                        add_impulse(more[i], moment_of(contact[c, i], more[i]), sum)
                         given[i] = sum
                 for i in range(LANES):
                     u = new[k, i]
@@ -403,7 +397,11 @@ def run_lanes(
                                 slip[i] = into_body(ways[c, i], slip[i])
                         for i in range(LANES):
                             p = solve_contact(
-                                mu[k, i], contact[c, i], gains[c, i], impulse[c, i], slip[i]
+                                block[k, i].friction,
+                                contact[c, i],
+                                gains[c, i],
+                                impulse[c, i],
+                                slip[i],
                             )
                             works = going[i] > zero
                             dx = wp.where(works, p.fx - impulse[c, i].fx, zero)
@@ -411,16 +409,16 @@ def run_lanes(
                             dz = wp.where(works, p.n - impulse[c, i].n, zero)
                             impulse[c, i] = wp.where(works, p, impulse[c, i])
                             more[i] = Triple(dx, dy, dz)
-                            v = moving[i]
-                            add_effect(effect[c, i], more[i], v)
-                            moving[i] = v
                         if skewed[c] > 0:
                             for i in range(LANES):
                                 more[i] = into_base(ways[c, i], more[i])
                         for i in range(LANES):
-                            sum = given[i]
-                            add_impulse(contact[c, i], more[i], sum)
+                            moment = moment_of(contact[c, i], more[i])
+                            sum, v = given[i], moving[i]
+                            add_impulse(more[i], moment, sum)
+                            add_motion(mobility[k, i], more[i], moment, v)
                             given[i] = sum
+                            moving[i] = v
                     for i in range(LANES):
                         u = new[k, i]
                         push_upper(light[k, i], ease[k, i], foot[k, i], turn[low, i], given[i], u)
@@ -466,21 +464,19 @@ def run_lanes(
                 low = k - 1
                 for i in range(LANES):
                     live = going[i] > zero
-                    block = blocks[k - 1, first + i]
                     jump = Triple(dv[X, i], dv[Y, i], dv[Z, i])
-                    inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
                     own, took = integrate(
-                        count == 0, dt, knobs.gravity, inverse, jump, state[k, i], new[k, i],
-                        lift[k, i],
+                        count == 0, dt, knobs.gravity, inverse_of(block[k, i]), jump, state[k, i],
+                        new[k, i], lift[k, i],
                     )  # fmt: skip
                     state[k, i] = wp.where(live, own, state[k, i])
                     turn[k, i] = turn_of(state[k, i])
-                    lost = seen[i].loss + block.mass * took
+                    lost = seen[i].loss + block[k, i].mass * took
                     seen[i].loss = wp.where(live, lost, seen[i].loss)
                     m = turn_between(turn[k, i], turn[low, i])
                     away = place_between(state[k, i], state[low, i], turn[low, i])
                     peaks[k, i] = observe_block(
-                        live, time, block, state[k, i], m, away, peaks[k, i]
+                        live, time, block[k, i], state[k, i], m, away, peaks[k, i]
                     )
                     mode = mode_after(seen[i].mode, there[k, i], state[k, i], turn[k, i].r33, m.r33)
                     seen[i].mode = wp.where(live, mode, seen[i].mode)
@@ -499,9 +495,7 @@ def run_lanes(
         for k in range(1, wp.where(found.attitudes.shape[0] > 0, bodies, 0)):
             for i in range(LANES):
                 past = wp.where(seen[i].mode == RUNNING, smaller(until - time, zero), zero)
-                block = blocks[k - 1, first + i]
-                own = state[k, i]
-                inverse = Triple(block.inverse_x, block.inverse_y, block.inverse_z)
+                own, inverse = state[k, i], inverse_of(block[k, i])
                 spin = spin_of(own)
                 qx, qy, qz, qw = turn_freely(own.qx, own.qy, own.qz, own.qw, spin, inverse, past)
                 found.attitudes[sample, k - 1, X, first + i] = qx

@@ -26,6 +26,8 @@ ALONG_DEPTH = 8
 """First of the slots on the upper face's edges along its depth."""
 LOWER = 12
 """First of the slots of the corners of the lower face."""
+STEEPEST = real(1.0e-3)
+"""Least cosine of a face or an edge to the lower face for which slopes still grow."""
 PARALLEL = by_precision(1.0e-4, 1.0e-3)
 """Angle [rad] up to which faces count as parallel, and all of their contacts have one normal: a
 face that slides cannot keep contacts of several. A force is off by this part at most."""
@@ -168,3 +170,68 @@ def crosses(slot: int, place: real, along: real, half: real) -> bool:
     """
     ends = size(place) > half * (real(1.0) + HALF * SAME)
     return slot >= UPPER and slot < LOWER and ends and along * along < HALF
+
+
+@wp.struct
+class Slopes:
+    """The normal (x, y, 1) of a contact of two faces, and how well it tells where that is.
+
+    Attributes:
+        x, y: Slopes.
+        reach: See `lowest_slopes` [m].
+    """
+
+    x: real
+    y: real
+    reach: real
+
+
+@wp.func
+def slopes_of(gx: real, gy: real, x: real, y: real, f: Faces) -> Slopes:
+    """Slopes (x, y) of a normal, of faces that part at the slopes (gx, gy), with their reach."""
+    ux, uy = gx - x, gy - y
+    lower = dot(f.a, f.b, size(x), size(y))
+    upper = dot(f.au, f.bu, size(dot(ux, uy, f.dx, f.dy)), size(dot(ux, uy, f.ex, f.ey)))
+    return Slopes(x, y, lower + upper + dot(ux, uy, f.ox, f.oy))
+
+
+@wp.func
+def nearer(one: Slopes, other: Slopes) -> Slopes:
+    """That of two normals which reaches less far; the first if both do alike."""
+    less = other.reach < one.reach
+    return Slopes(
+        wp.where(less, other.x, one.x), wp.where(less, other.y, one.y),
+        wp.where(less, other.reach, one.reach),
+    )  # fmt: skip
+
+
+@wp.func
+def slope_across(run: real, rise: real) -> real:
+    """Slope of a normal across an edge that rises so much over a run."""
+    return -rise / (sign_of(run) * larger(size(run), STEEPEST))
+
+
+@wp.func
+def lowest_slopes(f: Faces) -> Slopes:
+    """The normal (x, y, 1) of the contact where the upper face is lowest over the lower one.
+
+    A corner of the upper face touches along the lower normal (0, 0, 1), a corner of the lower face
+    along the upper one, (g, 1), and edges that cross along the normal of both. The lowest corner of
+    the overlap lies farthest along g. How far, is the least of the bounds
+
+        h(q) + H(g - q),    h(q) = max q . r in the lower face,    H likewise in the upper one,
+
+    and the q that gives the least is what the edges of the lower face hold of g: (q, 1) is the
+    normal. It is 0, g, or that of edges which cross and run in other directions.
+    """
+    zero = real(0.0)
+    over = real(1.0) / larger(fused_less(f.dy, f.ex, f.dx * f.ey), STEEPEST)
+    gx = over * fused_less(f.dz, f.ey, f.dy * f.ez)
+    gy = over * fused_less(f.dx, f.ez, f.dz * f.ex)
+    # Of two edges of the upper face the one that runs rather across.
+    aside = size(f.dx) < size(f.dy)
+    run_x, rise_x = wp.where(aside, f.ex, f.dx), wp.where(aside, f.ez, f.dz)
+    run_y, rise_y = wp.where(aside, f.dy, f.ey), wp.where(aside, f.dz, f.ez)
+    found = nearer(slopes_of(gx, gy, zero, zero, f), slopes_of(gx, gy, gx, gy, f))
+    found = nearer(found, slopes_of(gx, gy, slope_across(run_x, rise_x), zero, f))
+    return nearer(found, slopes_of(gx, gy, zero, slope_across(run_y, rise_y), f))

@@ -16,6 +16,7 @@ Array = npt.NDArray[np.float64]
 real = wp.float64
 faces = kernel_module("shape/faces", precision="float64")
 corner, mirror_slot, Faces, SLOTS = faces.corner, faces.mirror_slot, faces.Faces, faces.SLOTS
+lowest_slopes = faces.lowest_slopes
 wp.set_module_options(module_options() | BRANCHES)
 
 SIGNS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
@@ -38,6 +39,20 @@ def find(
         points[i, s, 1] = y
         points[i, s, 2] = gap
         there[i, s] = wp.where(exists, 1, 0)
+
+
+@wp.kernel
+def press(pairs: wp.array2d(dtype=real), normals: wp.array2d(dtype=real)) -> None:
+    """The normal (x, y, 1) where the upper face is lowest, one pair a thread."""
+    i = wp.tid()
+    both = Faces(
+        pairs[i, 0], pairs[i, 1], pairs[i, 2], pairs[i, 3], pairs[i, 4], pairs[i, 5], pairs[i, 6],
+        pairs[i, 7], pairs[i, 8], pairs[i, 9], pairs[i, 10], pairs[i, 11], pairs[i, 12],
+    )  # fmt: skip
+    found = lowest_slopes(both)
+    normals[i, 0] = found.x
+    normals[i, 1] = found.y
+    normals[i, 2] = real(1.0)
 
 
 @wp.kernel
@@ -165,3 +180,49 @@ def test_a_mirrored_pair_has_mirrored_slots(sides: tuple[int, int]) -> None:
     gaps = np.abs(images[:, order] * [sx, sy, 1.0] - points)[there]
     # The two ways to the same crossing differ by round-off, over the angle at which edges cross.
     assert np.max(gaps) <= 1e-9
+
+
+def touched(row: Array, slot: int, point: Array) -> Array | None:
+    """The normal (x, y, 1) of a contact at a slot; None where edges cross at less than 45 degrees.
+
+    Args:
+        row: A pair of faces.
+        slot: The slot.
+        point: Where it is.
+    """
+    d, e = row[3:6], row[6:9]
+    normal = np.array([0.0, 0.0, 1.0])
+    if slot >= 12:
+        normal = np.cross(d, e)
+    elif slot >= 4:
+        # The end of the lower face's width or of its depth, whose edge runs along the other one.
+        width = abs(abs(point[0]) - row[11]) < abs(abs(point[1]) - row[12])
+        edge, below = (d if slot < 8 else e), np.array([0.0, 1.0, 0.0] if width else [1.0, 0, 0])
+        normal = np.cross(edge, below)
+        across, far = (0, 1) if width else (1, 0)
+        if abs(edge[across]) < abs(edge[far]):
+            return None
+    return np.asarray(normal / normal[2])
+
+
+@pytest.mark.thorough
+def test_the_lowest_corner_has_the_normal_of_what_touches_there() -> None:
+    pairs = random_pairs(1000)
+    points, there = shared(pairs)
+    normals = wp.zeros((len(pairs), 3), dtype=real, device="cpu")
+    wp.launch(press, len(pairs), [wp.array(pairs, dtype=real, device="cpu"), normals], device="cpu")
+    kinds = []
+    for row, found, exists, normal in zip(pairs, points, there, normals.numpy(), strict=True):
+        if not exists.any():
+            continue
+        slot = int(np.argmin(np.where(exists, found[:, 2], np.inf)))
+        expected = touched(row, slot, found[slot])
+        kinds.append((slot >= 4) + (slot >= 12) if expected is not None else 3)
+        if expected is not None:
+            np.testing.assert_allclose(normal, expected, rtol=0.0, atol=1e-12)
+        else:
+            # That of another one: across edges 45 degrees apart it leans by sqrt(2) of the upper
+            # face at most, more as edges of tilted faces do.
+            upper = np.cross(row[3:6], row[6:9])
+            assert np.linalg.norm(normal[:2]) <= 1.5 * np.linalg.norm(upper[:2] / upper[2])
+    assert np.bincount(kinds, minlength=4).min() >= 50

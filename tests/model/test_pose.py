@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tests.shared.spatial_blocks import spatial_lanes, spatial_stack
+from tests.shared.blocks import make_stacks
+from tests.shared.spatial_blocks import in_space, spatial_lanes, spatial_stack
+from warprock.engines.blocks import start_on_corners
 from warprock.kernels.launch.instance import kernel_module, module_options
 from warprock.model.pose import Array, bottom_corners, product, quaternion, rotations, start_poses
 from warprock.model.turning import rotate
@@ -185,3 +187,75 @@ def test_free_rotation_keeps_its_energy_for_ever() -> None:
     assert worst[0.01] <= 0.3 * worst[0.02]
     rate = np.max(np.abs(momentum * inverse))
     assert worst[0.01] <= (rate * 0.01) ** 2
+
+
+@pytest.mark.parametrize("blocks", [2, 4])
+def test_stacks_that_lean_start_in_space_where_they_start_in_the_plane(blocks: int) -> None:
+    """Some lean as one, some on a flat block; upper blocks jut out, and are deeper or less deep."""
+    rng = np.random.default_rng(1)
+    shape, aside = (200, blocks), np.arange(blocks) > 0
+    rotation = rng.uniform(-0.3, 0.3, shape)
+    rotation[:50], rotation[50:100, 0] = rotation[:50, :1], 0.0
+    flat = make_stacks(
+        rng.uniform(0.3, 0.6, shape), rng.uniform(0.2, 0.6, shape), rotation=rotation,
+        offset=aside * rng.uniform(-0.1, 0.1, shape),
+    )  # fmt: skip
+    place, _attitude = start_poses(in_space(flat, depth=rng.uniform(0.3, 0.6, shape)))
+    x, z, _left, _right = start_on_corners(flat)
+    np.testing.assert_allclose(place[..., 0], x, rtol=0.0, atol=EPS)
+    np.testing.assert_allclose(place[..., 1], 0.0, rtol=0.0, atol=EPS)
+    np.testing.assert_allclose(place[..., 2], z, rtol=0.0, atol=EPS)
+
+
+def test_a_stack_whose_blocks_lean_alike_is_one_that_was_turned() -> None:
+    rng = np.random.default_rng(2)
+    one, each, above = np.ones(3), (100, 3), np.array([0.0, 1.0, 1.0])
+    whole = {
+        "depth": rng.uniform(0.3, 0.6, each),
+        "yaw_start": rng.uniform(-3.0, 3.0, (100, 1)) * one,
+        "offset_across": above * rng.uniform(-0.05, 0.05, each),
+        "centre_offset_x": rng.uniform(-0.05, 0.05, each),
+        "centre_offset_y": rng.uniform(-0.05, 0.05, each),
+    }
+    leans = {
+        name: rng.uniform(-0.2, 0.2, (100, 1)) * one
+        for name in ("rotation_start", "rotation_across_start")
+    }
+    blocks = make_stacks(
+        rng.uniform(0.3, 0.6, each), rng.uniform(0.2, 0.6, each),
+        offset=above * rng.uniform(-0.05, 0.05, each),
+    )  # fmt: skip
+    turned, upright = in_space(blocks, **whole, **leans), in_space(blocks, **whole)
+    (place, attitude), (flat, level) = start_poses(turned), start_poses(upright)
+    back = product(attitude[:, :1], level[:, :1] * (-1.0, -1.0, -1.0, 1.0))
+    expected = place[:, :1] + rotate(back, flat - flat[:, :1])
+    np.testing.assert_allclose(place, expected, rtol=0.0, atol=EPS)
+    low = rotate(attitude[..., None, :], bottom_corners(turned)) + place[..., None, :]
+    np.testing.assert_allclose(low[:, 0, :, 2].min(axis=1), 0.0, rtol=0.0, atol=EPS)
+
+
+def test_a_turned_block_leans_on_the_lowest_corner_of_what_two_faces_share() -> None:
+    """Against points of the upper face: none that lies over the lower one is below it."""
+    rng = np.random.default_rng(3)
+    shape, upper = (200, 2), np.array([0.0, 1.0])
+    stacks = in_space(
+        make_stacks(
+            rng.uniform(0.3, 0.6, shape), 0.3, offset=upper * rng.uniform(-0.2, 0.2, shape)
+        ),
+        depth=rng.uniform(0.3, 0.6, shape),
+        offset_across=upper * rng.uniform(-0.2, 0.2, shape),
+        yaw_start=rng.uniform(-3.0, 3.0, shape),
+        rotation_start=upper * rng.uniform(-1e-3, 1e-3, shape),
+        rotation_across_start=upper * rng.uniform(-1e-3, 1e-3, shape),
+    )
+    place, attitude = start_poses(stacks)
+    a, b = np.meshgrid(np.linspace(-0.5, 0.5, 201), np.linspace(-0.5, 0.5, 201))
+    for lane in range(200):
+        face = np.stack([a * stacks.width[lane, 1], b * stacks.depth[lane, 1], 0.0 * a - 0.15], -1)
+        seen = place[lane, 1] + rotate(attitude[lane, 1], face) - (0.0, 0.0, 0.3)
+        own = rotate(attitude[lane, 0] * (-1.0, -1.0, -1.0, 1.0), seen)
+        over = 2.0 * np.abs(own[..., 0]) <= stacks.width[lane, 0]
+        over &= 2.0 * np.abs(own[..., 1]) <= stacks.depth[lane, 0]
+        lowest = seen[over, 2].min()
+        # Where the points lie, and how far a turn of 1e-3 rad moves the face sideways.
+        assert -2e-6 <= lowest <= 1e-3 * 0.01

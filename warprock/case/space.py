@@ -162,8 +162,6 @@ def _refuse_fallen_bodies(values: LaneValues, lanes: SpatialLanes) -> None:
 
 
 def _refuse_in_stack(values: LaneValues, lanes: SpatialLanes, block: int, table: str) -> None:
-    allowed = "must be 0 in space: stacks start flat there"
-    values.refuse(lanes.rotation_start[:, block] != 0.0, f"{table}.rotation", allowed)
     depth = lanes.face_depth
     allowed = "must be less than half of the block's depth, so that a face is left"
     values.refuse(depth[:, block] <= 0.0, f"{table}.chamfer", allowed)

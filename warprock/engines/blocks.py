@@ -14,7 +14,7 @@ from warprock.engines.bodies import rotate_lever
 from warprock.engines.launching import NEVER
 from warprock.engines.stack_bodies import profile_columns, start_on_feet
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
-from warprock.model.pose import bottom_corners, start_poses
+from warprock.model.pose import bottom_corners, rotate_yaw, start_poses
 from warprock.model.release import Release
 from warprock.model.stacking import sum_above
 from warprock.model.turning import rotate
@@ -207,10 +207,3 @@ def _flat_places(stacks: SpatialLanes) -> Array:
     beside = np.concatenate([np.zeros_like(centre[:, :1]), centre[:, :-1]], axis=1)
     # What stands on the ground stands where its first block's offset says, in the axes of the base.
     return np.asarray(rotate_yaw(offset, -below) - beside)
-
-
-def rotate_yaw(vector: Array, angle: Array) -> Array:
-    """Rotates vectors [..., 2] by angles [rad], from +x to +y."""
-    c, s = np.cos(angle), np.sin(angle)
-    x, y = vector[..., 0], vector[..., 1]
-    return np.stack([c * x - s * y, s * x + c * y], axis=-1)

@@ -9,13 +9,12 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.blocks import rotate_yaw
 from warprock.engines.launching import NEVER, Found
 from warprock.engines.places import planar_places, spatial_places
 from warprock.kernels.lane.modes import BROKEN, OVERTURNED, SLID_OFF, STALLED, UNSOLVED
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions
-from warprock.model.pose import rotations, start_poses
+from warprock.model.pose import rotate_yaw, rotations, start_poses
 from warprock.model.response import (
     ASSEMBLY_FIELDS,
     BODY_FIELDS,

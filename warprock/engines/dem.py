@@ -87,11 +87,12 @@ class Dem(KernelEngine):
 
     Blocks that are too tall for their springs (k I <= W h, see `standing_ratio`) are refused.
 
-    In space the springs are a grid, `subcontacts` along the width times `subcontacts_across` along
-    the depth, under the face of the upper block; they press along the normal of the lower face. A
-    lane lifts there once an interface gapes from the middle to three quarters of the way to the
-    corner that is pressed most; for a turn about an edge that is the rule of the plane. A block
-    that rocks over corners chatters on weakly damped springs, so that no order shows.
+    In space the springs are a grid, `subcontacts` along the width times `subcontacts_across`
+    along the depth, under the face of the upper block. They press along the normal of the
+    contact where this face is lowest: a corner, or edges that cross. A lane lifts there once an
+    interface gapes from the middle to three quarters of the way to the corner that is pressed
+    most; for a turn about an edge that is the rule of the plane. A block that rocks over
+    corners chatters on weakly damped springs, so that no order shows.
 
     A body in space stands on a spring under each of its points, which have equal parts of the area
     of its base, as a box with two sub-contacts along and across does. In a stack in the plane with

@@ -196,8 +196,9 @@ def _turn_by(vector: Array, c: Array, s: Array) -> Array:
 def start_in_space(lanes: Lanes, settings: DemSettings) -> dict[str, Array]:
     """What the blocks are and where they start, pressed into one another by what they bear.
 
-    Flat blocks are in static equilibrium, eccentric as they may be; a block that is let go from a
-    lean bears its weight on the points that reach the base; one in the air none.
+    Flat blocks are in static equilibrium, eccentric as they may be. Of blocks that are let go from
+    a lean every interface bears the weight above it on the points that reach it, pressed along the
+    normal of the lower face; what is in the air, or on something that is, bears none.
 
     Returns:
         `spatial_columns`, shape [lane, block] each, with settled poses; z from where it would be in
@@ -216,19 +217,35 @@ def start_in_space(lanes: Lanes, settings: DemSettings) -> dict[str, Array]:
     )
     position += np.where(flat[:, None, None], moved, 0.0)
     attitude = np.where(flat[:, None, None], product(quaternion(turn), attitude), attitude)
-    sinks = ~flat & ~(stacks.gap_start[:, 0] > 0.0)
-    seen = rotate(attitude[:, :1], _levers(springs, 0))[..., 2] + 0.5 * stacks.height[:, :1]
-    depth = _find_sinking(
-        springs,
-        seen + position[:, :1, 2],
-        settings.normal_stiffness * springs.area[:, 0],
-        GRAVITY * stacks.mass[:, 0],
-    )
-    position[:, 0, 2] -= np.where(sinks, depth, 0.0)
+    flies = np.logical_or.accumulate(stacks.gap_start > 0.0, axis=1)
+    weight = GRAVITY * sum_above(np.where(flies, 0.0, stacks.mass))
+    rise = rotate(attitude[:, :1], _levers(springs, 0))[..., 2] + 0.5 * stacks.height[:, :1]
+    rise, axis = rise + position[:, :1, 2], np.broadcast_to((0.0, 0.0, 1.0), (len(rise), 3))
+    for block in range(stacks.block_count):
+        if block > 0:
+            rise, axis = _rise(springs, attitude, block)
+        stiffness = settings.normal_stiffness * springs.area[:, block]
+        depth = _find_sinking(springs, rise, stiffness, weight[:, block] * axis[:, 2])
+        sunk = np.where(~flat & ~flies[:, block], depth, 0.0)
+        position[:, block:] -= (sunk[:, None] * axis)[:, None]
     columns |= {name: position[..., axis] for axis, name in enumerate(("x", "y", "z"))}
     return columns | {
         name: attitude[..., part] for part, name in enumerate(("qx", "qy", "qz", "qw"))
     }
+
+
+def _rise(springs: SpatialSprings, attitude: Array, block: int) -> tuple[Array, Array]:
+    """Heights of points above the face of the rigid block below [m], and the normal of that face.
+
+    Shapes [lane, point] and [lane, 3], for attitudes of the shape [lane, block, 4].
+    """
+    columns = springs.columns
+    low, up = attitude[:, block - 1], attitude[:, block]
+    axis = rotate(low, np.broadcast_to((0.0, 0.0, 1.0), (len(low), 3)))
+    apart = np.stack([columns[n][:, block] - columns[n][:, block - 1] for n in "xyz"], axis=-1)
+    seen = rotate(up[:, None], _levers(springs, block)) + apart[:, None]
+    height = (seen * axis[:, None]).sum(axis=-1) - columns["half_height"][:, block - 1, None]
+    return height, axis
 
 
 def _find_sinking(springs: SpatialSprings, rise: Array, stiffness: Array, weight: Array) -> Array:

@@ -13,11 +13,12 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.blocks import rotate_yaw, spatial_columns
+from warprock.engines.blocks import spatial_columns
 from warprock.engines.bodies import Corners, rotate_lever
 from warprock.engines.spatial_bodies import body_of, existing_points, standing_places
 from warprock.engines.stack_bodies import profile_slides
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
+from warprock.model.pose import rotate_yaw
 from warprock.model.turning import inverse, rotate
 
 Array = npt.NDArray[np.float64]

@@ -7,12 +7,12 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.blocks import rotate_yaw, spatial_columns, throw_columns
+from warprock.engines.blocks import spatial_columns, throw_columns
 from warprock.errors import InputError
 from warprock.model.bodies import Bodies
 from warprock.model.hull import LEVEL
 from warprock.model.lanes import Lanes, SpatialLanes
-from warprock.model.pose import start_poses
+from warprock.model.pose import rotate_yaw, start_poses
 from warprock.model.scene import SceneKind
 from warprock.model.turning import rotate
 from warprock.units import GRAVITY

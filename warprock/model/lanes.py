@@ -241,8 +241,9 @@ class SpatialLanes(Lanes):
 
     A block starts turned by its yaw about the vertical. It leans about an axis in its own bottom
     face: by its rotation towards its own +x, by its rotation across towards its own +y. Its lowest
-    corner is `gap_start` above the place where it would stand if the block were flat. Stacks start
-    flat.
+    corner is `gap_start` above the place where it would stand if the block were flat. In a stack a
+    block that leans otherwise than the one below is turned about the lowest corner of what their
+    faces share, and blocks that lean alike stand as one.
 
     A centre of mass beside the middle of the box moves the corners as seen from it; the moments of
     inertia about it remain those of the uniform box. Slenderness angles are those of the weaker
@@ -254,7 +255,7 @@ class SpatialLanes(Lanes):
     Attributes:
         rotation_across_start: Rotation towards +y at the start [rad].
         yaw_start: Turn about the vertical at the start [rad], positive from +x to +y.
-        gap_start: Height of the lowest corner above the base at the start [m], >= 0.
+        gap_start: Height of the lowest corner above what it stands on at the start [m], >= 0.
         centre_offset_x: Distance of the centre of mass from the middle, along the width [m].
         centre_offset_y: The same along the depth [m].
         offset_across: Distance of a block's middle to +y of the middle of what it stands on [m];

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.lanes import Lanes, SpatialLanes
-from warprock.model.turning import rotate
+from warprock.model.turning import inverse, rotate
 
 Array = npt.NDArray[np.float64]
 
@@ -131,4 +131,92 @@ def start_poses(lanes: SpatialLanes) -> tuple[Array, Array]:
     if lanes.stacked:
         stands[..., :2] = np.cumsum(stands[..., :2], axis=1)
         stands[:, 1:, 2] += np.cumsum(lanes.height[:, :-1], axis=1)
-    return rotate(yaw, flat) + stands - touching, attitude
+    position = rotate(yaw, flat) + stands - touching
+    if lanes.stacked and lanes.block_count > 1:
+        leans = (lanes.rotation_start != 0.0) | (lanes.rotation_across_start != 0.0)
+        tilted = leans.any(axis=1)
+        if tilted.any():
+            on_faces = _centres_on_faces(lanes, yaw, attitude)
+            position = np.where(tilted[:, None, None], on_faces, position)
+    return position, attitude
+
+
+def _centres_on_faces(lanes: SpatialLanes, yaw: Array, attitude: Array) -> Array:
+    """Centres of mass of stacks whose blocks lean [m], shape [lane, block, 3].
+
+    A block lies flush on the face below, as it would on a level one, and is turned out of that
+    about the lowest corner of what both faces share: so blocks that lean alike stand as one.
+    """
+    position = np.zeros((*lanes.width.shape, 3))
+    centre = np.stack([lanes.centre_offset_x, lanes.centre_offset_y, 0.5 * lanes.height], axis=-1)
+    offset = np.stack([lanes.offset, lanes.offset_across, 0.0 * lanes.offset], axis=-1)
+    # Middle of the face below, and its tilt: the ground's.
+    face, tilt = np.zeros((lanes.lane_count, 3)), quaternion(np.zeros((lanes.lane_count, 3)))
+    for block in range(lanes.block_count):
+        turned, flush = attitude[:, block], product(tilt, yaw[:, block])
+        flat = face + rotate(tilt, offset[:, block]) + rotate(flush, centre[:, block])
+        axis = rotate(turned, np.broadcast_to((0.0, 0.0, 1.0), face.shape))
+        foot = _lowest_shared(lanes, block, rotate(inverse(tilt), axis)[:, :2])
+        pivot = face + rotate(tilt, np.concatenate([foot, 0.0 * foot[:, :1]], axis=1))
+        place = pivot + rotate(product(turned, inverse(flush)), flat - pivot)
+        place[:, 2] += lanes.gap_start[:, block]
+        position[:, block] = place
+        tilt = product(turned, inverse(yaw[:, block]))
+        face = place + rotate(turned, centre[:, block] * (-1.0, -1.0, 1.0))
+    return position
+
+
+INSIDE = 1e-9
+"""Part of a face by which a point may lie outside and still count as on its edge."""
+
+
+def _lowest_shared(lanes: SpatialLanes, block: int, downhill: Array) -> Array:
+    """The corner farthest downhill of what a block's face and the one below share [m], [lane, 2].
+
+    In the plan of the face below, from its middle, along axes that are not turned by its yaw.
+
+    Args:
+        lanes: The stacks.
+        block: The block.
+        downhill: Where to in that plan, shape [lane, 2].
+    """
+    turn = lanes.yaw_start[:, block]
+    upper = 0.5 * np.stack([lanes.face_width[:, block], lanes.face_depth[:, block]], axis=-1)
+    middle = np.stack([lanes.offset[:, block], lanes.offset_across[:, block]], axis=-1)
+    signs = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    corners = middle[:, None] + rotate_yaw(upper[:, None] * signs, turn[:, None])
+    if block == 0:
+        return _farthest(corners, np.ones(corners.shape[:2], dtype=bool), downhill)
+    below = lanes.yaw_start[:, block - 1]
+    lower = 0.5 * np.stack([lanes.face_width, lanes.face_depth], axis=-1)[:, block - 1]
+    # Ends of what the lower face leaves of the upper edges, in its own axes.
+    first = rotate_yaw(corners, -below[:, None])
+    run = np.roll(first, -1, axis=1) - first
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cuts = [(side * lower[:, None] - first) / run for side in (-1.0, 1.0)]
+    beside = np.abs(first) > lower[:, None] * (1.0 + INSIDE)
+    still = np.abs(run) <= INSIDE * lower[:, None]
+    start = np.where(still, np.where(beside, np.inf, 0.0), np.minimum(*cuts)).max(axis=-1)
+    end = np.where(still, 1.0, np.maximum(*cuts)).min(axis=-1)
+    start, end = np.maximum(start, 0.0), np.minimum(end, 1.0)
+    ends = [first + np.where(start <= end, at, 0.0)[..., None] * run for at in (start, end)]
+    # Corners of the lower face under the upper one.
+    own = lower[:, None] * signs
+    seen = rotate_yaw(rotate_yaw(own, below[:, None]) - middle[:, None], -turn[:, None])
+    under = np.all(np.abs(seen) <= upper[:, None] * (1.0 + INSIDE), axis=-1)
+    places = rotate_yaw(np.concatenate([*ends, own], axis=1), below[:, None])
+    there = np.concatenate([start <= end, start <= end, under], axis=1)
+    return _farthest(places, there, downhill)
+
+
+def _farthest(places: Array, there: npt.NDArray[np.bool_], way: Array) -> Array:
+    """That of some places [lane, place, 2] which lies farthest along a way [lane, 2]."""
+    along = np.where(there, (places * way[:, None]).sum(axis=-1), -np.inf)
+    return np.asarray(np.take_along_axis(places, np.argmax(along, axis=1)[:, None, None], 1)[:, 0])
+
+
+def rotate_yaw(vector: Array, angle: Array) -> Array:
+    """Rotates vectors [..., 2] by angles [rad], from +x to +y."""
+    c, s = np.cos(angle), np.sin(angle)
+    x, y = vector[..., 0], vector[..., 1]
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)

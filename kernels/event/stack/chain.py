@@ -61,7 +61,8 @@ class Factors:
     """Factors of the system of all interfaces, eliminated from below; see `eliminate`.
 
     Attributes:
-        inverse: Inverse of the diagonal block that is left at an interface.
+        inverse: Minus the inverse of the diagonal block that is left at an interface; zero in the
+            columns of rows that hold no velocity.
         reach: What the impulses of the next higher interface do to those of this one.
         positive: 1 if the determinant of the system up to each interface is positive, as without
             contact.
@@ -110,33 +111,57 @@ def held_rows(hold: int, slip: int) -> Three:
 
 
 @wp.func
-def over_mass(m: Matrix, blocks: wp.ref[Blocks], k: int) -> Matrix:
-    """Rows of an interface times the inverse masses of block k."""
-    w = blocks.inverse_mass[k]
-    j = blocks.inverse_inertia[k]
+def invert(m: Matrix):
+    """The inverse of a matrix, zero if there is none, and its determinant."""
+    i = wedge(m[1, 1], m[1, 2], m[2, 1], m[2, 2])
+    j = wedge(m[1, 2], m[1, 0], m[2, 2], m[2, 0])
+    k = wedge(m[1, 0], m[1, 1], m[2, 0], m[2, 1])
+    determinant = fused(m[0, 2], k, fused(m[0, 1], j, m[0, 0] * i))
+    over = wp.where(determinant != real(0.0), real(1.0) / determinant, real(0.0))
+    inverse = Matrix(
+        i, wedge(m[0, 2], m[0, 1], m[2, 2], m[2, 1]), wedge(m[0, 1], m[0, 2], m[1, 1], m[1, 2]),
+        j, wedge(m[0, 0], m[0, 2], m[2, 0], m[2, 2]), wedge(m[0, 2], m[0, 0], m[1, 2], m[1, 0]),
+        k, wedge(m[0, 1], m[0, 0], m[2, 1], m[2, 0]), wedge(m[0, 0], m[0, 1], m[1, 0], m[1, 1]),
+    )  # fmt: skip
+    return over * inverse, determinant
+
+
+@wp.func
+def keep_columns(keep: Three, m: Matrix) -> Matrix:
+    """The columns of a matrix, each times a number; a product with a diagonal one costs thrice."""
     return Matrix(
-        m[0, 0] * w, m[0, 1] * w, m[0, 2] * j,
-        m[1, 0] * w, m[1, 1] * w, m[1, 2] * j,
-        m[2, 0] * w, m[2, 1] * w, m[2, 2] * j,
+        keep[0] * m[0, 0], keep[1] * m[0, 1], keep[2] * m[0, 2],
+        keep[0] * m[1, 0], keep[1] * m[1, 1], keep[2] * m[1, 2],
+        keep[0] * m[2, 0], keep[1] * m[2, 1], keep[2] * m[2, 2],
     )  # fmt: skip
 
 
 @wp.func
-def keep_rows(keep: Three, m: Matrix) -> Matrix:
-    """The rows of a matrix, each times a number; a product with a diagonal matrix costs thrice."""
-    return Matrix(
-        keep[0] * m[0, 0], keep[0] * m[0, 1], keep[0] * m[0, 2],
-        keep[1] * m[1, 0], keep[1] * m[1, 1], keep[1] * m[1, 2],
-        keep[2] * m[2, 0], keep[2] * m[2, 1], keep[2] * m[2, 2],
-    )  # fmt: skip
+def add_product(a: Matrix, b: Matrix, m: Matrix) -> Matrix:
+    """The matrix m + a b."""
+    found = Matrix()
+    for i in range(3):
+        for j in range(3):
+            first = fused(a[i, 1], b[1, j], fused(a[i, 0], b[0, j], m[i, j]))
+            found[i, j] = fused(a[i, 2], b[2, j], first)
+    return found
+
+
+@wp.func
+def add_times(m: Matrix, x: Three, v: Three) -> Three:
+    """The vector v + m x."""
+    found = Three()
+    for i in range(3):
+        found[i] = fused(m[i, 2], x[2], fused(m[i, 1], x[1], fused(m[i, 0], x[0], v[i])))
+    return found
 
 
 @wp.func
 def relative_velocity(g: wp.ref[Jacobian], velocity: wp.ref[Triples], k: int) -> Three:
     """Relative velocities at interface k [m/s]."""
-    u = matrix_of(g.upper, k) * three_of(velocity, k)
+    u = add_times(matrix_of(g.upper, k), three_of(velocity, k), Three())
     if k > 0:
-        u = u + matrix_of(g.lower, k) * three_of(velocity, k - 1)
+        u = add_times(matrix_of(g.lower, k), three_of(velocity, k - 1), u)
     return u
 
 
@@ -151,21 +176,37 @@ def relative_velocities(g: wp.ref[Jacobian], velocity: wp.ref[Triples], q: wp.re
 
 @wp.func(inline=False)
 def couple(blocks: wp.ref[Blocks], g: wp.ref[Jacobian], c: wp.ref[Couplings]):
-    """Sets what impulses at the interfaces do to their relative velocities."""
+    """Sets what impulses at the interfaces do to their relative velocities.
+
+    An impulse of 1 along a row is one along (x, z), a unit vector, and one that turns the block.
+    The lower block takes the opposite one, which turns it otherwise.
+    """
     c.friction = blocks.friction
+    mass = real(0.0)
+    turn = real(0.0)
     for k in range(BLOCKS):
         up = matrix_of(g.upper, wp.static(k))
-        d = over_mass(up, blocks, k) * wp.transpose(up)
-        beside = Matrix()
+        down = Matrix()
+        before = Matrix()
         if k > 0:
             down = matrix_of(g.lower, k)
-            heavy = over_mass(down, blocks, k - 1)
-            d = d + heavy * wp.transpose(down)
-            beside = heavy * wp.transpose(matrix_of(g.upper, k - 1))
+            before = matrix_of(g.upper, k - 1)
+        both = blocks.inverse_mass[k] + mass
         for i in range(3):
+            for j in range(wp.static(i + 1)):
+                along = both
+                if j < i:
+                    along = both * dot(up[i, 0], up[i, 1], up[j, 0], up[j, 1])
+                turned = turn * down[i, 2]
+                own = fused(turned, down[j, 2], along)
+                own = fused(blocks.inverse_inertia[k] * up[i, 2], up[j, 2], own)
+                c.own[3 * k + i, j] = own
+                c.own[3 * k + j, i] = own
             for j in range(3):
-                c.own[3 * k + i, j] = d[i, j]
-                c.below[3 * k + i, j] = beside[i, j]
+                along = mass * dot(up[i, 0], up[i, 1], before[j, 0], before[j, 1])
+                c.below[3 * k + i, j] = fused(turn * down[i, 2], before[j, 2], -along)
+        mass = blocks.inverse_mass[k]
+        turn = blocks.inverse_inertia[k]
 
 
 @wp.func
@@ -173,12 +214,12 @@ def velocity_after(
     c: wp.ref[Couplings], q: wp.ref[Triples], p: wp.ref[Triples], k: int
 ) -> Three:  # fmt: skip
     """Relative velocity at interface k [m/s]: that of q + D p."""
-    own = matrix_of(c.own, k) * three_of(p, k)
+    u = add_times(matrix_of(c.own, k), three_of(p, k), three_of(q, k))
     if k > 0:
-        own = own + matrix_of(c.below, k) * three_of(p, k - 1)
+        u = add_times(matrix_of(c.below, k), three_of(p, k - 1), u)
     if k < BLOCKS - 1:
-        own = own + wp.transpose(matrix_of(c.below, k + 1)) * three_of(p, k + 1)
-    return three_of(q, k) + own
+        u = add_times(wp.transpose(matrix_of(c.below, k + 1)), three_of(p, k + 1), u)
+    return u
 
 
 @wp.func(inline=False)
@@ -196,7 +237,7 @@ def respond(
 def eliminate(
     c: wp.ref[Couplings], contacts: wp.ref[Contacts], first: int, f: wp.ref[Factors]
 ):  # fmt: skip
-    """Factors of the system of an assumed state, from below: p_k = inverse_k ... - reach_k p_(k+1).
+    """Factors of the system of an assumed state, from below: p_k = inverse_k ... + reach_k p_(k+1).
 
     Args:
         c: The couplings.
@@ -208,18 +249,18 @@ def eliminate(
         if k >= first:
             hold = contacts.hold[wp.static(k)]
             slip = contacts.slip[k]
-            keep = held_rows(hold, slip)
-            system = state_rows(matrix_of(c.own, k), hold, slip, c.friction[k])
+            own = matrix_of(c.own, k)
             positive = int(1)
             if k > 0:
-                system = system - keep_rows(keep, matrix_of(c.below, k)) * matrix_of(f.reach, k - 1)
+                own = add_product(matrix_of(c.below, k), matrix_of(f.reach, k - 1), own)
                 positive = f.positive[k - 1]
-            turned = not wp.determinant(system) > real(0.0)
-            f.positive[k] = wp.where(turned, 1 - positive, positive)
-            inverse = wp.inverse(system)
+            inverse, determinant = invert(state_rows(own, hold, slip, c.friction[k]))
+            f.positive[k] = wp.where(determinant > real(0.0), positive, 1 - positive)
+            inverse = keep_columns(-held_rows(hold, slip), inverse)
             reach = Matrix()
             if k < BLOCKS - 1:
-                reach = inverse * keep_rows(keep, wp.transpose(matrix_of(c.below, k + 1)))
+                above = wp.transpose(matrix_of(c.below, k + 1))
+                reach = add_product(inverse, above, Matrix())
             for i in range(3):
                 for j in range(3):
                     f.inverse[3 * k + i, j] = inverse[i, j]
@@ -234,14 +275,13 @@ def is_positive(f: wp.ref[Factors]) -> bool:
 
 @wp.func
 def impulses_below(
-    c: wp.ref[Couplings], f: wp.ref[Factors], contacts: wp.ref[Contacts], q: wp.ref[Triples],
-    p: wp.ref[Triples], k: int,
+    c: wp.ref[Couplings], f: wp.ref[Factors], q: wp.ref[Triples], p: wp.ref[Triples], k: int
 ):  # fmt: skip
     """Sets the impulses of interface k as if those of the next higher one were zero."""
-    right = -three_of(q, k)
+    u = three_of(q, k)
     if k > 0:
-        right = right - matrix_of(c.below, k) * three_of(p, k - 1)
-    own = matrix_of(f.inverse, k) * wp.cw_mul(held_rows(contacts.hold[k], contacts.slip[k]), right)
+        u = add_times(matrix_of(c.below, k), three_of(p, k - 1), u)
+    own = add_times(matrix_of(f.inverse, k), u, Three())
     for i in range(3):
         p[3 * k + i] = own[i]
 
@@ -249,19 +289,18 @@ def impulses_below(
 @wp.func
 def impulses_above(f: wp.ref[Factors], p: wp.ref[Triples], k: int):
     """Adds to the impulses of interface k what those of the next higher one do to them."""
-    own = three_of(p, k) - matrix_of(f.reach, k) * three_of(p, k + 1)
+    own = add_times(matrix_of(f.reach, k), three_of(p, k + 1), three_of(p, k))
     for i in range(3):
         p[3 * k + i] = own[i]
 
 
 @wp.func(inline=False)
 def find_impulses(
-    c: wp.ref[Couplings], f: wp.ref[Factors], contacts: wp.ref[Contacts], q: wp.ref[Triples],
-    p: wp.ref[Triples],
+    c: wp.ref[Couplings], f: wp.ref[Factors], q: wp.ref[Triples], p: wp.ref[Triples]
 ):  # fmt: skip
     """Sets the impulses p of an assumed state [N s] from relative velocities without contact."""
     for k in range(BLOCKS):
-        impulses_below(c, f, contacts, q, p, wp.static(k))
+        impulses_below(c, f, q, p, wp.static(k))
     for step in range(1, BLOCKS):
         impulses_above(f, p, wp.static(BLOCKS - 1 - step))
 
@@ -272,9 +311,11 @@ def apply_impulses(
 ):  # fmt: skip
     """Changes the velocities v of all blocks by impulses."""
     for k in range(BLOCKS):
-        kick = wp.transpose(matrix_of(g.upper, wp.static(k))) * three_of(p, k)
+        up = wp.transpose(matrix_of(g.upper, wp.static(k)))
+        kick = add_times(up, three_of(p, k), Three())
         if k < BLOCKS - 1:
-            kick = kick + wp.transpose(matrix_of(g.lower, k + 1)) * three_of(p, k + 1)
+            down = wp.transpose(matrix_of(g.lower, k + 1))
+            kick = add_times(down, three_of(p, k + 1), kick)
         w = blocks.inverse_mass[k]
         v[3 * k] = v[3 * k] + w * kick[0]
         v[3 * k + 1] = v[3 * k + 1] + w * kick[1]
@@ -290,5 +331,5 @@ def constrain(
     couple(blocks, g, c)
     relative_velocities(g, v, q)
     eliminate(c, contacts, 0, f)
-    find_impulses(c, f, contacts, q, p)
+    find_impulses(c, f, q, p)
     apply_impulses(blocks, g, v, p)

@@ -24,7 +24,7 @@ from warprock.kernels.event.stack.chain import (
     find_impulses,
     is_positive,
     relative_velocities,
-    respond,
+    velocity_after,
 )
 from warprock.kernels.event.stack.path import (
     ENDS_OF_LAW,
@@ -158,8 +158,14 @@ def try_state(
         By how much it breaks the law, see `violation`; IMPOSSIBLE if friction jams a contact.
     """
     eliminate(problem.couplings, contacts, first, f)
-    find_impulses(problem.couplings, f, contacts, problem.free, line.impulse)
-    respond(problem.couplings, problem.free, line.impulse, line.velocity)
+    find_impulses(problem.couplings, f, problem.free, line.impulse)
+    for k in range(BLOCKS):
+        u = Three()
+        # Where all ends that touch are held and stick, nothing moves.
+        if contacts.hold[k] != problem.touch[k] or contacts.slip[k] != 0:
+            u = velocity_after(problem.couplings, problem.free, line.impulse, wp.static(k))
+        for i in range(3):
+            line.velocity[3 * k + i] = u[i]
     worst = IMPOSSIBLE
     if is_positive(f):
         worst = worst_violation(problem, contacts, line, dust)

@@ -225,16 +225,15 @@ def path_from_open(problem: wp.ref[Problem], attempt: int, r: wp.ref[Triples]):
 
 @wp.func(inline=False)
 def find_line(
-    problem: wp.ref[Problem], f: wp.ref[Factors], contacts: wp.ref[Contacts], r: wp.ref[Triples],
-    line: wp.ref[Line],
+    problem: wp.ref[Problem], f: wp.ref[Factors], r: wp.ref[Triples], line: wp.ref[Line]
 ):  # fmt: skip
     """Sets the line of a state with the factors f, along r.
 
     Value and rate follow one another interface by interface, so that the processor works on both.
     """
     for k in range(BLOCKS):
-        impulses_below(problem.couplings, f, contacts, problem.free, line.impulse, wp.static(k))
-        impulses_below(problem.couplings, f, contacts, r, line.impulse_rate, k)
+        impulses_below(problem.couplings, f, problem.free, line.impulse, wp.static(k))
+        impulses_below(problem.couplings, f, r, line.impulse_rate, k)
     for step in range(1, BLOCKS):
         k = wp.static(BLOCKS - 1 - step)
         impulses_above(f, line.impulse, k)
@@ -314,7 +313,7 @@ def follow_path(
         tries -= 1
         if code != 0:
             eliminate(problem.couplings, contacts, at, f)
-        find_line(problem, f, contacts, r, line)
+        find_line(problem, f, r, line)
         if code != 0:
             contact = contact_of(problem, contacts, at)
             rate = margin(

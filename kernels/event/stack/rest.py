@@ -9,7 +9,7 @@ import warp as wp
 
 from warprock.kernels.event.body.weight import nearest_lack
 from warprock.kernels.event.lift import held_time, round_off
-from warprock.kernels.event.stack.links import Chain, interface_forces, set_levers
+from warprock.kernels.event.stack.links import Chain, set_levers
 from warprock.kernels.event.stack.rocking_end import Loads, face_load, reach_of
 from warprock.kernels.event.stack.state import Limits, Shaking, State
 from warprock.kernels.motion.kinds import Acceleration, expand
@@ -30,15 +30,16 @@ def still_loads(
 ) -> Loads:  # fmt: skip
     """Loads of a stack that moves with its base; its acceleration, upwards with gravity [m/s^2]."""
     loads = Loads()
-    fx, fz, u, w = interface_forces(chain, ax * blocks.mass, az * blocks.mass)
-    loads.fx = fx
-    loads.fz = fz
     loads.sine = pose.sine
     loads.cosine = pose.cosine
+    carried = real(0.0)
     above = real(0.0)
     for step in range(BLOCKS):
         k = wp.static(BLOCKS - 1 - step)
-        above = above + pose.cosine[k] * u[k] - pose.sine[k] * w[k]
+        carried = carried + blocks.mass[k]
+        above = above + wedge(ax, az, chain.px[k], chain.pz[k])
+        loads.fx[k] = ax * carried
+        loads.fz[k] = az * carried
         loads.moment[k] = above
     return loads
 

@@ -1,7 +1,12 @@
 """Taylor polynomials of a stack that sticks at all its contacts; event/stack/step.py.
 
 While every interface is closed or pivots on a corner that sticks, the stack is a chain with the
-equations of event/stack/links.py. At each order in time these are linear in that coefficient of
+equations of event/stack/links.py. A lever (x, z) of the start comes to (x c + z s, z c - x s), with
+s and c of the rotation since then. So the moment on block k is J_k theta_k'' + c u - s w, with
+
+    u = P_k^ . (A_k'' + G) + C_k^ . S_(k+1),   w = P_k . (A_k'' + G) + C_k . S_(k+1)
+
+and the levers of the start. At each order in time the equations are linear in that coefficient of
 theta'', all with the matrix of the start (Leibniz's rule). Rotations are found to degree 6, forces
 and moments to degree 4.
 """
@@ -9,13 +14,7 @@ and moments to degree 4.
 import warp as wp
 
 from warprock.kernels.event.stack.curves import ORDERS, Curves
-from warprock.kernels.event.stack.links import (
-    Chain,
-    accelerate,
-    inertia_forces,
-    interface_forces,
-    missing_moments,
-)
+from warprock.kernels.event.stack.links import Chain, accelerate
 from warprock.kernels.event.stack.moves import opening, settles
 from warprock.kernels.event.stack.state import Limits
 from warprock.kernels.shape.stack import CLOSED, Blocks, Counts, Pose, Triples, Values, side_of
@@ -52,21 +51,6 @@ class Rocking:
     fx: Curves
     fz: Curves
     moment: Curves
-
-
-@wp.func
-def first_terms(pose: wp.ref[Pose], velocity: Triples):
-    """Polynomials of rotations, their sines and cosines to the terms that the state gives."""
-    theta, s, c = Curves(), Curves(), Curves()
-    for k in range(BLOCKS):
-        spin = velocity[wp.static(3 * k + 2)]
-        theta[k, 0] = pose.theta[k]
-        theta[k, 1] = spin
-        s[k, 0] = pose.sine[k]
-        c[k, 0] = pose.cosine[k]
-        s[k, 1] = spin * pose.cosine[k]
-        c[k, 1] = -spin * pose.sine[k]
-    return theta, s, c
 
 
 @wp.func
@@ -107,77 +91,124 @@ def look_at_start(
     return rests, waits, soonest
 
 
+@wp.func
+def add_turned(vx: real, vz: real, s: real, c: real, x: real, z: real):
+    """A vector (x, z) and the lever v turned by a rotation with sine s and cosine c."""
+    return fused(vz, s, fused(vx, c, x)), fused_less(vx, s, fused(vz, c, z))
+
+
+@wp.func
+def accelerate_pivots(chain: wp.ref[Chain], s2: Values, c2: Values, ax: real, az: real):
+    """A'' + G of all blocks (x, z), see event/stack/links.py [m/s^2].
+
+    Args:
+        chain: The chain.
+        s2, c2: Second derivatives of the sines and cosines of the rotations since the start.
+        ax, az: Acceleration of the base, upwards with gravity [m/s^2].
+    """
+    lx = Values()
+    lz = Values()
+    x = real(ax)
+    z = real(az)
+    for k in range(BLOCKS):
+        lx[k] = x
+        lz[k] = z
+        x, z = add_turned(chain.cx[k], chain.cz[k], s2[k], c2[k], x, z)
+    return lx, lz
+
+
 @wp.func(inline=False)
 def predict_rocking(
-    blocks: wp.ref[Blocks], limits: wp.ref[Limits], pose: wp.ref[Pose], touch: Counts,
-    chain: wp.ref[Chain], velocity: Triples, ax: Terms, az: Terms,
-) -> Rocking:  # fmt: skip
-    """Taylor polynomials of a stack that sticks where its ends touch.
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], pose: wp.ref[Pose], chain: wp.ref[Chain],
+    velocity: wp.ref[Triples], ax: wp.ref[Terms], az: wp.ref[Terms], r: wp.ref[Rocking],
+):  # fmt: skip
+    """Finds the Taylor polynomials of a stack that sticks where its ends touch.
 
     Args:
         blocks: The blocks.
         limits: The lane's limits.
-        pose: The pose.
-        touch: Ends that touch and stick.
-        chain: The chain that they make.
+        pose: The pose, with the ends that touched before.
+        chain: The chain that the ends make that touch and stick.
         velocity: Velocities; the angular ones count.
         ax, az: Taylor coefficients of the acceleration of the base, upwards with gravity [m/s^2].
+        r: What is found.
     """
-    r = Rocking()
-    theta, s, c = first_terms(pose, velocity)
-    us, ws = Curves(), Curves()
+    s, c, us, ws, rate = Curves(), Curves(), Curves(), Curves(), Curves()
+    carried = Values()
+    mass = real(0.0)
+    for step in range(BLOCKS):
+        k = wp.static(BLOCKS - 1 - step)
+        mass = mass + blocks.mass[k]
+        carried[k] = mass
+        spin = velocity[wp.static(3 * k + 2)]
+        r.theta[k, 0] = pose.theta[k]
+        r.theta[k, 1] = spin
+        rate[k, 0] = spin
+        s[k, 1] = spin
     soon = bool(False)
+    r.waits = False
     for n in range(ORDERS):
         if n == BRIEF_ORDERS and soon:
-            r.theta = theta
-            return r
-        # Second derivatives without the new coefficients of the rotations; moments of lower orders.
-        s2 = Values()
-        c2 = Values()
-        load = Values()
+            return
+        # Second derivatives without the new coefficients of the rotations, and what moments of
+        # lower orders leave. The sums have no terms of s = 0 and c = 1 at the start.
+        s2, c2, load, missing = Values(), Values(), Values(), Values()
         for k in range(BLOCKS):
             sk = real(0.0)
             ck = real(0.0)
             lk = real(0.0)
-            for i in range(wp.static(n + 1)):
-                part = real(wp.static(i + 1)) * theta[k, i + 1]
-                sk = fused(part, c[k, n + 1 - i], sk)
-                ck = fused_less(part, s[k, n + 1 - i], ck)
             for i in range(wp.static(n)):
-                j = wp.static(i + 1)
-                lk = fused(c[k, j], us[k, n - j], fused_less(s[k, j], ws[k, n - j], lk))
+                sk = fused(rate[k, i], c[k, n + 1 - i], sk)
+            for i in range(wp.static(n + 1)):
+                ck = fused_less(rate[k, i], s[k, n + 1 - i], ck)
+            for j in range(2, wp.static(n + 1)):
+                lk = fused_less(c[k, j], us[k, n - j], lk)
+            for j in range(1, wp.static(n + 1)):
+                lk = fused(s[k, j], ws[k, n - j], lk)
             s2[k] = real(n + 1) * sk
             c2[k] = real(n + 1) * ck
             load[wp.static(k)] = lk
-        gx, gz = inertia_forces(blocks, chain, s2, c2, ax[n], az[n])
-        _fx, _fz, u, w = interface_forces(chain, gx, gz)
-        bend = accelerate(chain, touch, missing_moments(load, pose, u, w))
+        lx, lz = accelerate_pivots(chain, s2, c2, ax[n], az[n])
+        sx = real(0.0)
+        sz = real(0.0)
+        for step in range(BLOCKS):
+            k = wp.static(BLOCKS - 1 - step)
+            own = fused(chain.px[k], lz[k], fused_less(chain.pz[k], lx[k], load[k]))
+            missing[k] = fused(chain.cx[k], sz, fused_less(chain.cz[k], sx, own))
+            sx, sz = add_turned(chain.px[k], chain.pz[k], s2[k], c2[k], sx, sz)
+        bend = accelerate(chain, missing)
         if n == 0:
-            rests, waits, soonest = look_at_start(pose, touch, velocity, bend, limits.rest_rotation)
+            rests, waits, soonest = look_at_start(
+                pose, chain.touch, velocity, bend, limits.rest_rotation
+            )
             soon = soonest < BRIEF * limits.longest_step
             r.reach = wp.where(soon, TWO * soonest, NEVER)
             if waits:
                 r.waits = True
                 r.rests = rests
-                return r
+                return
         for k in range(BLOCKS):
-            s2[k] = fused(bend[k], pose.cosine[k], s2[k])
-            c2[k] = fused_less(bend[k], pose.sine[k], c2[k])
-        gx, gz = inertia_forces(blocks, chain, s2, c2, ax[n], az[n])
-        fx, fz, u, w = interface_forces(chain, gx, gz)
-        missing = missing_moments(load, pose, u, w)
+            s2[k] = s2[k] + bend[k]
+        lx, lz = accelerate_pivots(chain, s2, c2, ax[n], az[n])
+        sx = real(0.0)
+        sz = real(0.0)
         over = real(1.0) / real((n + 1) * (n + 2))
         above = real(0.0)
         for step in range(BLOCKS):
             k = wp.static(BLOCKS - 1 - step)
-            above = above + fused(bend[k], blocks.inertia[k], -missing[k])
+            # The forces from above are known last.
+            u = wedge(lx[k], lz[k], chain.px[k], chain.pz[k])
+            u = fused(chain.cz[k], sx, fused_less(chain.cx[k], sz, u))
+            w = dot(lx[k], lz[k], chain.px[k], chain.pz[k])
+            w = fused(chain.cx[k], sx, fused(chain.cz[k], sz, w))
+            above = above + fused(bend[k], chain.turns[k], u - load[k])
+            sx, sz = add_turned(chain.px[k], chain.pz[k], s2[k], c2[k], sx, sz)
             r.moment[k, n] = above
-            r.fx[k, n] = fx[k]
-            r.fz[k, n] = fz[k]
-            us[k, n] = u[k]
-            ws[k, n] = w[k]
-            theta[k, n + 2] = over * bend[k]
+            r.fx[k, n] = fused(carried[k], lx[k], sx)
+            r.fz[k, n] = fused(carried[k], lz[k], sz)
+            us[k, n] = u
+            ws[k, n] = w
+            r.theta[k, n + 2] = over * bend[k]
+            rate[k, n + 1] = real(n + 2) * r.theta[k, n + 2]
             s[k, n + 2] = over * s2[k]
             c[k, n + 2] = over * c2[k]
-    r.theta = theta
-    return r

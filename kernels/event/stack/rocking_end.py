@@ -99,8 +99,8 @@ def reach_of(blocks: wp.ref[Blocks], pose: wp.ref[Pose], k: int):
 
 @wp.func
 def spare_of(
-    blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts, under: Counts, loads: wp.ref[Loads]
-) -> real:
+    blocks: wp.ref[Blocks], pose: wp.ref[Pose], chain: wp.ref[Chain], loads: wp.ref[Loads]
+) -> real:  # fmt: skip
     """Margin of the weakest contact before it opens or slides [N].
 
     Both ends of the overlap of the faces of a closed interface must bear a load.
@@ -108,16 +108,15 @@ def spare_of(
     Args:
         blocks: The blocks.
         pose: Their pose, for what does not change while contacts stick.
-        touch: Ends that touch and stick.
-        under: See `Chain`.
+        chain: The chain that they make.
         loads: Loads and rotations.
     """
     least = NEVER
     for k in range(BLOCKS):
-        normal, along = face_load(blocks, under, loads, k)
+        normal, along = face_load(blocks, chain.under, loads, k)
         least = smaller(least, fused(blocks.friction[k], normal, -size(along)))
         least = smaller(least, normal)
-        if touch[k] == CLOSED:
+        if chain.touch[k] == CLOSED:
             moment = loads.moment[k]
             behind, ahead = reach_of(blocks, pose, k)
             ends = smaller(fused(behind, normal, -moment), fused(ahead, normal, moment))
@@ -127,31 +126,30 @@ def spare_of(
 
 @wp.func
 def spare_at(
-    blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts, chain: wp.ref[Chain],
-    r: wp.ref[Rocking], tau: real, new: wp.ref[Pose],
+    blocks: wp.ref[Blocks], pose: wp.ref[Pose], chain: wp.ref[Chain], r: wp.ref[Rocking], tau: real,
+    new: wp.ref[Pose],
 ) -> real:  # fmt: skip
     """`spare_of` at a time in a step; sets the pose then."""
     loads = Loads()
-    new.touch = touch
+    new.touch = chain.touch
     for k in range(BLOCKS):
         loads.fx[k] = load_of(r.fx[wp.static(k)], tau)
         loads.fz[k] = load_of(r.fz[k], tau)
         loads.moment[k] = load_of(r.moment[k], tau)
         theta = value_of(r.theta[k], tau)
-        if touch[k] == CLOSED:
+        if chain.touch[k] == CLOSED:
             theta = flat_rotation(blocks, new, k)
         turn_block(blocks, new, k, theta)
         anchor = Anchor(chain.place[k], real(1 - 2 * chain.under[k]))
-        place_block(blocks, new, k, touch[k], anchor)
+        place_block(blocks, new, k, chain.touch[k], anchor)
     loads.sine = new.sine
     loads.cosine = new.cosine
-    return spare_of(blocks, pose, touch, chain.under, loads)
+    return spare_of(blocks, pose, chain, loads)
 
 
 @wp.func
 def spare_first(
-    blocks: wp.ref[Blocks], pose: wp.ref[Pose], touch: Counts, chain: wp.ref[Chain],
-    r: wp.ref[Rocking],
+    blocks: wp.ref[Blocks], pose: wp.ref[Pose], chain: wp.ref[Chain], r: wp.ref[Rocking]
 ) -> real:  # fmt: skip
     """`spare_of` at the start of a step."""
     loads = Loads()
@@ -161,7 +159,7 @@ def spare_first(
         loads.moment[k] = r.moment[k, 0]
     loads.sine = pose.sine
     loads.cosine = pose.cosine
-    return spare_of(blocks, pose, touch, chain.under, loads)
+    return spare_of(blocks, pose, chain, loads)
 
 
 @wp.func
@@ -235,8 +233,8 @@ def find_impact(
 
 @wp.func(inline=False)
 def find_end(
-    blocks: wp.ref[Blocks], limits: wp.ref[Limits], pose: wp.ref[Pose], touch: Counts,
-    chain: wp.ref[Chain], r: wp.ref[Rocking], d: real, new: wp.ref[Pose],
+    blocks: wp.ref[Blocks], limits: wp.ref[Limits], pose: wp.ref[Pose], chain: wp.ref[Chain],
+    r: wp.ref[Rocking], d: real, new: wp.ref[Pose],
 ):  # fmt: skip
     """The end of a step in which all contacts stick.
 
@@ -244,8 +242,7 @@ def find_end(
         blocks: The blocks.
         limits: The lane's limits.
         pose: Their pose, with the ends that touched before.
-        touch: Ends that touch and stick in the step.
-        chain: The chain that they make.
+        chain: The chain that the ends make that touch and stick in the step.
         r: Polynomials of the step.
         d: Longest length of the step [s].
         new: The pose at its end.
@@ -254,16 +251,16 @@ def find_end(
         Length of the step; LACKS, ROLLS or SPENT; whether a block falls flat.
     """
     weight = limits.mass * limits.gravity
-    d1, lands, fails = find_impact(blocks, limits, pose, touch, r.theta, d)
+    d1, lands, fails = find_impact(blocks, limits, pose, chain.touch, r.theta, d)
     found = int(ROLLS)
     if fails:
         found = LACKS
     else:
         slack = SLIGHT * weight
         low = real(0.0)
-        at_low = spare_first(blocks, pose, touch, chain, r) + slack
+        at_low = spare_first(blocks, pose, chain, r) + slack
         high = real(d1)
-        at_high = spare_at(blocks, pose, touch, chain, r, high, new) + slack
+        at_high = spare_at(blocks, pose, chain, r, high, new) + slack
         if not at_low >= real(0.0):
             found = LACKS
         elif at_high < real(0.0):
@@ -271,7 +268,7 @@ def find_end(
             left = int(SECANT_STEPS)
             while left > 0:
                 middle = low + (high - low) * at_low / (at_low - at_high)
-                at = spare_at(blocks, pose, touch, chain, r, middle, new) + slack
+                at = spare_at(blocks, pose, chain, r, middle, new) + slack
                 d1 = middle
                 left = wp.where(size(at) <= CLOSE * weight, 0, left - 1)
                 if at < real(0.0):

@@ -392,7 +392,7 @@ def end_step(
         n.deepest = larger(t.deep, s.deepest)
         if t.resting and t.rocks:
             link(blocks, n.pose, n.pose.touch, n.chain)
-            n.velocity = hold_together(blocks, n.chain, n.pose, n.pose.touch, t.velocity)
+            n.velocity = hold_together(blocks, n.chain, t.velocity)
             stick_on(blocks, limits, s, t, n)
         elif strikes_chain(blocks, limits, t, n):
             stick_on(blocks, limits, s, t, n)

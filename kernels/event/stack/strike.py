@@ -30,7 +30,7 @@ def impulses_of(
 ) -> Loads:  # fmt: skip
     """Impulses and moments of them at the interfaces [N s, N m s] that change velocities."""
     loads = Loads()
-    fx, fz, moments = sum_moments(blocks, n.chain, n.pose, after - before)
+    fx, fz, moments = sum_moments(blocks, n.chain, after - before)
     loads.fx = fx
     loads.fz = fz
     loads.sine = n.pose.sine
@@ -111,7 +111,7 @@ def strike(
     while left > 0:
         left -= 1
         link(blocks, n.pose, hold, n.chain)
-        n.velocity = hold_together(blocks, n.chain, n.pose, hold, t.velocity)
+        n.velocity = hold_together(blocks, n.chain, t.velocity)
         ends, changes, fails = correct_ends(blocks, n, t.velocity, hold, dust)
         obeys = not (changes or fails)
         left = wp.where(obeys or fails, 0, left)

@@ -7,10 +7,10 @@ from warprock.kernels.event.body.weight import Weight, kicks, weight_in
 from warprock.kernels.event.stack.chain import Contacts, relative_velocity
 from warprock.kernels.event.stack.contact import RoundOff, Solution, solve
 from warprock.kernels.event.stack.curves import rate_of
-from warprock.kernels.event.stack.links import link, velocities_of
+from warprock.kernels.event.stack.links import link, velocities_after
 from warprock.kernels.event.stack.moves import find_closing, find_landing, move, opening, settles
 from warprock.kernels.event.stack.rest import look_ahead
-from warprock.kernels.event.stack.rocking import Terms, predict_rocking
+from warprock.kernels.event.stack.rocking import Rocking, Terms, predict_rocking
 from warprock.kernels.event.stack.rocking_end import LACKS, SPENT, find_end
 from warprock.kernels.motion.kinds import expand, knot_step, knot_time
 from warprock.kernels.shape.above import Above
@@ -199,7 +199,8 @@ def try_rocking(
     up[0] = up[0] + limits.gravity
     if not s.chain.known:
         link(blocks, s.pose, touch, s.chain)
-    r = predict_rocking(blocks, limits, s.pose, touch, s.chain, s.velocity, along, up)
+    r = Rocking()
+    predict_rocking(blocks, limits, s.pose, s.chain, s.velocity, along, up, r)
     if r.waits:
         t.resting = True
         t.rocks = True
@@ -207,9 +208,7 @@ def try_rocking(
         close_at_start(s, r.rests, t)
         return
     pose = Pose()
-    d1, found, lands = find_end(
-        blocks, limits, s.pose, touch, s.chain, r, smaller(d, r.reach), pose
-    )
+    d1, found, lands = find_end(blocks, limits, s.pose, s.chain, r, smaller(d, r.reach), pose)
     if found == LACKS:
         return
     move_base(limits, shaking, target, s, d1, t)
@@ -223,7 +222,7 @@ def try_rocking(
     spins = Values()
     for k in range(BLOCKS):
         spins[k] = rate_of(r.theta[k], d1)
-    t.velocity = velocities_of(s.chain, t.pose, spins)
+    t.velocity = velocities_after(s.chain, s.pose, t.pose, spins)
     t.plain = not lands and not t.struck
     if CHAINS:
         # A body may come to its next edge.

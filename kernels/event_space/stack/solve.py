@@ -91,6 +91,9 @@ FAIR = by_precision(1.0e-4, 1.0e-2)
 """Relative change of the velocities in a step from which they have settled."""
 CLOSE = by_precision(1.0e-9, 1.0e-4)
 """Relative change after which only round-off is left: the next one is about its square."""
+HEAVY = real(10.0)
+"""Weight, as a velocity over the largest one of a contact, from which weights fall where nothing
+else solves an impact."""
 LEAST_GRIP = real(0.01)
 """Least stiffness of a contact along its face, over that across it."""
 TURNS = 12
@@ -1108,6 +1111,27 @@ def solve(
 
 
 @wp.func(inline=False)
+def solve_as_ramp(t: Touches, pose: Pose, v: Bodies, w: Bodies, most: real, least: real):
+    """Solves an impact with weights that fall between bounds [m/s]; see `solve_impact`."""
+    bodies = int(BLOCKS + 1)
+    p, v1, w1, fits = Points(), Bodies(), Bodies(), bool(False)
+    for again in range(2):
+        # If a ramp was not solved, in smaller parts.
+        lighter = wp.where(again == 0, LIGHTER, HALF)
+        if not fits:
+            p = Points()
+        weight = real(most)
+        while weight > least and not fits:
+            pressed = Bodies()
+            for k in range(1, bodies):
+                pressed[k] = v[k] - Vector(real(0.0), real(0.0), weight)
+            p, v1, w1, good = solve(ROUNDS, t, pose, p, pressed, w, v1, w1)
+            weight = lighter * weight
+            fits = good and weight <= least
+    return p, v1, w1, fits
+
+
+@wp.func(inline=False)
 def solve_impact(t: Touches, pose: Pose, v: Bodies, w: Bodies, kick: real):
     """Impulses of an impact of contacts that obey CONE [N s], velocities, and whether it is solved.
 
@@ -1118,28 +1142,25 @@ def solve_impact(t: Touches, pose: Pose, v: Bodies, w: Bodies, kick: real):
     with weights that fall from the velocity step to next to nothing, each time from the impulses of
     the one before.
 
+    Any other impact is solved as it is. If that fails, weights fall, too: from more than the
+    velocities of contacts, so that friction holds them all at first, to next to nothing.
+
     Args:
         t: The contacts.
         pose: Where the bodies are.
         v, w: Velocity [m/s] and angular velocity [rad/s] of each body before.
         kick: Velocity step of the base [m/s], or 0.
     """
-    bodies = int(BLOCKS + 1)
-    p, v1, w1, fits = Points(), Bodies(), Bodies(), bool(False)
-    for again in range(2):
-        # If a ramp was not solved, in smaller parts.
-        lighter = wp.where(again == 0, LIGHTER, HALF)
-        p = Points()
-        weight = real(kick)
-        while weight > LIGHTEST * kick and not fits:
-            pressed = Bodies()
-            for k in range(1, bodies):
-                pressed[k] = v[k] - Vector(real(0.0), real(0.0), weight)
-            p, v1, w1, good = solve(ROUNDS, t, pose, p, pressed, w, v1, w1)
-            weight = lighter * weight
-            fits = good and weight <= LIGHTEST * kick
+    p, v1, w1, fits = solve_as_ramp(t, pose, v, w, kick, LIGHTEST * kick)
     if not fits:
         p, v1, w1, fits = solve(ROUNDS, t, pose, Points(), v, w, v, w)
+    if not fits:
+        fastest = real(0.0)
+        for i in range(t.total):
+            k = t.body[i]
+            u = relative_velocity(v[k], w[k], t.ru[i], v[k - 1], w[k - 1], t.rl[i])
+            fastest = larger(fastest, wp.length(u))
+        p, v1, w1, fits = solve_as_ramp(t, pose, v, w, HEAVY * fastest, LIGHTEST * fastest)
     if not fits:
         p, v1, w1, fits = solve_by_sweeps(SWEEPS, t, pose, Points(), v, w)
     return p, v1, w1, fits

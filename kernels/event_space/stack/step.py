@@ -38,14 +38,12 @@ from warprock.kernels.event_space.block.trial import State as BlockState
 from warprock.kernels.event_space.lane import BaseMotion, Limits
 from warprock.kernels.event_space.stack.contact import (
     CONE,
-    SWEEPS,
     Ints,
     Own,
     Pose,
     Touches,
     block_of,
     pose_of,
-    solve_by_sweeps,
     sticking_bits,
 )
 from warprock.kernels.event_space.stack.look import (
@@ -328,7 +326,7 @@ def any_step(own: Own, limits: Limits, s: State, b: Base) -> State:
     if not good:
         if d > LEAST * limits.longest_step:
             return retry_step(s, HALF * d, d, near)
-        p, vm, wm, good = solve_by_sweeps(SWEEPS, t, pose, first, v, w)
+        p, vm, wm, good = solve_impact(t, pose, v, w, real(0.0))
     stop = find_stop(t, pose, p, s, vm, wm, LEFT_OUT * limits.gravity * limits.longest_step)
     if stop * d < d - near:
         return retry_step(s, stop * d, d, near)
