@@ -331,7 +331,7 @@ def run_lanes(
             for i in range(WIDTH):
                 solve.square = solve.square + rest[i].square
                 solve.worst = larger(wp.sqrt(rest[i].worst), solve.worst)
-            decide(knobs.settled, most, solve)
+            decide(most, solve)
             for k in range(count):
                 y = laid.weighted[lane, k]
                 laid.weighted[lane, k] = extrapolate(solve.beta, kept.ends[lane, k], y)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.shared.assemblies import tilted_wall
 from warprock.analysis.load_limit import Collapse, collapse_load
 from warprock.model import patterns
 from warprock.model.assembly import Assembly, Piece, assemble
@@ -121,6 +122,21 @@ def test_walls_of_ferris_and_tin_loi():
         assert found.upper_bound
         # Walls and their mirror images.
         assert collapse_load(wall, np.pi).load_factor == pytest.approx(factor, abs=6e-6)
+
+
+def test_a_wall_and_an_arch_on_a_tilting_table():
+    """As Hua, Buzzetti, Pingaro, da Silva and Milani (2025) have them, to a hundredth of a degree.
+
+    Program LACT3, samples `wall` and `arch_1`: bounds from both sides meet there. The arch is a
+    semicircle of 27 voussoirs, of which the lowest two are fixed.
+    """
+    wall = collapse_load(built(tilted_wall(), np.tan(np.radians(26.0))), 0.0)
+    arch = patterns.arch(0.34515, 0.0563, np.pi * 25.0 / 27.0, 25)
+    hinged = collapse_load(built(arch, np.tan(np.radians(30.0))))
+    for found, angle in ((wall, 16.73), (hinged, 17.10)):
+        assert np.degrees(np.arctan(found.load_factor)) == pytest.approx(angle, abs=0.01)
+    assert wall.upper_bound
+    assert not hinged.upper_bound
 
 
 def test_a_strip_wall_that_is_held_at_its_top():

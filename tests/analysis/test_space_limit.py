@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.shared.assemblies import tilted_wall
 from tests.shared.marks import first
 from warprock.analysis.load_limit import CONE_SIDES, collapse_load, weaker_collapse
 from warprock.model import patterns
@@ -58,6 +59,16 @@ def test_blocks_of_the_plane_have_its_load_in_space():
     oppenheim = collapse_load(built(patterns.extruded(arch, 1.0), 100.0))
     assert oppenheim.load_factor == pytest.approx(0.3736, abs=5e-5)
     assert oppenheim.opens.sum() == 4
+
+
+@pytest.mark.thorough
+def test_a_wall_on_a_tilting_table_has_the_load_of_an_outside_program_between_its_bounds():
+    """16.73 degrees, as in the plane; turned about the vertical, too."""
+    wall = patterns.extruded(tilted_wall(), 0.1)
+    for angle in (0.0, 0.7):
+        found = collapse_load(built(turned(wall, angle), np.tan(np.radians(26.0))), angle)
+        assert found.inner_load_factor == pytest.approx(np.tan(np.radians(16.73)), rel=2e-2)
+        assert found.inner_load_factor - 3e-4 < np.tan(np.radians(16.73)) < found.load_factor
 
 
 @pytest.mark.thorough

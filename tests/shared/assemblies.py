@@ -34,6 +34,25 @@ def wall_1(friction: float = 0.65) -> Assembly:
     return built(patterns.wall(0.4, 0.175, 5, 6, whole_first=False), friction)
 
 
+def tilted_wall() -> list[Piece]:
+    """A wall of 182 bricks with two openings and a lintel, 2 m x 1.5 m.
+
+    Hua, Buzzetti, Pingaro, da Silva and Milani (2025) have it fall at 16.73 degrees, by associative
+    limit analysis on a tilting table at a friction of 26 degrees (program LACT3, sample `wall`).
+    """
+    course = 1.5 / 27
+    openings = [
+        patterns.Opening(0.25, course, 0.25, 24 * course),
+        patterns.Opening(0.875, 2 * course, 0.5, 22 * course),
+    ]
+    bricks = patterns.wall(0.25, course, 8, 27, whole_first=True, openings=openings)
+    lintel = Piece("lintel", patterns.rectangle(0.75, 24 * course, 1.5, 25 * course))
+    (left, bottom), (right, top) = lintel.corners.min(axis=0), lintel.corners.max(axis=0)
+    middles = np.array([brick.corners.mean(axis=0) for brick in bricks])
+    inside = (middles > (left, bottom)) & (middles < (right, top))
+    return [*(bricks[k] for k in np.flatnonzero(~inside.all(axis=1))), lintel]
+
+
 def assembly_lanes(kinds: Sequence[Assembly], lane: Sequence[int] | None = None) -> Lanes:
     """Lanes of assemblies; one of each where no places among them are given."""
     places = np.arange(len(kinds)) if lane is None else np.asarray(lane)

@@ -339,7 +339,7 @@ class AssemblySettings(SteppedSettings):
         float,
         SettingKey(
             "a step is solved once a sweep over its contacts changes no velocity there by more "
-            "than this times gravity x time step",
+            "than this times gravity x time step, in space than a tenth of that where all stands",
             1e-12,
             1.0,
         ),
