@@ -1,11 +1,10 @@
 """What a step in space costs: blocks, bodies and stacks in `impulse` and `dem`, a lane and step.
 
     python -m tools.space_steps              # the table of docs/explanation/cost.md
-    python -m tools.space_steps --rounds 5
+    python -m tools.space_steps --rounds 9
 
 Boxes of 0.2 x 0.4 x 0.6 m under a cycle of 4 Hz, a little turned and out of place; bodies are the
-same box on points around its base. Scenes run in turn on one thread; the fastest of all rounds
-counts, since what else runs on a machine only makes runs slower.
+same box on points around its base. Scenes run in turn on one thread; medians of all rounds.
 """
 
 from __future__ import annotations
@@ -102,17 +101,15 @@ def main() -> None:
     ask = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    ask.add_argument("--rounds", type=int, default=3, help="runs of each scene (3)")
+    ask.add_argument("--rounds", type=int, default=5, help="runs of each scene (5)")
     rounds = ask.parse_args().rounds
     sets = {scene: lane_set(scene) for scene in SCENES}
     pairs = [(scene, engine) for scene in sets for engine in ENGINES]
     for scene, engine in pairs:
         # Compiles the kernel, or loads it.
         microseconds(engine, sets[scene])
-    took = dict.fromkeys(pairs, np.inf)
-    for _ in range(rounds):
-        for scene, engine in pairs:
-            took[scene, engine] = min(took[scene, engine], microseconds(engine, sets[scene]))
+    runs = [[microseconds(engine, sets[scene]) for scene, engine in pairs] for _ in range(rounds)]
+    took = dict(zip(pairs, np.median(runs, axis=0), strict=True))
     print("| scene | `impulse` | times | `dem` | times |\n| --- | --- | --- | --- | --- |")
     for scene in sets:
         cells = [

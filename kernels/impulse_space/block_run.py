@@ -336,7 +336,8 @@ def run_lanes(
                 change = Triple(dv[X, i], dv[Y, i], dv[Z, i])
                 if THROWN:
                     u = free[i]
-                    remove_gained_energy(knobs, change, inverse_of(box[i]), state[i], u)
+                    if knobs.restitution > zero:
+                        remove_gained_energy(knobs, change, inverse_of(box[i]), state[i], u)
                     free[i] = u
                 slides, sees = glides(box[i], knobs, free[i]), seen[i]
                 lowest = gaps[i].lowest

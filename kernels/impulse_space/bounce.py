@@ -60,7 +60,7 @@ def rounded_into_base(r: Turn, v: Triple) -> Triple:
 
 @wp.func
 def remove_gained_energy(knobs: Knobs, dv: Triple, inverse: Triple, s: State, u: wp.ref[Velocity]):
-    """Removes the energy that an impact has created.
+    """Removes the energy that an impact with restitution has created.
 
     With friction Newton's restitution may create energy. The impulses of the contacts, for unit
     mass p and h, change the free velocities f and a by p and b = I^-1 h. A part s of them does the
@@ -81,7 +81,7 @@ def remove_gained_energy(knobs: Knobs, dv: Triple, inverse: Triple, s: State, u:
     ix, iy, iz = inverse.x, inverse.y, inverse.z
     once = px * fx + py * fy + pz * fz + b.x * a.x / ix + b.y * a.y / iy + b.z * a.z / iz
     twice = px * px + py * py + pz * pz + b.x * b.x / ix + b.y * b.y / iy + b.z * b.z / iz
-    makes = knobs.restitution > real(0.0) and once + HALF * twice > real(0.0)
+    makes = once + HALF * twice > real(0.0)
     less = wp.where(makes, real(1.0) + TWO * once / larger(twice, TINY), real(0.0))
     less = smaller(less, real(1.0))
     turn = rounded_into_base(r, b)

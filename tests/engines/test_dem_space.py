@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import Array, free_lanes, make_lanes, make_stacks, sines, velocity_steps
-from tests.shared.spatial_blocks import along, in_space, sound_run, unmoved
+from tests.shared.spatial_blocks import along, in_space, sound_run, spatial_stack, unmoved
 from tests.shared.speed import require_gain
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.engines import base
+from warprock.engines.dem import Dem
 from warprock.engines.launching import Form
 from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import Control, HarmonicMotions, SpatialMotions, StillBase, no_motion
@@ -297,6 +298,39 @@ def test_rotation_in_flight_keeps_angular_momentum_and_energy(
     size = np.linalg.norm(momentum[0])
     assert np.abs(momentum - momentum[0]).max() <= 1e-5 * size
     assert np.ptp(energy) <= 1e-5 * energy[0]
+
+
+@pytest.mark.thorough
+def test_blocks_that_press_on_one_another_in_the_air_keep_their_momentum() -> None:
+    """Edges that cross, 3 mm deep in one another at the start, push two falling blocks apart."""
+    upper = np.array([0.0, 1.0])
+    lanes = spatial_stack(
+        [0.3, 0.4], [0.5, 0.4], depth=[[0.35, 0.3]], friction=0.4, yaw_start=0.3,
+        rotation_start=0.15 * upper, rotation_across_start=-0.1 * upper, offset=0.12 * upper,
+        offset_across=-0.08 * upper, gap_start=[[1.0, -3e-3]],
+    )  # fmt: skip
+    interval = 2e-4
+    # A gap below zero, which others refuse; two steps a sample.
+    springs = DemSettings(time_step=0.5 * interval)
+    found = Dem(springs).run(lanes, unmoved(1), SampleTimes(0.02, interval, places=True))
+    place = np.stack([found[name][0] for name in "xyz"], axis=-1)
+    turn = np.stack([found[f"attitude_{name}"][0] for name in "xyzw"], axis=-1)
+    mass, apart = lanes.mass[0][:, None, None], product(turn[:, 1:], inverse(turn[:, :-1]))
+    velocity, middle = np.diff(place, axis=1) / interval, 0.5 * (place[:, 1:] + place[:, :-1])
+    falls = GRAVITY * interval * np.arange(100)[:, None] * (0.0, 0.0, 1.0)
+    momentum = mass * (velocity + falls)
+    sizes = np.array([[0.3, 0.35, 0.5], [0.4, 0.3, 0.4]]) ** 2
+    inertia = mass * (sizes.sum(axis=1, keepdims=True) - sizes)[:, None] / 12.0
+    half = turn[:, 1:] + turn[:, :-1]
+    half /= np.linalg.norm(half, axis=-1, keepdims=True)
+    # Small turns: twice the imaginary part.
+    spin = rotate(half, inertia * rotate(inverse(half), 2.0 * apart[..., :3] / interval))
+    angular = spin + np.cross(middle - middle.mean(axis=0), momentum)
+    for each, round_off in ((momentum, 1e-9), (angular, 1e-5)):
+        # Central differences of turns and arms are off by the squares of steps.
+        assert np.max(np.abs(each[0, -1] - each[0, 1])) > 1.0
+        total = each.sum(axis=0)[1:]
+        assert np.max(np.abs(total - total[0])) < round_off
 
 
 def test_block_slides_alike_in_every_direction() -> None:

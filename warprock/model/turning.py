@@ -15,9 +15,11 @@ ROUND_OFF = 1e-12
 
 def rotate(attitude: Array, vector: Array) -> Array:
     """Vectors given in body axes, shape [..., 3], seen from the base."""
-    imaginary, real = attitude[..., :3], attitude[..., 3:]
-    twice = 2.0 * np.cross(imaginary, vector)
-    return np.asarray(vector + real * twice + np.cross(imaginary, twice))
+    # Vector products written out: np.cross takes twice as long for few vectors.
+    ahead, behind, real = attitude[..., [1, 2, 0]], attitude[..., [2, 0, 1]], attitude[..., 3:]
+    twice = 2.0 * (ahead * vector[..., [2, 0, 1]] - behind * vector[..., [1, 2, 0]])
+    across = ahead * twice[..., [2, 0, 1]] - behind * twice[..., [1, 2, 0]]
+    return np.asarray(vector + real * twice + across)
 
 
 def inverse(attitude: Array) -> Array:
