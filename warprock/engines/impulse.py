@@ -16,13 +16,17 @@ from warprock.engines.soundness import account_in_space, account_of, unstable
 from warprock.engines.spatial_bodies import spatial_inputs
 from warprock.engines.stack_bodies import foot_columns
 from warprock.kernels import impulse, impulse_space
-from warprock.kernels.launch.instance import MAX_UNROLL
+from warprock.kernels.launch.instance import BYTES, MAX_UNROLL
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import GroundMotions
 from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import ImpulseSettings
 from warprock.units import GRAVITY
+
+ROW_BYTES = 128
+"""Bytes of a row of a pack of bodies or stacks in space. Of more lanes what a sweep reads of all
+contacts would not fit into the nearest cache of a core."""
 
 
 @final
@@ -68,10 +72,10 @@ class Impulse(KernelEngine):
         lanes, sweeps = self.target.lanes, self.settings.iterations
         if scene.spatial:
             friction = "box" if self.settings.friction_box else "cone"
-            if scene.stacked:
-                return Kernel(impulse_space, "stack_run", lanes=lanes, friction=friction)
-            if scene.bodies:
-                return Kernel(impulse_space, "body_run", lanes=lanes, friction=friction)
+            if scene.stacked or scene.bodies:
+                few = min(lanes, ROW_BYTES // BYTES[self.target.precision])
+                name = "stack_run" if scene.stacked else "body_run"
+                return Kernel(impulse_space, name, lanes=few, friction=friction)
             if scene.moving or self.settings.restitution > 0.0:
                 return Kernel(impulse_space, "block_run", friction=friction, thrown=True)
             return Kernel(impulse_space, "block_run", lanes=lanes, friction=friction)
