@@ -8,9 +8,29 @@ import numpy as np
 import pytest
 
 import warprock as wr
+from tests.shared.hexagons import hexagonal_vault
 from warprock.analysis.pushing import _narrowed
 
 pytestmark = pytest.mark.usefixtures("pages_bare")
+
+HEXAGONS = """
+title = "A barrel vault of hexagons"
+source = "Made up."
+model = "spatial"
+[assembly]
+pattern = "file"
+file = "vault.obj"
+file_unit = "1 m"
+fixed = ["left", "right"]
+density = "2000 kg/m^3"
+[contact]
+friction = 0.7
+[motion]
+waveform = "tilt"
+tilt_rate = "5 deg/s"
+[run]
+duration = "9 s"
+"""
 
 DRUMS = wr.Case(
     assembly=wr.Assembly(
@@ -35,6 +55,16 @@ def test_drums_that_slide_and_drums_that_tip_collapse_at_their_loads():
     told = " ".join(found.finding.sentences)
     assert "3 of them collapse at 0.100 to 0.333 of the weight" in told
     assert {drawing.name for drawing in found.figures()} == {"mechanism", "push"}
+
+
+@pytest.mark.thorough
+def test_a_vault_of_hexagons_falls_at_its_load_and_not_by_what_steps_leave(tmp_path: pathlib.Path):
+    """Along its axis between Coulomb's estimate and the bound of limit analysis."""
+    (tmp_path / "vault.obj").write_text(hexagonal_vault(), encoding="utf-8")
+    (tmp_path / "case.toml").write_text(HEXAGONS, encoding="utf-8")
+    found = wr.limit(tmp_path, direction="270 deg", push=True, progress=False).table.iloc[0]
+    assert found["coulomb_load_factor"] == pytest.approx(0.317, abs=1e-3)
+    assert found["coulomb_load_factor"] < found["pushed_load_factor"] < found["load_factor"]
 
 
 def test_a_lane_without_a_number_below_the_collapse_leaves_nothing_found():
