@@ -114,6 +114,23 @@ def test_a_lane_that_magnifies_the_smallest_difference_is_chaotic_and_ends_at_th
     assert np.mean(largest(apart / case.lanes.slenderness_angle) > 0.01) > 0.9
 
 
+@pytest.mark.thorough
+def test_a_stack_in_space_runs_at_no_step_that_its_order_could_not_bring_to_the_tolerance() -> None:
+    """Their runs part however fine the step, though 1e-9 of the motion grows by 1 to 1e4 only."""
+    found = wr.expand_lanes(wr.load_case("stack-spatial-sine"))
+    some = np.array([136, 320, 336, 340, 344])
+    lanes, motions = found.lanes.take(some), found.motions.take(some)
+    times = sample_times(10.0, SAMPLE_INTERVAL)
+    response = run_to_tolerance("event", lanes, motions, times)
+    assert np.all(response["status"] == Status.SENSITIVE)
+    assert np.all(response["time_step"] > EventSettings().time_step / 8.0)
+    # Their runs at a quarter and an eighth, of which the latter is spared, are as far apart.
+    case = Companions("event", lanes, motions, times, EventSettings(), DEFAULT_OPTIONS)
+    quarter, eighth = (case.run_halved(np.full(len(some), count)) for count in (2, 3))
+    apart = gap(quarter, eighth, lanes.slenderness_angle) / lanes.slenderness_angle
+    assert np.all(largest(apart) > 10.0 * TOLERANCE)
+
+
 def test_an_engine_of_the_first_order_tells_chaos_before_finer_steps() -> None:
     """Lanes that magnify 1e-9 of the motion a hundred million times are run at no finer step."""
     count, rng = 96, np.random.default_rng(1)

@@ -24,7 +24,10 @@ first order, ten times that, for an impact may come a step later.
 Under a record lanes are costly and many are chaotic. A lane then ends early if its error, at the
 present rate of convergence (at first, that of the order), would miss the tolerance at the finest
 step, too; and if its `BUDGET` is spent. Under any other motion a lane ends early if the differences
-of its runs are large and do not decrease. Further runs would cost much and help little.
+of its runs are large and do not decrease. Of a stack in space they are large already if an error
+that shrank by the whole order from now on would miss the tolerance at the finest step. (Stacks in
+the plane may find another branch and converge on it by a high order.) Further runs would cost much
+and help little.
 
 A lane that missed the tolerance is one of two kinds. If its runs converge, about as the order says,
 it keeps its status; its estimate says how large its error may be, and a smaller step will do. If
@@ -481,7 +484,11 @@ class _Known:
         # At best the error goes on to shrink as it did, at least as of a first order.
         hope = np.where(refined, np.maximum(rate, 2.0), full)
         best = apart / (full - 1.0) / hope**left
-        wild = ~(ratio <= CHAOTIC_ABOVE) & refined & (shrunk < 2.0)
+        wild = ~(ratio <= CHAOTIC_ABOVE)
+        if self.case.piled and self.case.lanes.spatial:
+            # Nor if its error were to shrink by the whole order from now on.
+            wild |= apart / (full - 1.0) / full**left > self.tolerance
+        wild &= refined & (shrunk < 2.0)
         hopeless = usable(before) & (best > self.tolerance if self.records else wild)
         halved = self.halved[lanes]
         steady = (halved > 0) & (overall >= 2.0 ** ((self.order - SLACK) * halved))
