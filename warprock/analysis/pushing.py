@@ -43,12 +43,6 @@ ABOVE = 1.2
 ACCURACY = 1e-3
 """Width of the last bracket over its load."""
 
-STRICTER = 0.1
-"""What pushes in space may leave of a step, over `settled` of the engine. Forces of walls and
-vaults in bond are not unique there, and what steps leave moves them: half blocks at the free edge
-of a vault of hexagons then slide out at some loads at which others, and their mirror image, stand.
-"""
-
 SIDE_BY_SIDE = 16
 """Loads that are tried at once: a pack of lanes takes hardly longer than one of them."""
 
@@ -112,8 +106,6 @@ def run_pushes(found: LoadLimits, engine: str, options: RunOptions) -> Pushes:
     require_options(engine, once)
     require_support(found.case, found.lane_set, engine)
     settings = found.case.engine_settings(engine)
-    if found.spatial:
-        settings = dataclasses.replace(settings, settled=STRICTER * settings.settled)
     loads = np.array([each.load_factor for each in found.collapses])
     toward = np.array([each.direction for each in found.collapses])
     far = np.array([FAR * np.median(each.assembly.joints.lengths) for each in found.collapses])
