@@ -265,9 +265,9 @@ def test_corners_whose_forces_are_not_unique_fall_near_their_load() -> None:
         SampleTimes(10.0),
     )
     assert np.all(found["status"] == Status.OK)
-    # Limit analysis with Coulomb's law has .272 (`warprock limit`), one of several such loads. Solved
-    # to a tenth of the default throughout they fall at .267 to .277. Where forces drift they fall at
-    # .257 to .279, at .267 in the mean.
+    # Limit analysis with Coulomb's law has .272 (`warprock limit`), one of several such loads.
+    # Solved to a tenth of the default throughout they fall at .267 to .277. Where forces drift
+    # they fall at .257 to .279, at .267 in the mean.
     assert found["collapse_load"].mean() == pytest.approx(0.272, abs=0.002)
     assert np.all(np.abs(found["collapse_load"] - 0.272) < 0.008)
 
