@@ -167,7 +167,7 @@ def _draw_moved_in_space(
             line = view.seen(np.concatenate([corners, corners[:1]]))
             named = label if number == 0 else None
             axes.plot(*line.T, color=color, linewidth=width, zorder=3, label=named)
-    view.frame(axes, assembly.corners)
+    view.frame(axes, _in_picture(assembly, assembly.corners))
 
 
 def _view(collapse: Collapse) -> SolidView:
@@ -221,11 +221,24 @@ def _draw_in_space(axes: Axes, collapse: Collapse, assembly: SpatialAssembly) ->
         view.draw(axes, moved[own], faces, colours[own].tolist())
     _mark_joints_in_space(axes, collapse, assembly, view, scale)
     every_corner = np.concatenate([assembly.corners, moved])
-    view.frame(axes, every_corner)
+    view.frame(axes, _in_picture(assembly, every_corner))
+
+
+def _in_picture(
+    assembly: SpatialAssembly, corners: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Corners that a picture has to show: a wide slab below a wall is seen in part."""
+    loose = assembly.corners[~assembly.fixed].reshape(-1, 3)
+    beside = BESIDE * float(np.ptp(loose, axis=0).max())
+    free = np.resize(~assembly.fixed, len(corners))
+    least, most = loose.min(axis=0) - beside, loose.max(axis=0) + beside
+    return np.where(free[:, None, None], corners, np.clip(corners, least, most))
 
 
 BEFORE, BEHIND = np.deg2rad(-55.0), np.deg2rad(125.0)
 """Where the reader of a picture of an assembly in space stands; see `SolidView`."""
+BESIDE = 0.15
+"""How far what is fixed is shown beside the other blocks of a picture in space, over their size."""
 STILL = 1e-6
 """Velocity of a block below which it stays in a mechanism, over the largest."""
 UNMOVED = "#E3E6EA"
