@@ -138,13 +138,17 @@ def observe_point(
 
 @wp.func
 def find_contact(knobs: Knobs, gap: real, at: Triple, u: Velocity) -> Contact:
-    """Whether a point is a contact, and its least normal velocity."""
+    """Whether a point is a contact, and its least normal velocity.
+
+    Where there is none its lever is level: of a row without a point, FAR has no square in float32.
+    """
     zero = real(0.0)
     on = wp.where(gap <= knobs.collision_margin, real(1.0), zero)
-    closes = Contact(at.x, at.y, at.z, -on * larger(gap, zero) * knobs.rate, on)
+    h = wp.where(on > zero, at.z, zero)
+    closes = Contact(at.x, at.y, h, -on * larger(gap, zero) * knobs.rate, on)
     leaves = bounce_velocity(knobs, closes, u)
     aim = wp.where(knobs.restitution > zero, leaves, closes.aim)
-    return Contact(at.x, at.y, at.z, aim, on)
+    return Contact(at.x, at.y, h, aim, on)
 
 
 @wp.func
