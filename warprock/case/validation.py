@@ -224,5 +224,5 @@ def _faults(error: pydantic.ValidationError) -> Iterator[KeyedError]:
             said = str(fault or re.sub(r"^.*? should ", "must ", detail["msg"]))
             said = _SAID_PLAINLY.get(detail["type"], said)
             if said == _A_TABLE and isinstance(detail["input"], list):
-                said = f"{_A_TABLE}, [{dotted(path)}] in single brackets"
+                said = f"{_A_TABLE}, whose name stands in single brackets"
             yield KeyedError(path, detail["input"], said)
