@@ -46,6 +46,12 @@ GOOD = {"size": "1 cm"}
     [
         ({}, "inner", "nothing", "must be given"),
         ({"inner": 3}, "inner", 3, "must be a table"),
+        (
+            {"inner": [GOOD]},
+            "inner",
+            [GOOD],
+            "must be a table, whose name stands in single brackets",
+        ),
         ({"inner": {}}, "inner.size", "nothing", "must be the size: a length"),
         ({"inner": {"size": "2 m"}}, "inner.size", "2 m", "must be at least 1 mm and"),
         ({"inner": {"sise": "1 m"}}, "inner.sise", "1 m", "did you mean size?"),

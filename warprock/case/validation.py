@@ -196,10 +196,11 @@ def dotted(path: Iterable[str | int]) -> str:
     return text.removeprefix(".")
 
 
+_A_TABLE = "must be a table"
 _SAID_PLAINLY = {
-    "model_type": "must be a table",
-    "model_attributes_type": "must be a table",
-    "dict_type": "must be a table",
+    "model_type": _A_TABLE,
+    "model_attributes_type": _A_TABLE,
+    "dict_type": _A_TABLE,
     "tuple_type": "must be a list",
     "string_type": "must be text",
 }
@@ -221,4 +222,7 @@ def _faults(error: pydantic.ValidationError) -> Iterator[KeyedError]:
             yield KeyedError(path, NOTHING, _MISSING)
         else:
             said = str(fault or re.sub(r"^.*? should ", "must ", detail["msg"]))
-            yield KeyedError(path, detail["input"], _SAID_PLAINLY.get(detail["type"], said))
+            said = _SAID_PLAINLY.get(detail["type"], said)
+            if said == _A_TABLE and isinstance(detail["input"], list):
+                said = f"{_A_TABLE}, whose name stands in single brackets"
+            yield KeyedError(path, detail["input"], said)

@@ -77,13 +77,13 @@ def _counted(
     if counts[MISSED]:
         found.append(
             f"The tolerance is missed by {counted(counts[MISSED], 'lane')} whose runs approach one "
-            f"another{down_to}. Next: a smaller step, {advice}, or a larger --tolerance."
+            f"another{down_to}. Next: begin at a smaller step, {advice}, or a larger --tolerance."
         )
     if counts[SENSITIVE]:
         found.append(
             f"Sensitive: {counted(counts[SENSITIVE], 'lane')}, whose numbers depend on the step"
-            f"{down_to}: chaos, or close to overturning. Next: a smaller step, {advice}; where "
-            f"that does not help, {_distributions(facts)} instead of single lanes."
+            f"{down_to}: chaos, or close to overturning. Next: begin at a smaller step, {advice}; "
+            f"where that does not help, {_distributions(facts)} instead of single lanes."
         )
     return found
 
