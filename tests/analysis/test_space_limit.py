@@ -67,8 +67,10 @@ def test_a_wall_on_a_tilting_table_has_the_load_of_an_outside_program_between_it
     wall = patterns.extruded(tilted_wall(), 0.1)
     for angle in (0.0, 0.7):
         found = collapse_load(built(turned(wall, angle), np.tan(np.radians(26.0))), angle)
-        assert found.inner_load_factor == pytest.approx(np.tan(np.radians(16.73)), rel=2e-2)
-        assert found.inner_load_factor - 3e-4 < np.tan(np.radians(16.73)) < found.load_factor
+        # The angle is told to a hundredth of a degree, which is 2e-4 of load, for rounded outlines.
+        told = np.tan(np.radians(16.73))
+        assert found.inner_load_factor - 3e-4 < told < found.load_factor + 3e-4
+        assert found.load_factor <= found.inner_load_factor / WITHIN
 
 
 @pytest.mark.thorough

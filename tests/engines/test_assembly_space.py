@@ -244,12 +244,12 @@ def test_a_slab_slides_off_once_it_has_left_where_it_stood() -> None:
 
 
 @pytest.mark.thorough
-def test_a_corner_that_falls_has_not_slid_off() -> None:
+def test_a_return_holds_a_wall_which_then_falls() -> None:
     wall = patterns.corner(0.4, 0.2, 3, 4, 0.2, return_blocks=2, returns=1)
-    # At a friction of 0.7 a half block at its free edge may leave its place before the wall lies.
+    # At a friction of 0.7 a half block at its free edge may have slid off before the wall lies.
     found = run([solids(wall, 0.9)], [-ACROSS], 5.0, time_step=2e-3)
     assert found["outcome"][0] == Outcome.OVERTURNED
-    # The return holds it: a wall alone falls at its thickness over its height.
+    # A wall alone falls at its thickness over its height.
     assert found["collapse_load"][0] > 0.2 / 0.8
 
 
